@@ -148,8 +148,11 @@ class Match {
   }
 
   TracerOptions tracer_options() const {
-    TracerOptions tracer{
-        .k = options_.k, .checkpoint_capacity = 65535, .tmax_update = TmaxUpdate::kth, .replay_tmax = ReplayTmax::kth};
+    TracerOptions tracer;
+    tracer.k = options_.k;
+    tracer.checkpoint_capacity = 65535;
+    tracer.tmax_update = TmaxUpdate::kth;
+    tracer.replay_tmax = ReplayTmax::kth;
     return tracer;
   }
   static RenderOptions one_thread() {

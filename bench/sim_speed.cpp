@@ -77,7 +77,9 @@ double value(const ordered_json& stats, const char* name) { return stats.at(name
 /// The statistics of one run, in a process of its own.
 ordered_json simulate_once(const std::string& trace, const grtx::sim::GpuConfig& config) {
   grtx::sim::ChildProcess child(trace, [&] {
-    grtx::sim::SimulationOptions options{.quiet = true, .price = grtx::sim::describe_energy};
+    grtx::sim::SimulationOptions options;
+    options.quiet = true;
+    options.price = grtx::sim::describe_energy;
     return grtx::sim::simulate(trace, config, options).document.dump();
   });
   return ordered_json::parse(child.result()).at("stats");

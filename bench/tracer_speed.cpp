@@ -79,8 +79,10 @@ frontend::SimdPath simd_path_from(const std::string& name) {
 
 void measure(const frontend::Scene& scene, const frontend::Camera& camera, frontend::AccelKind kind,
              const Options& options) {
-  frontend::TracerOptions tracer_options{
-      .k = options.k, .checkpoint = options.checkpoint, .simd = simd_path_from(options.simd)};
+  frontend::TracerOptions tracer_options;
+  tracer_options.k = options.k;
+  tracer_options.checkpoint = options.checkpoint;
+  tracer_options.simd = simd_path_from(options.simd);
   if (options.kth) tracer_options.tmax_update = frontend::TmaxUpdate::kth;
   if (options.kth) tracer_options.replay_tmax = frontend::ReplayTmax::kth;
   const frontend::PreparedGaussians gaussians(scene, true);

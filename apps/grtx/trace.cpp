@@ -85,7 +85,8 @@ Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Ca
   view.place(objects);
   inputs.merge(object_inputs(objects));
   inputs.merge(files.inputs());
-  Traced traced{.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs)};
+  Traced traced;
+  traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
   traced.statistics = tracer_statistics(view, traced.view);
   traced.host = tracer_host_statistics(accel, traced.view.result);
   traced.bytes_per_gaussian =
@@ -106,7 +107,8 @@ Traced trace_objects(const TraceArguments& options, const std::vector<frontend::
   named.check(files);
   inputs.merge(files.inputs());
   const frontend::MultiObjectWorld& world = view->world();
-  Traced traced{.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs)};
+  Traced traced;
+  traced.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs);
   traced.statistics = tracer_statistics(world, traced.view);
   traced.host = tracer_host_statistics(world, traced.view.result);
   traced.bytes_per_gaussian =

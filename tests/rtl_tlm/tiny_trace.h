@@ -17,16 +17,17 @@ struct TinyTrace {
 };
 
 inline traces::Header tiny_header(const TinyTrace& tiny) {
-  traces::Header header{.accel = traces::AccelKind::tri20,
-                        .k = 2,
-                        .width = tiny.lanes,
-                        .height = tiny.groups,
-                        .warp_mapping = traces::WarpMapping::linear,
-                        .groups = tiny.groups,
-                        .node_image_bytes = 4 * traces::kNodeUnit,
-                        .root = traces::kNodeUnit,
-                        .gaussians = 2,
-                        .inputs = {{"scene", "tiny"}}};
+  traces::Header header;
+  header.accel = traces::AccelKind::tri20;
+  header.k = 2;
+  header.width = tiny.lanes;
+  header.height = tiny.groups;
+  header.warp_mapping = traces::WarpMapping::linear;
+  header.groups = tiny.groups;
+  header.node_image_bytes = 4 * traces::kNodeUnit;
+  header.root = traces::kNodeUnit;
+  header.gaussians = 2;
+  header.inputs = {{"scene", "tiny"}};
   return header;
 }
 
@@ -34,17 +35,20 @@ inline traces::RayGroup tiny_group(const TinyTrace& tiny, unsigned index) {
   using traces::Event;
   using traces::EventKind;
   using traces::NodeKind;
-  traces::RayGroup group{.index = index};
+  traces::RayGroup group;
+  group.index = index;
   traces::NodeDefinition root{.address = 1, .child_base = 2, .child_count = 2};
   root.child_kinds[0] = root.child_kinds[1] = NodeKind::triangle;
   group.nodes = {root};
   const auto inserted = static_cast<std::uint8_t>(traces::LeafOutcome::inserted);
   for (unsigned lane = 0; lane < tiny.lanes; ++lane) {
-    traces::Ray ray{.pixel = index * tiny.lanes + lane};
+    traces::Ray ray;
+    ray.pixel = index * tiny.lanes + lane;
     ray.events = {{0, 0b11, 0, Event::pack(EventKind::visit_internal)},
                   {2, inserted, 0, Event::pack(EventKind::visit_leaf)},
                   {3, inserted, 0, Event::pack(EventKind::visit_leaf, 1)}};
-    traces::Round round{.event_count = 3};
+    traces::Round round;
+    round.event_count = 3;
     round.k_count = round.processed_count = 2;
     round.terminated = true;
     ray.rounds = {round};

@@ -173,7 +173,8 @@ std::vector<Case> cases() {
       {"RoundAfterAPartlyFilledOne", replaying, "a round may only follow one that filled the k-buffer",
        on_round([](RoundPlace p) {
          if (!p.last || p.round.terminated) return false;
-         Round empty{.replay = true};
+         Round empty;
+         empty.replay = true;
          p.ray.rounds.push_back(empty);
          return true;
        })},

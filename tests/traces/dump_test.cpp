@@ -20,7 +20,8 @@ using ::testing::Not;
 
 // Root at byte 64 with a leaf at 128 and an internal node at 192, which has two leaves at 256 and 320.
 void write_small_trace(const std::string& path) {
-  Header header{.k = 1};
+  Header header;
+  header.k = 1;
   header.width = header.height = 8;
   header.groups = 1;
   header.node_image_bytes = 384;
@@ -37,7 +38,8 @@ void write_small_trace(const std::string& path) {
                 {1, 0b10, 0, Event::pack(EventKind::visit_internal)},
                 {5, static_cast<std::uint8_t>(LeafOutcome::inserted), 0, Event::pack(EventKind::visit_leaf)},
                 {2, 0, 0, Event::pack(EventKind::cull)}};
-  Round round{.event_count = 4};
+  Round round;
+  round.event_count = 4;
   round.k_count = round.processed_count = 1;
   round.terminated = true;
   ray.rounds = {round};

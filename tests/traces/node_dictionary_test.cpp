@@ -22,18 +22,21 @@ NodeDefinition node(std::uint32_t address, std::uint32_t child_base, std::vector
 }
 
 Event visit(std::uint32_t index, unsigned pushed) {
-  Event event{.node = index,
-              .detail = static_cast<std::uint8_t>(pushed),
-              .kind_shifts = Event::pack(EventKind::visit_internal)};
+  Event event;
+  event.node = index;
+  event.detail = static_cast<std::uint8_t>(pushed);
+  event.kind_shifts = Event::pack(EventKind::visit_internal);
   return event;
 }
 
 /// A root with two internal children whose leaves lie where told; one ray visits all three nodes and hits no leaf.
 RayGroup two_children(std::uint32_t first_base, std::uint32_t second_base) {
-  RayGroup group{
-      .nodes = {node(1, 2, {kI, kT, kI}), node(2, first_base, {kT, kT}), node(4, second_base, {kT, kT, kT})}};
-  Ray ray{.events = {visit(0, 0b101), visit(2, 0), visit(1, 0)}};
-  Round round{.event_count = 3};
+  RayGroup group;
+  group.nodes = {node(1, 2, {kI, kT, kI}), node(2, first_base, {kT, kT}), node(4, second_base, {kT, kT, kT})};
+  Ray ray;
+  ray.events = {visit(0, 0b101), visit(2, 0), visit(1, 0)};
+  Round round;
+  round.event_count = 3;
   ray.rounds = {round};
   group.rays = {ray};
   return group;

@@ -15,7 +15,9 @@ RayGroup group(std::uint32_t index, std::uint32_t address, std::uint32_t child_b
   NodeDefinition node{
       .address = address, .child_base = child_base, .child_count = static_cast<std::uint8_t>(kinds.size())};
   std::copy(kinds.begin(), kinds.end(), node.child_kinds.begin());
-  RayGroup result{.index = index, .nodes = {node}};
+  RayGroup result;
+  result.index = index;
+  result.nodes = {node};
   return result;
 }
 

@@ -9,7 +9,10 @@ namespace grtx::traces {
 namespace {
 
 Event event_of(EventKind kind, std::uint32_t node, unsigned detail) {
-  Event event{.node = node, .detail = static_cast<std::uint8_t>(detail), .kind_shifts = Event::pack(kind)};
+  Event event;
+  event.node = node;
+  event.detail = static_cast<std::uint8_t>(detail);
+  event.kind_shifts = Event::pack(kind);
   return event;
 }
 
@@ -20,7 +23,8 @@ RayGroup restarting_ray(unsigned restarts, bool last_hits) {
       .address = 1, .child_base = 2, .child_kinds = {NodeKind::triangle, NodeKind::triangle}, .child_count = 2};
   group.nodes = {root};
   Ray ray;
-  Round round{.event_count = 1};
+  Round round;
+  round.event_count = 1;
   ray.rounds.assign(restarts, round);
   ray.events.assign(restarts, event_of(EventKind::visit_internal, 0, 0));
   if (last_hits) {

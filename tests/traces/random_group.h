@@ -170,15 +170,17 @@ class RandomRay {
   }
 
   void push_event(EventKind kind, std::uint32_t node, unsigned detail, unsigned checkpoints, unsigned shifts = 0) {
-    Event event{.node = node,
-                .detail = static_cast<std::uint8_t>(detail),
-                .checkpoints = static_cast<std::uint8_t>(checkpoints),
-                .kind_shifts = Event::pack(kind, shifts)};
+    Event event;
+    event.node = node;
+    event.detail = static_cast<std::uint8_t>(detail);
+    event.checkpoints = static_cast<std::uint8_t>(checkpoints);
+    event.kind_shifts = Event::pack(kind, shifts);
     ray_.events.push_back(event);
   }
 
   Round trace_round(bool replay) {
-    Round round{.replay = replay};
+    Round round;
+    round.replay = replay;
     begin_bins(replay);
     if (replay) round.bins = order_;
     const std::size_t first_event = ray_.events.size();
@@ -544,7 +546,9 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.checkpoint_capacity = options.checkpoint ? options.capacity : 0;
   header.inputs = {{"scene", "0123456789abcdef"}, {"camera", "view 3 of \"cameras\""}};
   for (std::uint64_t g = 0; g < options.groups; ++g) {
-    RayGroup group{.index = static_cast<std::uint32_t>(g), .kind = static_cast<RayKind>(random() % 3)};
+    RayGroup group;
+    group.index = static_cast<std::uint32_t>(g);
+    group.kind = static_cast<RayKind>(random() % 3);
     group.rays.resize(1 + random() % options.warp_size);
     for (Ray& ray : group.rays) {
       if (random() % 8 != 0) ray = RandomRay(options, tree, static_cast<std::uint32_t>(random())).trace();

@@ -58,7 +58,8 @@ TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
 
 // So that traces of the default layout are what they were, to the byte.
 TEST(RoundTrip, TheDefaultLayoutIsNotWritten) {
-  Header header{.node_image_bytes = 64};
+  Header header;
+  header.node_image_bytes = 64;
   EXPECT_EQ(header_to_json(header).find("layout"), std::string::npos);
   EXPECT_EQ(header_from_json(header_to_json(header), format_version(header)).layout, NodeLayout::vulkan_sim);
   header.layout = NodeLayout::compact;
@@ -111,31 +112,32 @@ TEST(RoundTrip, RandomTracesCoverEveryEventAndOutcome) {
 }
 
 TEST(RoundTrip, EveryHeaderFieldIsKept) {
-  Header header{.accel = AccelKind::tlas_sphere,
-                .k = 17,
-                .checkpoint = true,
-                .checkpoint_order = CheckpointOrder::nearest,
-                .child_order = ChildOrder::slot,
-                .pop_test = PopTest::off,
-                .width = 1557,
-                .height = 1038,
-                .warp_size = 64,
-                .warp_mapping = WarpMapping::linear,
-                .groups = 7,
-                .bvh_width = 8,
-                .node_image_bytes = 1ULL << 33,
-                .root = 64,
-                .two_level = true,
-                .blas_base = 1ULL << 32,
-                .blas_root = (1ULL << 32) + 64,
-                .blas_bytes = 640,
-                .blas_root_is_leaf = true,
-                .gaussians = 3000000,
-                .sh_degree = 2,
-                .gaussian_record_bytes = 64,
-                .sh_record_bytes = 108,
-                .checkpoint_capacity = 99,
-                .inputs = {{"scene", "a\nb"}, {"", "empty name"}}};
+  Header header;
+  header.accel = AccelKind::tlas_sphere;
+  header.k = 17;
+  header.checkpoint = true;
+  header.checkpoint_order = CheckpointOrder::nearest;
+  header.child_order = ChildOrder::slot;
+  header.pop_test = PopTest::off;
+  header.width = 1557;
+  header.height = 1038;
+  header.warp_size = 64;
+  header.warp_mapping = WarpMapping::linear;
+  header.groups = 7;
+  header.bvh_width = 8;
+  header.node_image_bytes = 1ULL << 33;
+  header.root = 64;
+  header.two_level = true;
+  header.blas_base = 1ULL << 32;
+  header.blas_root = (1ULL << 32) + 64;
+  header.blas_bytes = 640;
+  header.blas_root_is_leaf = true;
+  header.gaussians = 3000000;
+  header.sh_degree = 2;
+  header.gaussian_record_bytes = 64;
+  header.sh_record_bytes = 108;
+  header.checkpoint_capacity = 99;
+  header.inputs = {{"scene", "a\nb"}, {"", "empty name"}};
   const Header back = header_from_json(header_to_json(header), format_version(header));
   EXPECT_EQ(header_to_json(back), header_to_json(header));
   EXPECT_EQ(back.accel, header.accel);
@@ -195,7 +197,8 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
 /// A chain of nodes, each with a leaf that stays on the stack while the next node is visited.
 TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
   constexpr std::uint32_t kNodes = 500;
-  Header header{.k = 1};
+  Header header;
+  header.k = 1;
   header.width = header.height = 8;
   header.groups = 1;
   header.root = kNodeUnit;
@@ -214,7 +217,8 @@ TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
   for (std::uint32_t i = kNodes; i-- > 0;) {
     ray.events.push_back({2 * i + 2, miss, 0, Event::pack(EventKind::visit_leaf)});
   }
-  Round round{.event_count = static_cast<std::uint32_t>(ray.events.size())};
+  Round round;
+  round.event_count = static_cast<std::uint32_t>(ray.events.size());
   ray.rounds = {round};
   const testing::TemporaryFile file;
   testing::write_trace(file.path(), header, {group});

@@ -33,11 +33,13 @@ RandomOptions many_groups() {
 }
 
 Header empty_groups(std::uint64_t count) {
-  Header header{.groups = count};
+  Header header;
+  header.groups = count;
   return header;
 }
 RayGroup empty_group(std::uint32_t index) {
-  RayGroup group{.index = index};
+  RayGroup group;
+  group.index = index;
   return group;
 }
 
@@ -120,7 +122,8 @@ TEST(Writer, NamesAFolderThatIsMissing) {
 
 TEST(Writer, RefusesAHeaderThatAReaderWouldRefuse) {
   const TemporaryFile file;
-  Header header{.k = 0};
+  Header header;
+  header.k = 0;
   EXPECT_THROW(Writer(file.path(), header), Error);
   header = Header{};
   header.tracing = Tracing::closest;  // with a k-buffer of 8

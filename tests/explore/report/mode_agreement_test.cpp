@@ -37,11 +37,12 @@ TEST(KendallTau, DoesNotDependOnTheOrderOfThePointsNorOnTheScale) {
 }
 
 ReportedPoint point(const char* scene, const char* mode, int entries, double time, const char* status = "done") {
-  ReportedPoint p{.mode = mode,
-                  .scene = scene,
-                  .design = "grtx",
-                  .coordinates = {{"rt.warp_buffer.entries", entries}},
-                  .status = status};
+  ReportedPoint p;
+  p.mode = mode;
+  p.scene = scene;
+  p.design = "grtx";
+  p.coordinates = {{"rt.warp_buffer.entries", entries}};
+  p.status = status;
   p.values["gpu.time_us"] = time;
   return p;
 }

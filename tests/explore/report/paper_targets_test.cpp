@@ -14,7 +14,9 @@ namespace {
 RunResults run_of(const std::map<std::string, double>& cycles) {
   RunResults run;
   for (const auto& [name, value] : cycles) {
-    DesignResult design{.name = name, .statistics = {{"gpu.cycles", {{"value", value}}}}};
+    DesignResult design;
+    design.name = name;
+    design.statistics = {{"gpu.cycles", {{"value", value}}}};
     run.designs.push_back(design);
   }
   return run;

@@ -50,7 +50,9 @@ class SearchSection : public testing::Test {
 
 TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
   store(result().dump());
-  ReportSweep sweep{.results = read_sweep_results(path), .id = "sweep1"};
+  ReportSweep sweep;
+  sweep.results = read_sweep_results(path);
+  sweep.id = "sweep1";
   const std::string html = search_section(sweep);
   EXPECT_THAT(html,
               HasSubstr("4 candidates of 4 in 3 generations: 1 broken, 1 too dear, 0 failed, 2 screened (fast), 1 "
@@ -71,7 +73,8 @@ TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
 }
 
 TEST_F(SearchSection, ASweepHasNone) {
-  ReportSweep sweep{.results = read_sweep_results(path)};
+  ReportSweep sweep;
+  sweep.results = read_sweep_results(path);
   EXPECT_EQ(search_section(sweep), "");
   EXPECT_EQ(search_headline(sweep), "");
 }

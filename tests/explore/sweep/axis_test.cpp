@@ -10,12 +10,20 @@ namespace grtx::sim {
 namespace {
 
 Axis choices(const std::string& name, std::vector<SweepValue> values) {
-  Axis axis{.name = name, .values = std::move(values)};
+  Axis axis;
+  axis.name = name;
+  axis.values = std::move(values);
   return axis;
 }
 
 Axis range(double from, double to, bool logarithmic, bool integer, unsigned steps = 0) {
-  Axis axis{.name = "x", .from = from, .to = to, .logarithmic = logarithmic, .integer = integer, .steps = steps};
+  Axis axis;
+  axis.name = "x";
+  axis.from = from;
+  axis.to = to;
+  axis.logarithmic = logarithmic;
+  axis.integer = integer;
+  axis.steps = steps;
   return axis;
 }
 

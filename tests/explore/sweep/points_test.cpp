@@ -24,7 +24,8 @@ class SweepPointsTest : public testing::Test {
     write_file(folder + "/c.json", "cameras");
   }
   SweepPlan plan() const {
-    SweepPlan plan{.points = {{}}};
+    SweepPlan plan;
+    plan.points = {{}};
     plan.scenes.emplace_back();
     plan.scenes[0].name = "s";
     plan.scenes[0].file = folder + "/s.ply";
@@ -172,7 +173,8 @@ TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   p.mode = "fast";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
-  GpuConfig config{.core_mhz = 999.5};
+  GpuConfig config;
+  config.core_mhz = 999.5;
   config.rt.scheduler.policy = "round_robin";
   EXPECT_EQ(point.config.text(), config_json(config).dump());
   const nlohmann::ordered_json inputs = {

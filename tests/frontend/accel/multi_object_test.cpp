@@ -64,7 +64,8 @@ Camera camera() { return test::front_camera(40, 32); }
 TEST(MultiObject, EqualsTheFlattenedScene) {
   for (const AccelKind kind : {AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere}) {
     for (const bool peak : {false, true}) {
-      TracerOptions options{.sort_key = peak ? SortKey::peak : SortKey::entry};
+      TracerOptions options;
+      options.sort_key = peak ? SortKey::peak : SortKey::entry;
       const auto world = world_of(placements(), kind);
       const RenderResult instanced = render(*world, camera(), options);
       const RenderResult flat = test::trace_scene(flatten(*world, placements()), camera(), kind, options);
@@ -94,7 +95,11 @@ TEST(MultiObject, EverySettingGivesTheSameImage) {
   for (const unsigned k : {1u, 4u, 64u}) {
     for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
       for (const unsigned capacity : {2u, 1024u}) {
-        TracerOptions options{.k = k, .checkpoint = true, .checkpoint_capacity = capacity, .checkpoint_order = order};
+        TracerOptions options;
+        options.k = k;
+        options.checkpoint = true;
+        options.checkpoint_capacity = capacity;
+        options.checkpoint_order = order;
         const RenderResult actual = render(*world, camera(), options, 3);
         EXPECT_TRUE(compare(expected.image, actual.image).identical()) << "k " << k << " capacity " << capacity;
         EXPECT_EQ(expected.sequences, actual.sequences);
@@ -201,8 +206,11 @@ TEST(MultiObject, TracesAreSoundAndCountWhatTheTracerCounts) {
   for (const bool checkpoint : {false, true}) {
     for (const CheckpointOrder order : {CheckpointOrder::fifo, CheckpointOrder::lifo, CheckpointOrder::nearest}) {
       for (const unsigned capacity : {3u, 1024u}) {
-        TracerOptions options{
-            .k = 4, .checkpoint = checkpoint, .checkpoint_capacity = capacity, .checkpoint_order = order};
+        TracerOptions options;
+        options.k = 4;
+        options.checkpoint = checkpoint;
+        options.checkpoint_capacity = capacity;
+        options.checkpoint_order = order;
         const Traced view = traced(*world, options);
         const TracerCounters& counters = view.result.counters;
         EXPECT_TRUE(compare(expected.image, view.result.image).identical());
@@ -239,7 +247,9 @@ TEST(MultiObject, TheHeaderNamesWhereTheSceneTlasLeads) {
 TEST(MultiObject, EventsEncodedAfterwardsGiveTheSameBytes) {
   const auto world = world_of(placements());
   const Camera view = camera();
-  TracerOptions options{.k = 4, .checkpoint = true};
+  TracerOptions options;
+  options.k = 4;
+  options.checkpoint = true;
   const traces::Header header = trace_header(*world, view, options, {});
   const TracedStructure structure(*world);
   RayTracer encoding(structure, options), recording(structure, options);

@@ -15,7 +15,13 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 Camera pinhole() {
-  Camera camera{.height = 4, .width = 8, .cx = 4.0, .cy = 2.0, .fx = 4.0, .fy = 2.0};
+  Camera camera;
+  camera.height = 4;
+  camera.width = 8;
+  camera.cx = 4.0;
+  camera.cy = 2.0;
+  camera.fx = 4.0;
+  camera.fy = 2.0;
   return camera;
 }
 

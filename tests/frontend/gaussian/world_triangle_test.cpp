@@ -115,18 +115,20 @@ TEST(WorldTriangleImage, IsCloseToTheCanonicalOne) {
 
 // The z axis passes through the middle of an edge of the icosahedron: both of its triangles are hit.
 TEST(WorldTriangleImage, DoubledHitsAreCounted) {
-  Scene scene{.mean = {glm::vec3(0.0f)},
-              .scale = {glm::vec3(0.3f)},
-              .rotation = {glm::quat(1.0f, 0.0f, 0.0f, 0.0f)},
-              .opacity = {0.5f},
-              .sh = {0.1f, 0.2f, 0.3f},
-              .sh_degree = 0};
+  Scene scene;
+  scene.mean = {glm::vec3(0.0f)};
+  scene.scale = {glm::vec3(0.3f)};
+  scene.rotation = {glm::quat(1.0f, 0.0f, 0.0f, 0.0f)};
+  scene.opacity = {0.5f};
+  scene.sh = {0.1f, 0.2f, 0.3f};
+  scene.sh_degree = 0;
   Camera camera;
   camera.width = camera.height = 1;
   camera.fx = camera.fy = 1.0;
   camera.cx = camera.cy = 0.5;
   camera.position = {0.0, 0.0, -4.0};
-  TracerOptions options{.triangle_test = TriangleTest::world};
+  TracerOptions options;
+  options.triangle_test = TriangleTest::world;
   const RenderResult result = test::trace_scene(scene, camera, AccelKind::tri20, options);
   ASSERT_EQ(result.sequences[0].size(), 1u + result.counters.doubled);
   EXPECT_EQ(result.counters.doubled, 1u);

@@ -175,7 +175,9 @@ Scene random_scene(unsigned seed, std::size_t count, unsigned degree, float smal
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(0.0f, 1.0f);
   std::normal_distribution<float> normal;
-  Scene scene{.sh_degree = degree, .offset = glm::dvec3(1000.5, -3.25, 7.0)};
+  Scene scene;
+  scene.sh_degree = degree;
+  scene.offset = glm::dvec3(1000.5, -3.25, 7.0);
   for (std::size_t i = 0; i < count; ++i) {
     // One statement a number: in which order the arguments of a call are drawn is the compiler's choice.
     glm::vec3 mean;
@@ -195,7 +197,9 @@ Scene random_scene(unsigned seed, std::size_t count, unsigned degree, float smal
 
 /// Looks along +z from 6 units before the cloud's middle, or from within it.
 Camera camera(double distance) {
-  Camera c{.height = 9, .width = 11};
+  Camera c;
+  c.height = 9;
+  c.width = 11;
   c.fx = c.fy = 7.0;
   c.cx = 5.5;
   c.cy = 4.5;
@@ -266,7 +270,8 @@ TEST(ReferenceOracle, EveryOptionAgreesWithLongDouble) {
 
 TEST(ReferenceOracle, NeedlesAndFlakesOfRatioAMillionAgree) {
   Scene scene = random_scene(77, 200, 0, 1e-6f, 1.0f);
-  ReferenceOptions options{.keep_sequences = true};
+  ReferenceOptions options;
+  options.keep_sequences = true;
   const Camera view = camera(6.0);
   const ReferenceResult result = render_reference(scene, view, options);
   const Vec origin(glm::vec3(view.position - scene.offset));

@@ -81,7 +81,8 @@ TEST(ReferenceRules, RadiusIsAdaptiveOrThreeSigma) {
                         Case{0.1f, 2.089f, false, 1}, Case{0.01f, 0.2467f, true, 1}, Case{0.01f, 0.2469f, true, 0}}) {
     Scene scene;
     add(scene, {c.offset, 0, 500}, 1.0f, c.opacity);
-    ReferenceOptions options{.adaptive_radius = c.adaptive};
+    ReferenceOptions options;
+    options.adaptive_radius = c.adaptive;
     for (const ReferenceProxy proxy :
          {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
       options.proxy = proxy;
@@ -93,7 +94,8 @@ TEST(ReferenceRules, RadiusIsAdaptiveOrThreeSigma) {
 TEST(ReferenceRules, SphereEntryIsTheQuadraticsRoot) {
   Scene scene;
   add(scene, {0.1f, 0, 5}, 0.1f, 1.0f);
-  ReferenceOptions options{.proxy = ReferenceProxy::sphere};
+  ReferenceOptions options;
+  options.proxy = ReferenceProxy::sphere;
   const double kappa = std::sqrt(-2.0 * std::log(0.0113));
   const double x = static_cast<double>(0.1f);
   EXPECT_NEAR(trace(scene, options).sequences[0][0].t, 5.0 - std::sqrt(kappa * kappa * x * x - x * x), 1e-12);
@@ -129,13 +131,17 @@ TEST(ReferenceRules, ProxyAroundTheOriginIsSkippedUnlessCounted) {
   for (const ReferenceProxy proxy :
        {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     for (const bool peak : {false, true}) {
-      ReferenceOptions options{.proxy = proxy, .sort_by_peak = peak};
+      ReferenceOptions options;
+      options.proxy = proxy;
+      options.sort_by_peak = peak;
       const ReferenceResult result = trace(scene, options);
       ASSERT_EQ(result.sequences[0].size(), 1u);
       EXPECT_EQ(result.sequences[0][0].gaussian, 3u);
     }
   }
-  ReferenceOptions options{.proxy = ReferenceProxy::sphere, .count_inside = true};
+  ReferenceOptions options;
+  options.proxy = ReferenceProxy::sphere;
+  options.count_inside = true;
   const ReferenceResult counted = trace(scene, options);
   ASSERT_EQ(counted.sequences[0].size(), 2u);
   EXPECT_EQ(counted.sequences[0][0].gaussian, 0u);
@@ -157,7 +163,8 @@ TEST(ReferenceRules, PeakSortMakesTheImageIndependentOfTheProxy) {
   camera.width = camera.height = 24;
   camera.fx = camera.fy = 30.0;
   camera.cx = camera.cy = 12.0;
-  ReferenceOptions options{.sort_by_peak = true};
+  ReferenceOptions options;
+  options.sort_by_peak = true;
   const Image first = render_reference(scene, camera, options).image;
   for (const ReferenceProxy proxy : {ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     options.proxy = proxy;
@@ -177,7 +184,8 @@ TEST(ReferenceRules, ThreadsDoNotChangeAnyBit) {
   camera.fx = camera.fy = 20.0;
   camera.cx = 16.5;
   camera.cy = 9.5;
-  ReferenceOptions options{.threads = 1};
+  ReferenceOptions options;
+  options.threads = 1;
   const Image one = render_reference(scene, camera, options).image;
   options.threads = 7;
   EXPECT_TRUE(compare(one, render_reference(scene, camera, options).image).identical());

@@ -132,7 +132,9 @@ void expect_same_gaussians(const Scene& source, const Scene& read, const Toleran
 
 /// Byte formats turn opacities below half a byte step into 0, a logit of -infinity, which loading drops and counts.
 Scene without_zero_opacity(const Scene& all) {
-  Scene kept{.sh_degree = all.sh_degree, .offset = all.offset};
+  Scene kept;
+  kept.sh_degree = all.sh_degree;
+  kept.offset = all.offset;
   const auto stride = static_cast<std::ptrdiff_t>(3 * all.sh_coefficients());
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all.opacity[i] * 255.0f < 0.5f) continue;

@@ -95,7 +95,8 @@ std::string smallest_three() {
 }
 
 Attributes two_points(unsigned version, unsigned degree) {
-  Attributes a{.positions = fixed_positions()};
+  Attributes a;
+  a.positions = fixed_positions();
   a.alphas = sequence(2, 51, 51);   // opacity 0.2, 0.4
   a.colours = sequence(6, 0, 51);   // 0, 0.2 .. 1
   a.scales = sequence(6, 144, 16);  // log scale -1, 0, 1 ... 4

@@ -34,7 +34,8 @@ class Synth : public ::testing::Test {
   }
   std::vector<Camera> cameras() const { return load_cameras(path("scene.cameras.json")); }
   ReferenceResult render(const Scene& scene, std::size_t view, unsigned pixels, bool inside = false) const {
-    ReferenceOptions options{.keep_sequences = true};
+    ReferenceOptions options;
+    options.keep_sequences = true;
     if (inside) options.proxy = ReferenceProxy::sphere;
     options.count_inside = inside;
     return render_reference(scene, cameras().at(view).resized(pixels, pixels), options);

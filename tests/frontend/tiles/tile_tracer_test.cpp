@@ -71,7 +71,9 @@ TEST(TileTracer, GivesItForEveryOption) {
     }
   }
   for (const SortKey key : {SortKey::entry, SortKey::peak}) {
-    TracerOptions options{.sort_key = key, .inside = InsideRule::count};
+    TracerOptions options;
+    options.sort_key = key;
+    options.inside = InsideRule::count;
     expect_same_image(scene, test::front_camera(24, 24, 0.2), AccelKind::tlas_sphere, options, "inside count");
   }
 }
@@ -121,7 +123,8 @@ TEST(TileTracer, IsTheSameForAnyThreadsAndVectorInstructions) {
     EXPECT_EQ(expected.counters.hits, actual.counters.hits) << threads;
   }
   for (const SimdPath path : available_simd_paths()) {
-    TracerOptions options{.simd = path};
+    TracerOptions options;
+    options.simd = path;
     for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
       EXPECT_GT(expect_same_image(scene, camera, kind, options, simd_path_name(path)), 1000u);
     }

@@ -24,7 +24,10 @@ TEST(BoxStructures, GiveTheImagesAndVisitsOfTheUnitThatTestsTheSame) {
     for (const bool checkpoint : {false, true}) {
       for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::list}) {
         if (checkpoint && tracing != Tracing::multi) continue;
-        TracerOptions options{.k = tracing == Tracing::multi ? 4u : 200u, .checkpoint = checkpoint, .tracing = tracing};
+        TracerOptions options;
+        options.k = tracing == Tracing::multi ? 4u : 200u;
+        options.checkpoint = checkpoint;
+        options.tracing = tracing;
         const RenderResult a = grtx::test::trace_scene(scene, camera, box, gaussians, options);
         const RenderResult b = grtx::test::trace_scene(scene, camera, unit, gaussians, options);
         EXPECT_EQ(compare(a.image, b.image).different_pixels, 0u) << accel_name(pair.box);

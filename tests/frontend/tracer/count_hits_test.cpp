@@ -35,7 +35,10 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
     const std::uint64_t expected = hits_by_hand(gaussians, scene.size(), accel.proxy(), camera);
     for (const bool checkpoint : {false, true}) {
       for (const unsigned k : {1u, 8u}) {
-        TracerOptions options{.k = k, .checkpoint = checkpoint, .ert = 0.05f};
+        TracerOptions options;
+        options.k = k;
+        options.checkpoint = checkpoint;
+        options.ert = 0.05f;
         RenderOptions render{.threads = 1, .count_hits = true};
         const RenderResult result = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
         ASSERT_TRUE(result.counters.hits.has_value());
@@ -44,7 +47,8 @@ TEST(CountHits, CountsWhatEveryRayMeetsHoweverItIsTraced) {
         EXPECT_LT(result.counters.processed, *result.counters.hits) << "rays end before their last hit";
       }
     }
-    TracerOptions options{.ert = 0.0f};
+    TracerOptions options;
+    options.ert = 0.0f;
     RenderOptions render{.threads = 1};
     const RenderResult whole = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
     EXPECT_EQ(whole.counters.processed, expected) << "without early termination all are processed";

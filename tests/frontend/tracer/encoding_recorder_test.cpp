@@ -75,10 +75,11 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     static constexpr unsigned kWarps[] = {32, 8, 16};
     const AccelKind kind = kKinds[variant % 6];
     const AccelerationStructure accel(gaussians, {kind, kWidths[variant / 6 % 4], false, variant % 5 == 4 ? 3u : 8u});
-    TracerOptions options{.k = 1u << variant % 5,
-                          .checkpoint = variant % 7 < 4,
-                          .checkpoint_capacity = variant % 7 == 3 ? 12u : 1024u,
-                          .checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo};
+    TracerOptions options;
+    options.k = 1u << variant % 5;
+    options.checkpoint = variant % 7 < 4;
+    options.checkpoint_capacity = variant % 7 == 3 ? 12u : 1024u;
+    options.checkpoint_order = variant % 2 == 1 ? CheckpointOrder::lifo : CheckpointOrder::fifo;
     if (variant % 2 == 0 && variant % 3 != 2) options.checkpoint_bins = variant % 4 == 0 ? 8 : 2;
     options.below_instance = variant % 10 < 4 ? BelowInstance::finish : BelowInstance::checkpoint;
     options.child_order = variant % 11 == 7   ? ChildOrder::slot

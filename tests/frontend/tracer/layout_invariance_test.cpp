@@ -45,7 +45,9 @@ class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, N
     for (const unsigned width : {8u, 4u}) {
       const AccelerationStructure other(gaussians, {accel(), width, false, width == 4 ? 5u : 8u, layout()});
       for (unsigned setting = 0; setting < 6; ++setting) {
-        TracerOptions options{.k = setting < 3 ? 8u : 3u, .checkpoint = setting % 2 == 1};
+        TracerOptions options;
+        options.k = setting < 3 ? 8u : 3u;
+        options.checkpoint = setting % 2 == 1;
         if (setting == 3) options.child_order = ChildOrder::slot;
         if (setting == 4) options.walk_blas = false;
         if (setting == 5) options.checkpoint_capacity = 9;  // overflows
@@ -72,7 +74,8 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
   if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
   const View view = generated("flat", 3000);
   const PreparedGaussians gaussians(view.scene, true);
-  TracerOptions options{.triangle_test = TriangleTest::world};
+  TracerOptions options;
+  options.triangle_test = TriangleTest::world;
   options.ert = 0.0f;  // every hit of a ray
   const AccelerationStructure plain(gaussians, {accel(), 6, false});
   const AccelerationStructure other(gaussians, {accel(), 8, false, 8, layout()});
@@ -93,7 +96,8 @@ TEST_P(LayoutInvariance, TracesAreConsistent) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("grtx_layout_" + std::to_string(::getpid()) + ".grtx")).string();
   for (const bool checkpoint : {false, true}) {
-    TracerOptions options{.checkpoint = checkpoint};
+    TracerOptions options;
+    options.checkpoint = checkpoint;
     RenderOptions render_options{.threads = 1};
     traces::Writer writer(path, trace_header(view.scene, view.camera, structure, options, render_options));
     const RenderResult result = render(view.scene, gaussians, structure, view.camera, options, render_options, &writer);

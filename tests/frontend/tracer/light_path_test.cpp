@@ -16,7 +16,8 @@ namespace {
 using traces::RayKind;
 
 OpticalObjects glass_ball(double index) {
-  OpticalObjects objects{.glass = make_glass({0, 0, 0}, 1.0, index)};
+  OpticalObjects objects;
+  objects.glass = make_glass({0, 0, 0}, 1.0, index);
   return objects;
 }
 
@@ -68,7 +69,8 @@ TEST(LightPath, LightInsideTheGlassReflectsTotallyUntilTheBound) {
 }
 
 TEST(LightPath, MirrorReflectsFromBothSidesInsideItsRectangleOnly) {
-  OpticalObjects objects{.mirror = make_mirror({0, 0, 2}, {0, 3, -3}, 2.0, 1.0)};
+  OpticalObjects objects;
+  objects.mirror = make_mirror({0, 0, 2}, {0, 3, -3}, 2.0, 1.0);
   for (const double side : {-1.0, 1.0}) {
     LightPath path(objects, {0.9, 0, 2.0 + 2.0 * side}, {0, 0, -side});
     EXPECT_NEAR(path.piece().limit, 2.0, 1e-15);

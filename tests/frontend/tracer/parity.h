@@ -98,7 +98,8 @@ struct Parity {
 
 inline Parity compare_sequences(const std::vector<std::vector<std::uint32_t>>& traced,
                                 const frontend::ReferenceResult& exact, double ert) {
-  Parity parity{.rays = traced.size()};
+  Parity parity;
+  parity.rays = traced.size();
   for (std::size_t p = 0; p < traced.size(); ++p) {
     const auto& expected = exact.sequences[p];
     const bool same =

@@ -30,7 +30,9 @@ inline frontend::Scene random_scene(unsigned seed, const RandomSceneOptions& o =
     const double length = std::sqrt(-2.0 * std::log(uniform(1e-12, 1.0)));
     return length * std::cos(uniform(0.0, 6.283185307179586));
   };
-  frontend::Scene scene{.sh_degree = o.sh_degree, .name = "random"};
+  frontend::Scene scene;
+  scene.sh_degree = o.sh_degree;
+  scene.name = "random";
   for (std::size_t i = 0; i < o.count; ++i) {
     glm::vec3 mean, scale;
     float wxyz[4];

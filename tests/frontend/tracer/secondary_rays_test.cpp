@@ -29,7 +29,8 @@ struct Traced {
 Traced trace_with(const OpticalObjects& objects, const Scene& scene, const Camera& camera,
                   const PreparedGaussians& gaussians, const AccelerationStructure& accel, const TracerOptions& options,
                   unsigned threads, const std::string& trace_file) {
-  Traced traced{.plan = plan_secondary(scene, gaussians, accel, camera, options, objects, false, threads)};
+  Traced traced;
+  traced.plan = plan_secondary(scene, gaussians, accel, camera, options, objects, false, threads);
   RenderOptions render{.threads = threads, .keep_sequences = true, .secondary = &traced.plan};
   if (trace_file.empty()) {
     traced.result = frontend::render(scene, gaussians, accel, camera, options, render, nullptr);
@@ -94,7 +95,8 @@ TEST(SecondaryRays, EverySettingGivesTheSameImage) {
 TEST(SecondaryRays, AgreeWithTheReference) {
   const Scene scene = surroundings();
   for (const bool peak : {false, true}) {
-    TracerOptions options{.sort_key = peak ? SortKey::peak : SortKey::entry};
+    TracerOptions options;
+    options.sort_key = peak ? SortKey::peak : SortKey::entry;
     const Traced traced = trace_with(both(), scene, camera(), AccelKind::tlas_tri20, options);
     ReferenceOptions reference;
     reference.objects = both();
@@ -127,7 +129,8 @@ TEST(SecondaryRays, AHitBeyondTheLimitIsNotBlendedAndOneBeforeItIs) {
   Camera one = test::front_camera(1, 1, 4.0);
   one.position = {0, 0, -4};
   for (const double z : {-1.5, -0.9}) {
-    OpticalObjects objects{.mirror = make_mirror({0, 0, z}, {0, 0, -1}, 1.0, 1.0)};
+    OpticalObjects objects;
+    objects.mirror = make_mirror({0, 0, z}, {0, 0, -1}, 1.0, 1.0);
     const Traced traced = trace_with(objects, scene, one, AccelKind::tri20, {});
     EXPECT_EQ(traced.result.sequences[0].size(), z < -1.2 ? 0u : 1u) << z;
     EXPECT_EQ(traced.result.secondary.rays, 1u);
@@ -148,7 +151,8 @@ TEST(SecondaryRays, AMirrorShowsTheSceneFromTheMirroredCamera) {
   scene.sh = flat;
   Camera direct = test::front_camera(33, 25, 0.0);
   direct.position = {0, 0, 0};
-  OpticalObjects objects{.mirror = make_mirror({0, 0, 1}, {0, 0, -1}, 50.0, 50.0)};
+  OpticalObjects objects;
+  objects.mirror = make_mirror({0, 0, 1}, {0, 0, -1}, 50.0, 50.0);
   const Traced mirrored = trace_with(objects, scene, direct, AccelKind::tri20, {});
   Camera behind = direct;
   behind.position = {0, 0, 2};
@@ -208,7 +212,8 @@ TEST(SecondaryRays, ARayThatEndedBeforeTheObjectSendsNone) {
 TEST(SecondaryRays, TraceIsConsistentAndDoesNotDependOnThreads) {
   const Scene scene = surroundings();
   for (const bool checkpoint : {false, true}) {
-    TracerOptions options{.checkpoint = checkpoint};
+    TracerOptions options;
+    options.checkpoint = checkpoint;
     options.checkpoint_capacity = checkpoint ? 40 : 1024;  // some rays overflow
     std::vector<std::string> bytes;
     for (const unsigned threads : {1u, 3u}) {

@@ -169,7 +169,9 @@ TEST(SimdPaths, RendersAgree) {
   const Camera camera = test::front_camera(24, 24);
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere}) {
     for (const unsigned width : {6u, 8u}) {
-      TracerOptions options{.checkpoint = width == 8, .simd = SimdPath::portable};
+      TracerOptions options;
+      options.checkpoint = width == 8;
+      options.simd = SimdPath::portable;
       const RenderResult expected = test::trace_scene(scene, camera, kind, options, width);
       for (const SimdPath path : available_simd_paths()) {
         options.simd = path;

@@ -22,7 +22,11 @@ namespace grtx::frontend {
 namespace {
 
 TracerOptions stochastic(unsigned samples, std::uint32_t seed = 1) {
-  TracerOptions options{.k = 1, .tracing = Tracing::stochastic, .samples = samples, .sample_seed = seed};
+  TracerOptions options;
+  options.k = 1;
+  options.tracing = Tracing::stochastic;
+  options.samples = samples;
+  options.sample_seed = seed;
   return options;
 }
 

@@ -76,7 +76,9 @@ TEST(StrictTies, CountedExactlyOnTheTiesPreset) {
       std::uint64_t lost = 0;
       for (const unsigned k : {1u, 4u, 8u, 37u}) {
         if (tracing == Tracing::closest && k != 1) continue;
-        TracerOptions options{.k = k, .tracing = tracing};
+        TracerOptions options;
+        options.k = k;
+        options.tracing = tracing;
         lost += expect_exact_count(ties.scene, camera, gaussians, accel, options);
       }
       EXPECT_GT(lost, 0u) << accel_name(kind);
@@ -94,7 +96,11 @@ TEST(StrictTies, CountedExactlyWithCheckpointing) {
     for (const unsigned capacity : {1u, 4u, 16u, 1024u}) {
       for (const ReplayTmax replay : {ReplayTmax::infinity, ReplayTmax::kth}) {
         for (const unsigned k : {1u, 4u, 8u}) {
-          TracerOptions options{.k = k, .checkpoint = true, .checkpoint_capacity = capacity, .replay_tmax = replay};
+          TracerOptions options;
+          options.k = k;
+          options.checkpoint = true;
+          options.checkpoint_capacity = capacity;
+          options.replay_tmax = replay;
           const std::uint64_t lost = expect_exact_count(ties.scene, camera, gaussians, accel, options);
           if (capacity == 1024) {
             EXPECT_EQ(lost, 0u);
@@ -115,7 +121,8 @@ TEST(StrictTies, CountedExactlyOnATrainedScene) {
   const PreparedGaussians gaussians(scene, true);
   const AccelerationStructure accel(gaussians, {AccelKind::tlas_tri20, 6, false});
   for (const unsigned k : {1u, 8u}) {
-    TracerOptions options{.k = k};
+    TracerOptions options;
+    options.k = k;
     expect_exact_count(scene, load_cameras(cameras)[0].resized(12, 12), gaussians, accel, options);
   }
 }

@@ -64,10 +64,11 @@ TEST(WithoutWalksOfTheBlas, ImagesAreTheSameAndATraceIsRefused) {
     for (const bool checkpoint : {false, true}) {
       for (const SortKey key : {SortKey::entry, SortKey::peak}) {
         SCOPED_TRACE(accel_name(kind));
-        TracerOptions options{.k = 4,
-                              .checkpoint = checkpoint,
-                              .sort_key = key,
-                              .sh_direction = checkpoint ? ShDirection::centre : ShDirection::ray};
+        TracerOptions options;
+        options.k = 4;
+        options.checkpoint = checkpoint;
+        options.sort_key = key;
+        options.sh_direction = checkpoint ? ShDirection::centre : ShDirection::ray;
         const RenderResult expected = test::trace_scene(scene, camera, kind, options);
         ASSERT_GT(expected.counters.terminated, 20u);
         EXPECT_GT(expected.counters.skipped_dead_colours, 0u);
@@ -90,7 +91,8 @@ TEST(Threads, ChangeNoByteOfImageOrTrace) {
   const Scene scene = scene_with_everything();
   const Camera camera = test::front_camera(40, 24, 3.0);
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20}) {
-    TracerOptions options{.checkpoint = kind == AccelKind::tlas_tri20};
+    TracerOptions options;
+    options.checkpoint = kind == AccelKind::tlas_tri20;
     const PreparedGaussians gaussians(scene, true);
     const AccelerationStructure accel(gaussians, {kind, 6, false});
     RenderOptions render{.threads = 1};

@@ -117,7 +117,9 @@ void expect_same(const RenderResult& expected, const RenderResult& actual, const
 /// Without the Gaussians whose ellipsoid leaves the origin out but whose polyhedron may hold it: a ray that starts
 /// there meets no front face of theirs, so structures of different proxies rightly differ.
 Scene without_ambiguous_insides(const Scene& scene, const PreparedGaussians& gaussians, const glm::vec3& origin) {
-  Scene kept{.sh_degree = scene.sh_degree, .name = scene.name};
+  Scene kept;
+  kept.sh_degree = scene.sh_degree;
+  kept.name = scene.name;
   const std::size_t stride = std::size_t{3} * scene.sh_coefficients();
   for (std::size_t g = 0; g < scene.size(); ++g) {
     const GaussianRecord& record = gaussians.record(static_cast<std::uint32_t>(g));
@@ -152,7 +154,8 @@ std::size_t expect_proxies_agree(const Scene& all, const Camera& camera, bool fu
   moved.position = glm::dvec3(glm::vec3(camera.position - all.offset));
   const PreparedGaussians gaussians(scene, true);
   const std::vector<AccelerationStructure> structures = all_structures(gaussians);
-  TracerOptions options{.sort_key = SortKey::peak};
+  TracerOptions options;
+  options.sort_key = SortKey::peak;
   const RenderResult expected = test::trace_scene(scene, moved, structures[0], gaussians, options);
   std::size_t renders = 0;
   for (const AccelerationStructure& accel : structures) {
@@ -230,7 +233,10 @@ INSTANTIATE_TEST_SUITE_P(Presets, TracerInvarianceGenerated, testing::ValuesIn(s
 
 TEST(TracerInvariance, OverflowHappensAndIsCounted) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options{.k = 2, .checkpoint = true, .checkpoint_capacity = 4};
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
+  options.checkpoint_capacity = 4;
   const RenderResult result = test::trace_scene(scene, test::front_camera(16, 16), AccelKind::tri20, options);
   EXPECT_GT(result.counters.checkpoint_overflows, 0u);
   EXPECT_LE(result.counters.checkpoints_max_per_ray, 4u);
@@ -238,7 +244,11 @@ TEST(TracerInvariance, OverflowHappensAndIsCounted) {
 
 TEST(TracerInvariance, AFullBinOverflowsOnlyWhenAllBeforeItAreFull) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options{.k = 2, .checkpoint = true, .checkpoint_capacity = 1, .checkpoint_bins = 4};
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
+  options.checkpoint_capacity = 1;
+  options.checkpoint_bins = 4;
   const Camera camera = test::front_camera(16, 16);
   const RenderResult full = test::trace_scene(scene, camera, AccelKind::tri20, options);
   EXPECT_GT(full.counters.checkpoint_overflows, 0u);
@@ -253,7 +263,9 @@ TEST(TracerInvariance, AFullBinOverflowsOnlyWhenAllBeforeItAreFull) {
 
 TEST(TracerInvariance, BinsReadLessThanTwoBuffers) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options{.k = 2, .checkpoint = true};
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
   const Camera camera = test::front_camera(16, 16);
   const TracerCounters buffers = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
   options.checkpoint_bins = 8;
@@ -264,7 +276,9 @@ TEST(TracerInvariance, BinsReadLessThanTwoBuffers) {
 
 TEST(TracerInvariance, AFinishedInstanceLeavesNoEntryBelowIt) {
   const Scene scene = test::random_scene(3);
-  TracerOptions options{.k = 2, .checkpoint = true};
+  TracerOptions options;
+  options.k = 2;
+  options.checkpoint = true;
   const Camera camera = test::front_camera(16, 16);
   const TracerCounters cut = test::trace_scene(scene, camera, AccelKind::tlas_tri20, options).counters;
   options.below_instance = BelowInstance::finish;
@@ -290,7 +304,8 @@ TEST(TracerInvariance, WidthAndBoundsDoNotMatter) {
 TEST(TracerInvariance, StrictResumeLosesTiesAndCountsThem) {
   const test::GeneratedScene generated = test::generated_scene("stress-copies", 100, 0);
   const Camera camera = test::small_view(generated, 0, 8);
-  TracerOptions options{.k = 4};
+  TracerOptions options;
+  options.k = 4;
   const RenderResult exact = test::trace_scene(generated.scene, camera, AccelKind::tlas_tri20, options);
   options.resume = Resume::strict;
   const RenderResult strict = test::trace_scene(generated.scene, camera, AccelKind::tlas_tri20, options);

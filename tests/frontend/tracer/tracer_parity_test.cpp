@@ -37,9 +37,12 @@ void expect_parity(const std::string& name, const Scene& scene, const std::vecto
   for (const Structure& s : kStructures) {
     const AccelerationStructure accel(gaussians, {s.accel, 6, false});
     for (const Camera& camera : cameras) {
-      TracerOptions options{.sort_key = s.peak ? SortKey::peak : SortKey::entry};
+      TracerOptions options;
+      options.sort_key = s.peak ? SortKey::peak : SortKey::entry;
       const RenderResult traced = test::trace_scene(scene, camera, accel, gaussians, options);
-      ReferenceOptions reference{.proxy = s.proxy, .sort_by_peak = s.peak};
+      ReferenceOptions reference;
+      reference.proxy = s.proxy;
+      reference.sort_by_peak = s.peak;
       reference.keep_sequences = reference.keep_candidates = true;
       const ReferenceResult exact = render_reference(scene, camera, reference);
       const double psnr = compare(traced.image, exact.image).psnr;

@@ -29,8 +29,11 @@ TEST_P(TracerReference, PsnrAndSequences) {
   const Camera camera = test::front_camera(48, 48);
   TracerOptions options{.sort_key = c.peak ? SortKey::peak : SortKey::entry, .kernel = {true, c.degree}};
   const RenderResult traced = test::trace_scene(scene, camera, c.accel, options);
-  ReferenceOptions reference{
-      .proxy = c.proxy, .sort_by_peak = c.peak, .kernel_degree = c.degree, .keep_sequences = true};
+  ReferenceOptions reference;
+  reference.proxy = c.proxy;
+  reference.sort_by_peak = c.peak;
+  reference.kernel_degree = c.degree;
+  reference.keep_sequences = true;
   const ReferenceResult exact = render_reference(scene, camera, reference);
   EXPECT_GE(compare(traced.image, exact.image).psnr, 90.0);
   std::size_t different = 0;

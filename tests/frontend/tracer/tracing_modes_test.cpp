@@ -65,7 +65,8 @@ TEST(TracingModes, AgreeOnTies) {
 }
 
 TEST(TracingModes, AgreeOnPeakKeys) {
-  TracerOptions options{.sort_key = SortKey::peak};
+  TracerOptions options;
+  options.sort_key = SortKey::peak;
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
     expect_modes_agree(test::random_scene(32, {80, 0.8, -1.8, 1.0, 0.02, 0.95, 1}), test::front_camera(12, 8), kind,
                        options);
@@ -75,7 +76,9 @@ TEST(TracingModes, AgreeOnPeakKeys) {
 TEST(TracingModes, SingleTakesOneRoundUnlessItsBufferRunsFull) {
   const Scene scene = test::random_scene(33);
   const Camera camera = test::front_camera(24, 24);
-  TracerOptions options{.k = kMaxK, .tracing = Tracing::single};
+  TracerOptions options;
+  options.k = kMaxK;
+  options.tracing = Tracing::single;
   const TracerCounters large = test::trace_scene(scene, camera, AccelKind::tri20, options).counters;
   EXPECT_EQ(large.rounds, large.rays);
   EXPECT_EQ(large.single_overflows, 0u);
@@ -93,7 +96,8 @@ TEST(TracingModes, SingleTakesOneRoundUnlessItsBufferRunsFull) {
 TEST(TracingModes, AListThatHoldsAllIsOneTraversal) {
   const Scene scene = test::random_scene(33);
   const Camera camera = test::front_camera(24, 24);
-  TracerOptions options{.tracing = Tracing::list};
+  TracerOptions options;
+  options.tracing = Tracing::list;
   options.k = options.list_capacity = kMaxK;
   const TracerCounters whole = test::trace_scene(scene, camera, AccelKind::tlas_box, options).counters;
   EXPECT_EQ(whole.rounds, whole.rays);
@@ -115,9 +119,11 @@ TEST(TracingModes, AListThatHoldsAllIsOneTraversal) {
 TEST(TracingModes, ListsGiveTheImageOfTheReference) {
   const Scene scene = test::random_scene(35, {200, 0.8, -1.8, 1.0, 0.02, 0.95, 1});
   const Camera camera = test::front_camera(20, 16);
-  ReferenceOptions exact{.proxy = ReferenceProxy::sphere};
+  ReferenceOptions exact;
+  exact.proxy = ReferenceProxy::sphere;
   const Image expected = render_reference(scene, camera, exact).image;
-  TracerOptions options{.tracing = Tracing::list};
+  TracerOptions options;
+  options.tracing = Tracing::list;
   for (const unsigned capacity : {4u, 64u, kMaxK}) {
     options.k = options.list_capacity = capacity;
     const RenderResult traced = test::trace_scene(scene, camera, AccelKind::tlas_box, options);
@@ -127,7 +133,9 @@ TEST(TracingModes, ListsGiveTheImageOfTheReference) {
 
 TEST(TracingModes, ClosestTakesARoundForEachHit) {
   const Scene scene = test::random_scene(34);
-  TracerOptions options{.k = 1, .tracing = Tracing::closest};
+  TracerOptions options;
+  options.k = 1;
+  options.tracing = Tracing::closest;
   for (const AccelKind kind : kAllKinds) {
     const TracerCounters c = test::trace_scene(scene, test::front_camera(16, 16), kind, options).counters;
     EXPECT_EQ(c.rounds, c.processed + c.rays - c.terminated) << accel_name(kind);

@@ -34,7 +34,8 @@ TEST(ViewTracer, GivesWhatItsStepsGive) {
   for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_tri20}) {
     view.build({kind});
     for (const bool checkpoint : {false, true}) {
-      TracerOptions options{.checkpoint = checkpoint};
+      TracerOptions options;
+      options.checkpoint = checkpoint;
       const test::TemporaryPath expected_file(".grtx"), file(".grtx");
       const PreparedGaussians gaussians(scene, true);
       const AccelerationStructure accel(gaussians, {kind});
@@ -61,7 +62,8 @@ TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
   Camera second = grtx::test::front_camera(24, 16);
   second.position.x += 0.05;
   const std::vector<Camera> cameras = {grtx::test::front_camera(24, 16), second};
-  TracerOptions options{.checkpoint = true};
+  TracerOptions options;
+  options.checkpoint = true;
   RenderOptions render = one_thread();
   render.count_hits = true;
   const test::TemporaryPath sequence_file(".grtx");
@@ -116,7 +118,8 @@ TEST(ViewTracer, TracesSecondaryRaysOfWhatIsPlaced) {
   ViewTracer view(grtx::test::random_scene(74), grtx::test::front_camera(24, 24));
   view.build({AccelKind::tlas_tri20});
   EXPECT_TRUE(view.trace({}, one_thread()).plan.rays.empty());
-  OpticalObjects objects{.glass = make_glass({0.0, 0.0, 0.0}, 0.5, 1.5)};
+  OpticalObjects objects;
+  objects.glass = make_glass({0.0, 0.0, 0.0}, 0.5, 1.5);
   view.place(objects);
   const TracedView traced = view.trace({}, one_thread());
   EXPECT_FALSE(traced.plan.rays.empty());

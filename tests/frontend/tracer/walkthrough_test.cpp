@@ -43,7 +43,9 @@ class Walkthrough : public testing::Test {
         accel(gaussians, {AccelKind::tlas_sphere}) {}
 
   WatchedRay trace(bool checkpoint) {
-    TracerOptions options{.k = 4, .checkpoint = checkpoint};
+    TracerOptions options;
+    options.k = 4;
+    options.checkpoint = checkpoint;
     RayTracer tracer(scene, gaussians, accel, options);
     RayWatch watch(options, tracer.state(), tracer.stack());
     watch.begin_ray(0);

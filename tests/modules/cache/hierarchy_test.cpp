@@ -51,7 +51,8 @@ TEST_F(Hierarchy, LatencyOfEachLevel) {
 TEST_F(Hierarchy, ResultsDoNotDependOnConstructionOrderOrIdleSkip) {
   const auto simulate = [](std::uint64_t order, bool idle_skip, bool checkers) {
     fresh_context();
-    HierarchyBench::Config config{.sms = 4};
+    HierarchyBench::Config config;
+    config.sms = 4;
     config.l1.clients = 3;
     config.l1.geometry = {8192, 128, 32, 16};
     config.l2.geometry = {16384, 128, 32, 8};
@@ -112,7 +113,8 @@ TEST_F(Hierarchy, CoincidingEdgesOfTheTwoClocksDoNotDependOnTheOrderEither) {
     config.interleave.slices = 1;
     config.geometry = {4096, 128, 32, 4};
     config.latency = 5;
-    Dram::Config dram_config{.interleave = config.interleave};
+    Dram::Config dram_config;
+    dram_config.interleave = config.interleave;
     dram_config.channel.queue = 4;
     dram_config.fixed_latency = 2;
     std::unique_ptr<L2Slice> l2;
@@ -143,7 +145,9 @@ TEST_F(Hierarchy, WorksWithOddNumbersOfSlicesAndTheXorHash) {
   for (const AddressInterleave interleave : {AddressInterleave{.slices = 3}, AddressInterleave{.slices = 1},
                                              AddressInterleave{.slices = 8, .xor_hash = true}}) {
     fresh_context();
-    HierarchyBench::Config config{.sms = 2, .interleave = interleave};
+    HierarchyBench::Config config;
+    config.sms = 2;
+    config.interleave = interleave;
     config.l1.geometry = {4096, 128, 32, 8};
     config.l2.geometry = {8192, 128, 32, 16};
     HierarchyBench bench(config);

@@ -10,7 +10,8 @@ class L1HitLatency : public SystemCTest {};
 TEST_F(L1HitLatency, AHitTakesExactlyTheConfiguredCycles) {
   for (const unsigned latency : {1u, 2u, 20u, 33u}) {
     fresh_context();
-    L1Cache::Config config{.latency = latency};
+    L1Cache::Config config;
+    config.latency = latency;
     L1Bench bench(config);
     bench.client().read(10, 0x1000);
     const auto hit = bench.client().read(500, 0x1000);
@@ -23,7 +24,8 @@ TEST_F(L1HitLatency, AHitTakesExactlyTheConfiguredCycles) {
 }
 
 TEST_F(L1HitLatency, AMissTakesTheTagTheLinksAndTheMemory) {
-  L1Cache::Config config{.tag_latency = 3};
+  L1Cache::Config config;
+  config.tag_latency = 3;
   L1Bench bench(config);
   const auto miss = bench.client().read(10, 0x1000);
   EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
@@ -46,7 +48,8 @@ TEST_F(L1HitLatency, OtherSectorsOfAPresentLineMiss) {
 }
 
 TEST_F(L1HitLatency, APerfectCacheAlwaysHitsAndAsksNobody) {
-  L1Cache::Config config{.perfect = true};
+  L1Cache::Config config;
+  config.perfect = true;
   L1Bench bench(config);
   const auto read = bench.client().read(10, 0x1000);
   const auto write = bench.client().write(11, 0x2000);

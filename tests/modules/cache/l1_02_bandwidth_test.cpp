@@ -37,7 +37,9 @@ TEST_F(L1Bandwidth, OtherWorkMakesAStreamOfReadsLongerByOneOverWhatIsLeft) {
   constexpr unsigned kReads = 4000;
   for (const double share : {0.25, 0.5, 0.9}) {
     fresh_context();
-    L1Cache::Config config{.clients = 2, .other_share = share};
+    L1Cache::Config config;
+    config.clients = 2;
+    config.other_share = share;
     L1Bench bench(config);
     warm(bench, 8);
     for (unsigned i = 0; i < kReads; ++i) {
@@ -52,7 +54,8 @@ TEST_F(L1Bandwidth, OtherWorkMakesAStreamOfReadsLongerByOneOverWhatIsLeft) {
 }
 
 TEST_F(L1Bandwidth, ClientsOnDifferentBanksDoNotDisturbEachOther) {
-  L1Cache::Config config{.clients = 4};
+  L1Cache::Config config;
+  config.clients = 4;
   L1Bench bench(config);
   warm(bench, 4);
   for (unsigned cycle = 0; cycle < 32; ++cycle) {
@@ -65,7 +68,9 @@ TEST_F(L1Bandwidth, ClientsOnDifferentBanksDoNotDisturbEachOther) {
 
 // More than fit into a word: 16 RT units with four ports each, and the SIMT core, are 65.
 TEST_F(L1Bandwidth, SeventyClientsTakeTurns) {
-  L1Cache::Config config{.clients = 70, .banks = 1};
+  L1Cache::Config config;
+  config.clients = 70;
+  config.banks = 1;
   L1Bench bench(config);
   warm(bench, 1);
   for (unsigned c = 0; c < config.clients; ++c) {
@@ -93,7 +98,9 @@ TEST_F(L1Bandwidth, ABankServesOneClientACycle) {
   const Case cases[] = {{4, 32, 0, 0}, {4, 64, 1, 2}, {4, 128, 3, 6}, {2, 32, 1, 2}, {1, 32, 3, 6}, {8, 64, 0, 0}};
   for (const Case& c : cases) {
     fresh_context();
-    L1Cache::Config config{.clients = 4, .banks = c.banks};
+    L1Cache::Config config;
+    config.clients = 4;
+    config.banks = c.banks;
     L1Bench bench(config);
     for (unsigned i = 0; i < 4; ++i) bench.client().read(10 + i, i * c.stride);
     Cycle last = 0;
@@ -108,7 +115,8 @@ TEST_F(L1Bandwidth, ABankServesOneClientACycle) {
 TEST_F(L1Bandwidth, RotatingPriorityIsFairAndFixedPriorityIsNot) {
   for (const bool rotating : {true, false}) {
     fresh_context();
-    L1Cache::Config config{.rotating_priority = rotating};
+    L1Cache::Config config;
+    config.rotating_priority = rotating;
     L1Bench bench(config);
     warm(bench, 1);
     for (unsigned i = 0; i < 40; ++i) {  // both clients want bank 0 in every cycle

@@ -37,7 +37,8 @@ TEST_F(L1Mshr, RequestsOfAPendingSectorMergeIntoOneFetch) {
 }
 
 TEST_F(L1Mshr, AFullMergeListStallsUntilTheFill) {
-  L1Cache::Config config{.mshr_merges = 3};
+  L1Cache::Config config;
+  config.mshr_merges = 3;
   L1Bench bench(config);
   for (unsigned i = 0; i < 4; ++i) bench.client().read(10 + i, 0x40);
   EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
@@ -50,7 +51,8 @@ TEST_F(L1Mshr, AFullMergeListStallsUntilTheFill) {
 }
 
 TEST_F(L1Mshr, AMissWaitsForAFreeEntryAndHitsBehindItWaitToo) {
-  L1Cache::Config config{.mshr_entries = 2};
+  L1Cache::Config config;
+  config.mshr_entries = 2;
   L1Bench bench(config);
   for (unsigned i = 0; i < 3; ++i) bench.client().read(10 + i, 0x1000 + i * 128);
   EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
@@ -62,7 +64,8 @@ TEST_F(L1Mshr, AMissWaitsForAFreeEntryAndHitsBehindItWaitToo) {
 }
 
 TEST_F(L1Mshr, OneClientsFullMshrsDoNotHoldUpAnotherClientsHits) {
-  L1Cache::Config config{.mshr_entries = 1};
+  L1Cache::Config config;
+  config.mshr_entries = 1;
   L1Bench bench(config);
   bench.client(1).read(10, 0x20);
   bench.client(0).read(500, 0x1000);
@@ -74,7 +77,8 @@ TEST_F(L1Mshr, OneClientsFullMshrsDoNotHoldUpAnotherClientsHits) {
 }
 
 TEST_F(L1Mshr, AFullMissQueueStalls) {
-  L1Cache::Config config{.miss_queue = 2};
+  L1Cache::Config config;
+  config.miss_queue = 2;
   L1Bench bench(config);
   bench.memory.takes = [](Cycle now) { return now >= 200; };
   for (unsigned i = 0; i < 20; ++i) bench.client().read(10 + i, 0x1000 + i * 32);

@@ -7,7 +7,8 @@ namespace {
 class L1Replacement : public SystemCTest {
  protected:
   static L1Cache::Config small(unsigned sets, unsigned ways) {
-    L1Cache::Config config{.geometry = {std::uint64_t{sets} * ways * 128, 128, 32, ways}};
+    L1Cache::Config config;
+    config.geometry = {std::uint64_t{sets} * ways * 128, 128, 32, ways};
     return config;
   }
   /// Reads the addresses one at a time, far apart, and tells which missed.

@@ -36,7 +36,9 @@ TEST_F(L1WriteThrough, AWriteMissDoesNotAllocateAndAWriteHitKeepsTheSector) {
 }
 
 TEST_F(L1WriteThrough, AnswersGoToTheClientThatWrote) {
-  L1Cache::Config config{.clients = 3, .sm = 5};
+  L1Cache::Config config;
+  config.clients = 3;
+  config.sm = 5;
   L1Bench bench(config);
   bench.client(0).write(10, 0x00);
   bench.client(2).write(10, 0x20);
@@ -48,7 +50,8 @@ TEST_F(L1WriteThrough, AnswersGoToTheClientThatWrote) {
 }
 
 TEST_F(L1WriteThrough, WritesTouchTheLineForReplacement) {
-  L1Cache::Config config{.geometry = {256, 128, 32, 2}};
+  L1Cache::Config config;
+  config.geometry = {256, 128, 32, 2};
   L1Bench bench(config);
   bench.client().read(10, 0);
   bench.client().read(300, 128);

@@ -32,7 +32,8 @@ TEST_F(L1Prefetch, UsefulLateUnusedAndRedundant) {
 }
 
 TEST_F(L1Prefetch, AnEvictedUnreferencedPrefetchIsUnused) {
-  L1Cache::Config config{.geometry = {128, 128, 32, 1}};
+  L1Cache::Config config;
+  config.geometry = {128, 128, 32, 1};
   L1Bench bench(config);
   bench.client().prefetch(10, 0x00);
   bench.client().prefetch(11, 0x20);

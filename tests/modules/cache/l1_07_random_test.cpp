@@ -18,11 +18,12 @@ class L1Random : public SystemCTest {
   static Result simulate(std::uint64_t seed, bool idle_skip) {
     fresh_context();
     Random random(seed);
-    L1Cache::Config config{.clients = 3,
-                           .geometry = {4096, 128, 32, 8},
-                           .mshr_entries = seed % 2 == 0 ? 6u : 64u,
-                           .mshr_merges = 3,
-                           .miss_queue = seed % 4 == 1 ? 3u : 5u};
+    L1Cache::Config config;
+    config.clients = 3;
+    config.geometry = {4096, 128, 32, 8};
+    config.mshr_entries = seed % 2 == 0 ? 6u : 64u;
+    config.mshr_merges = 3;
+    config.miss_queue = seed % 4 == 1 ? 3u : 5u;
     if (seed % 4 != 1) config.private_writes.policy = WritePolicy::write_back;
     config.write_back_buffer = static_cast<unsigned>(1 + seed % 2);
     config.private_writes.allocate = seed % 3 != 0;
@@ -71,7 +72,8 @@ class L1Random : public SystemCTest {
     EXPECT_LE(static_cast<std::uint64_t>(missing), bench.l1.dirty_sectors());
     EXPECT_EQ(counters.sent_reads + counters.sent_writes, bench.memory.arrivals().size());
 
-    Result result{.counters = counters};
+    Result result;
+    result.counters = counters;
     StatisticList list;
     bench.l1.statistics(list, "l1");
     for (const Statistic& s : list.items()) result.statistics.emplace_back(s.name, s.value);

@@ -37,7 +37,8 @@ using Answers = std::vector<std::pair<Cycle, std::uint32_t>>;
 template <template <typename> class Channel>
 std::pair<Answers, std::uint64_t> run_l1() {
   ClockDomain clock("clock", 1365.0);
-  L1Cache::Config config{.clients = 2};
+  L1Cache::Config config;
+  config.clients = 2;
   config.mshr_entries = 8;  // so that requests wait
   L1Cache l1("l1", config, clock);
   const auto down = Channels<Channel>::template make<MemoryRequest>(1, 2);

@@ -8,7 +8,8 @@ namespace {
 class L1PrivateWrites : public SystemCTest {
  protected:
   static L1Cache::Config config(WritePolicy policy, bool allocate) {
-    L1Cache::Config config{.private_writes = {policy, allocate}};
+    L1Cache::Config config;
+    config.private_writes = {policy, allocate};
     return config;
   }
 };

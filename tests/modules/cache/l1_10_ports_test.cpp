@@ -47,7 +47,10 @@ class L1Ports : public SystemCTest {
 TEST_F(L1Ports, AWidePortAnswersSoManyHitsACycle) {
   for (const unsigned width : {1u, 2u, 4u}) {
     fresh_context();
-    L1Cache::Config config{.clients = 1, .widths = {width}, .perfect = true};
+    L1Cache::Config config;
+    config.clients = 1;
+    config.widths = {width};
+    config.perfect = true;
     L1Bench bench(config);
     Burst burst(bench);
     burst.at(bench.clock, 10, sectors(8));
@@ -61,7 +64,10 @@ TEST_F(L1Ports, AWidePortAnswersSoManyHitsACycle) {
 }
 
 TEST_F(L1Ports, ABankServesOneSectorACycleHoweverWideThePort) {
-  L1Cache::Config config{.clients = 1, .widths = {4}, .perfect = true};
+  L1Cache::Config config;
+  config.clients = 1;
+  config.widths = {4};
+  config.perfect = true;
   L1Bench bench(config);
   Burst burst(bench);
   burst.at(bench.clock, 10, sectors(8, config.banks));  // all in bank 0
@@ -73,7 +79,10 @@ TEST_F(L1Ports, ABankServesOneSectorACycleHoweverWideThePort) {
 TEST_F(L1Ports, HitsPassReadsThatWaitForAnMshr) {
   for (const unsigned held : {0u, 2u}) {
     fresh_context();
-    L1Cache::Config config{.clients = 1, .mshr_entries = 1, .held_misses = held};
+    L1Cache::Config config;
+    config.clients = 1;
+    config.mshr_entries = 1;
+    config.held_misses = held;
     L1Bench bench(config);
     bench.client().read(10, 0x0);
     bench.client().read(500, 0x1000);  // takes the only MSHR
@@ -92,7 +101,10 @@ TEST_F(L1Ports, HitsPassReadsThatWaitForAnMshr) {
 }
 
 TEST_F(L1Ports, ReadsOfWhatMayBeWrittenNeverWaitAside) {
-  L1Cache::Config config{.clients = 1, .mshr_entries = 1, .held_misses = 4};
+  L1Cache::Config config;
+  config.clients = 1;
+  config.mshr_entries = 1;
+  config.held_misses = 4;
   L1Bench bench(config);
   bench.client().read(10, 0x0, Region::checkpoint);
   bench.client().read(500, 0x1000, Region::checkpoint);

@@ -74,7 +74,8 @@ TEST_F(L2Latency, ARefusedDramTransactionStopsTheRun) {
 
 TEST_F(L2Latency, ImpossibleConfigurationsAreRefused) {
   ClockDomain clock("clock", 1365.0);
-  L2Slice::Config config{.slice = 4};
+  L2Slice::Config config;
+  config.slice = 4;
   EXPECT_THROW(L2Slice("a", config, clock), Error);
   config = {};
   config.dram_queue = 2;

@@ -57,7 +57,8 @@ TEST_F(L2WriteBack, AWriteThatEvictsADirtyLine) {
 
 TEST_F(L2WriteBack, WriteBackAddressesAreGlobal) {
   // Slice 2 of 4 with the XOR hash: what it writes back must lie in its own channel.
-  L2Slice::Config config{.slice = 2};
+  L2Slice::Config config;
+  config.slice = 2;
   config.interleave.xor_hash = true;
   for (std::uint64_t address = 0; address < 1 << 20; address += 224) {
     const unsigned slice = config.interleave.slice(address);

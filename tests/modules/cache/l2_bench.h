@@ -15,7 +15,8 @@ struct L2Bench {
     return config;
   }
   static Dram::Config dram_of(const L2Slice::Config& config) {
-    Dram::Config dram{.interleave = config.interleave};
+    Dram::Config dram;
+    dram.interleave = config.interleave;
     return dram;
   }
 

@@ -12,15 +12,16 @@ namespace grtx::modules {
 namespace {
 
 traces::Header header_of(bool checkpoint, unsigned k, unsigned warp_size) {
-  traces::Header header{.k = k,
-                        .checkpoint = checkpoint,
-                        .width = 17,
-                        .height = 5,
-                        .warp_size = warp_size,
-                        .node_image_bytes = 12345 * traces::kNodeUnit,
-                        .gaussians = 777,
-                        .sh_record_bytes = 108,
-                        .checkpoint_capacity = checkpoint ? 300u : 0u};
+  traces::Header header;
+  header.k = k;
+  header.checkpoint = checkpoint;
+  header.width = 17;
+  header.height = 5;
+  header.warp_size = warp_size;
+  header.node_image_bytes = 12345 * traces::kNodeUnit;
+  header.gaussians = 777;
+  header.sh_record_bytes = 108;
+  header.checkpoint_capacity = checkpoint ? 300u : 0u;
   return header;
 }
 

@@ -44,7 +44,8 @@ class CrossbarTest : public SystemCTest {
     std::vector<std::unique_ptr<MockMemory>> slices;
   };
   static Crossbar::Config config_of(unsigned sms, unsigned slices, unsigned latency = 8) {
-    Crossbar::Config config{.sms = sms};
+    Crossbar::Config config;
+    config.sms = sms;
     config.interleave.slices = slices;
     config.latency = latency;
     return config;

@@ -12,7 +12,9 @@ namespace {
 constexpr std::uint64_t kUnit = traces::kNodeUnit;
 
 traces::Header structure(std::uint64_t units, std::uint64_t blas_units = 0) {
-  traces::Header header{.node_image_bytes = (units + blas_units) * kUnit, .two_level = blas_units != 0};
+  traces::Header header;
+  header.node_image_bytes = (units + blas_units) * kUnit;
+  header.two_level = blas_units != 0;
   header.blas_base = header.two_level ? units * kUnit : 0;
   return header;
 }

@@ -13,7 +13,10 @@ constexpr std::uint64_t kLanes = 256;
 
 std::map<std::string, std::uint64_t> bits_of(const CheckpointConfig& config, unsigned bins = 0,
                                              std::uint64_t capacity = 0) {
-  traces::Header header{.checkpoint_bins = bins, .two_level = true, .checkpoint_capacity = capacity};
+  traces::Header header;
+  header.checkpoint_bins = bins;
+  header.two_level = true;
+  header.checkpoint_capacity = capacity;
   std::map<std::string, std::uint64_t> bits;
   for (const Storage& s : checkpoint_inventory("unit", config, kLanes, header).storage) {
     bits[s.name] += s.bits;
@@ -22,7 +25,9 @@ std::map<std::string, std::uint64_t> bits_of(const CheckpointConfig& config, uns
 }
 
 TEST(CheckpointInventory, HoldsASectorARayAndDirection) {
-  CheckpointConfig config{.write_queue = 8, .entry_bytes = 20};
+  CheckpointConfig config;
+  config.write_queue = 8;
+  config.entry_bytes = 20;
   config.write_combine = config.read_buffer = true;
   const auto bits = bits_of(config);
   EXPECT_EQ(bits.at("write_queue"), 8u * (256 + 32 + 48)) << "a sector, its byte mask, its address";
@@ -37,7 +42,10 @@ TEST(CheckpointInventory, HoldsASectorARayAndDirection) {
 }
 
 TEST(CheckpointInventory, ABinIsThreePlaces) {
-  CheckpointConfig config{.write_combine = true, .open_sectors = 2, .entry_bytes = 8};
+  CheckpointConfig config;
+  config.write_combine = true;
+  config.open_sectors = 2;
+  config.entry_bytes = 8;
   for (const auto& [capacity, place_bits] : {std::pair(512u, 10u), std::pair(511u, 9u), std::pair(1024u, 11u)}) {
     const auto bits = bits_of(config, 8, capacity);
     EXPECT_EQ(bits.at("bin_pointers"), kLanes * 9 * 3 * place_bits) << "read, written, and what the round may read";
@@ -49,7 +57,8 @@ TEST(CheckpointInventory, ABinIsThreePlaces) {
 }
 
 TEST(CheckpointInventory, AStoreIsPricedWhereItIs) {
-  CheckpointConfig config{.entry_bytes = 20};
+  CheckpointConfig config;
+  config.entry_bytes = 20;
   config.store.entries = 4;
   config.store.warps = 3;
   const auto bits = bits_of(config);

@@ -21,8 +21,14 @@ constexpr auto kLifo = traces::CheckpointOrder::lifo;
 /// A layout of entries of 20 B.
 CheckpointLayout layout_of(traces::CheckpointOrder order, std::uint64_t capacity, bool write_combine, bool read_buffer,
                            unsigned entry_bytes = 20) {
-  CheckpointConfig config{.write_combine = write_combine, .read_buffer = read_buffer, .entry_bytes = entry_bytes};
-  traces::Header header{.checkpoint = true, .checkpoint_order = order, .checkpoint_capacity = capacity};
+  CheckpointConfig config;
+  config.write_combine = write_combine;
+  config.read_buffer = read_buffer;
+  config.entry_bytes = entry_bytes;
+  traces::Header header;
+  header.checkpoint = true;
+  header.checkpoint_order = order;
+  header.checkpoint_capacity = capacity;
   return {config, header};
 }
 
@@ -45,7 +51,8 @@ std::vector<Numbers> write_all(CheckpointLayout layout) {
 
 std::vector<Numbers> read_all(CheckpointLayout layout) {
   std::vector<Numbers> all;
-  CheckpointLayout::Lane lane{.source_entries = kEntries};
+  CheckpointLayout::Lane lane;
+  lane.source_entries = kEntries;
   for (unsigned i = 0; i < kEntries; ++i) all.push_back(numbers(layout.read(lane)));
   return all;
 }
@@ -128,7 +135,10 @@ TEST(CheckpointLayout, EntriesOf16And8BytesNeverStraddle) {
 }
 
 TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
-  traces::Header header{.checkpoint = true, .warp_size = 32, .checkpoint_capacity = kEntries};
+  traces::Header header;
+  header.checkpoint = true;
+  header.warp_size = 32;
+  header.checkpoint_capacity = kEntries;
   const MemoryMap map(header, {1, 2, 0, 0});
   CheckpointLayout layout = layout_of(kFifo, kEntries, true, true);
   const auto even = layout.begin(map, 0, 0, 5, 2, true, 0, {}), odd = layout.begin(map, 0, 0, 5, 3, true, 0, {});
@@ -138,9 +148,14 @@ TEST(CheckpointLayout, RoundsTakeTurnsWithTheTwoBuffers) {
 }
 
 TEST(CheckpointLayout, ABinBeginsAnewWhenItWasEmptyAndGoesAroundWhenNot) {
-  traces::Header header{.checkpoint = true, .checkpoint_bins = 2, .checkpoint_capacity = 6};
+  traces::Header header;
+  header.checkpoint = true;
+  header.checkpoint_bins = 2;
+  header.checkpoint_capacity = 6;
   const MemoryMap map(header, {1, 2, 0, 0, 8});
-  CheckpointConfig config{.read_buffer = true, .entry_bytes = 8};
+  CheckpointConfig config;
+  config.read_buffer = true;
+  config.entry_bytes = 8;
   CheckpointLayout layout(config, header);
   traces::Ray ray;
   ray.bins.assign(10, 1);

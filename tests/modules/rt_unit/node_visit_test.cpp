@@ -16,9 +16,10 @@ using traces::NodeKind;
 constexpr std::uint64_t kBlas = 4096;
 
 NodeTraffic traffic(bool two_level, NodeTrafficConfig config = {}) {
-  traces::Header h{.accel = two_level ? traces::AccelKind::tlas_tri20 : traces::AccelKind::tri20,
-                   .two_level = two_level,
-                   .blas_base = kBlas};
+  traces::Header h;
+  h.accel = two_level ? traces::AccelKind::tlas_tri20 : traces::AccelKind::tri20;
+  h.two_level = two_level;
+  h.blas_base = kBlas;
   return {h, config};
 }
 
@@ -53,11 +54,12 @@ TEST(NodeVisit, InstancesReadTheHeaderOnlyWhenTheyEnterTheBlas) {
 }
 
 TEST(NodeVisit, ALeafOfTheSceneTlasReadsTheHeaderOfItsObject) {
-  traces::Header h{.accel = traces::AccelKind::tlas_tri20,
-                   .two_level = true,
-                   .blas_base = kBlas,
-                   .object_roots = {1024 + 64, 2048 + 64},
-                   .scene_leaves = {{192, 1}, {320, 0}}};
+  traces::Header h;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.two_level = true;
+  h.blas_base = kBlas;
+  h.object_roots = {1024 + 64, 2048 + 64};
+  h.scene_leaves = {{192, 1}, {320, 0}};
   const NodeTraffic three(h, {64, true, false});
   const auto reads = [&](std::uint32_t units) {
     const Event enters{units, 0, 0, Event::pack(EventKind::visit_instance)};
@@ -119,11 +121,12 @@ TEST(NodeSectors, RunsAreTheSameSectors) {
 // Layout compact: nodes of 80 B begin at a sector or in the middle of one, and take three either way; of an instance
 // leaf the first unit is read, and it names the root, so that no header is.
 TEST(NodeSectors, CompactNodesTakeThreeSectorsWhereverTheyBegin) {
-  traces::Header h{.accel = traces::AccelKind::tlas_tri20,
-                   .layout = traces::NodeLayout::compact,
-                   .bvh_width = 8,
-                   .two_level = true,
-                   .blas_base = 80 * 50};
+  traces::Header h;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.layout = traces::NodeLayout::compact;
+  h.bvh_width = 8;
+  h.two_level = true;
+  h.blas_base = 80 * 50;
   const NodeTraffic t(h, {});
   EXPECT_EQ(t.address(3), 240u);
   EXPECT_EQ(t.leaf_tests(), 4u);
@@ -144,11 +147,12 @@ TEST(NodeSectors, CompactNodesTakeThreeSectorsWhereverTheyBegin) {
 
 // Layout compressed: whatever a node is, it is two sectors, and no header is read.
 TEST(NodeSectors, CompressedNodesAreTwoSectors) {
-  traces::Header h{.accel = traces::AccelKind::tlas_tri20,
-                   .layout = traces::NodeLayout::compressed,
-                   .bvh_width = 8,
-                   .two_level = true,
-                   .blas_base = 64 * 50};
+  traces::Header h;
+  h.accel = traces::AccelKind::tlas_tri20;
+  h.layout = traces::NodeLayout::compressed;
+  h.bvh_width = 8;
+  h.two_level = true;
+  h.blas_base = 64 * 50;
   const NodeTraffic t(h, {});
   EXPECT_EQ(t.leaf_tests(), 1u);
   const Event enters{3, 0, 0, Event::pack(EventKind::visit_instance)};

@@ -14,7 +14,10 @@ using traces::NodeKind;
 class RtMemorySchedulerTest : public SystemCTest {
  protected:
   static traces::Header header() {
-    traces::Header h{.accel = traces::AccelKind::tlas_tri20, .two_level = true, .blas_base = 4096};
+    traces::Header h;
+    h.accel = traces::AccelKind::tlas_tri20;
+    h.two_level = true;
+    h.blas_base = 4096;
     return h;
   }
   static void answer(Link<MemoryResponse>& responses, Cycle now, const MemoryRequest& request) {

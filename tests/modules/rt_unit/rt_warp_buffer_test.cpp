@@ -15,10 +15,13 @@ traces::RayGroup two_rays() {
   traces::RayGroup group;
   group.rays.resize(2);
   const auto add = [](traces::Ray& ray, std::uint32_t events, bool replay) {
-    traces::Round round{.event_count = events, .replay = replay};
+    traces::Round round;
+    round.event_count = events;
+    round.replay = replay;
     ray.rounds.push_back(round);
     for (std::uint32_t i = 0; i < events; ++i) {
-      traces::Event event{.node = static_cast<std::uint32_t>(ray.events.size())};
+      traces::Event event;
+      event.node = static_cast<std::uint32_t>(ray.events.size());
       ray.events.push_back(event);
     }
   };

@@ -26,7 +26,9 @@ class SiblingRecordsTest : public testing::Test {
     group.nodes[2].child_count = 2;
   }
   static NodeTraffic traffic() {
-    traces::Header header{.accel = traces::AccelKind::tri20, .bvh_width = 6};
+    traces::Header header;
+    header.accel = traces::AccelKind::tri20;
+    header.bvh_width = 6;
     return {header, {}};
   }
   traces::RayGroup group;

@@ -17,7 +17,9 @@ namespace {
 using traces::LeafOutcome;
 
 PrivateStore::Config store_of(unsigned k_buffer_entries, unsigned eviction_entries = 0) {
-  PrivateStore::Config config{.k_buffer_entries = k_buffer_entries, .eviction_entries = eviction_entries};
+  PrivateStore::Config config;
+  config.k_buffer_entries = k_buffer_entries;
+  config.eviction_entries = eviction_entries;
   return config;
 }
 

@@ -27,7 +27,9 @@ struct Program {
   ShaderPhase phase;
 
   void any_hit(LaneMask lanes, LeafOutcome outcome, unsigned shifts) {
-    AnyHitBatch batch{.slot = kSlot, .lanes = lanes};
+    AnyHitBatch batch;
+    batch.slot = kSlot;
+    batch.lanes = lanes;
     for_each_bit(lanes, [&](unsigned lane) {
       batch.outcome[lane] = outcome;
       batch.shifts[lane] = static_cast<std::uint16_t>(shifts);
@@ -85,7 +87,9 @@ TEST(ShaderAnyHit, CostsTheShiftsOfTheLongestLane) {
   const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
   p.program.begin(kSlot, group);
   for (int i = 0; i < 3; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
-  AnyHitBatch batch{.slot = kSlot, .lanes = 0x7};
+  AnyHitBatch batch;
+  batch.slot = kSlot;
+  batch.lanes = 0x7;
   for (unsigned lane = 0; lane < 3; ++lane) {
     batch.outcome[lane] = LeafOutcome::inserted;
     batch.shifts[lane] = static_cast<std::uint16_t>(lane);  // 0, 1, 2
@@ -312,7 +316,8 @@ TEST(ShaderList, ScansTheWholeListForEachBatchAndBlendsItFromRegisters) {
 TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
   ShaderCosts costs{.eviction_traffic = TrafficCharging::uncharged};
   Program p(checkpointing(simt_header()), costs);
-  RoundScript second{.preloaded = 4};
+  RoundScript second;
+  second.preloaded = 4;
   const traces::RayGroup group = uniform_group(32, {RoundScript{}, second});
   p.program.begin(kSlot, group);
   p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
@@ -329,8 +334,10 @@ TEST(ShaderEvictMove, UnchargedEvictionsAreNoTrafficCharging) {
 
 TEST(ShaderEvictMove, ReadsAllMovesPreloadedAndCompactsTheRest) {
   Program p(checkpointing(simt_header()));
-  RoundScript second{.preloaded = 4};
-  RoundScript third{.preloaded = 2};
+  RoundScript second;
+  second.preloaded = 4;
+  RoundScript third;
+  third.preloaded = 2;
   const traces::RayGroup group = uniform_group(32, {RoundScript{}, second, third});
   p.program.begin(kSlot, group);
   p.program.evict_move(kSlot, p.phase);
@@ -372,7 +379,8 @@ TEST(ShaderEvictMove, WhatNobodyMovesIsNotWrittenAgain) {
 
 TEST(ShaderEvictMove, AnOverflowedRoundLosesItsEvictions) {
   Program p(checkpointing(simt_header()));
-  RoundScript first{.eviction_dropped = 3};
+  RoundScript first;
+  first.eviction_dropped = 3;
   const traces::RayGroup group = uniform_group(32, {first, RoundScript{}});
   p.program.begin(kSlot, group);
   for (unsigned i = 0; i < 4; ++i) p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
@@ -428,10 +436,11 @@ TEST(ShaderIntersection, ReadsAMatrixALaneUnlessTheRayIsInTheInstancesSpace) {
     header.two_level = two_level;
     Program p(header);
     ASSERT_TRUE(p.program.intersects());
-    AnyHitBatch batch{.slot = kSlot,
-                      .lanes = 0x7,
-                      .outcome = {LeafOutcome::miss, LeafOutcome::inserted, LeafOutcome::beyond},
-                      .leaf = {2, 9, 2}};
+    AnyHitBatch batch;
+    batch.slot = kSlot;
+    batch.lanes = 0x7;
+    batch.outcome = {LeafOutcome::miss, LeafOutcome::inserted, LeafOutcome::beyond};
+    batch.leaf = {2, 9, 2};
     p.program.intersection(batch, p.phase);
     EXPECT_EQ(p.phase.instructions, two_level ? 28u : 28u + 24u);
     // Matrices of 48 B at 96 and 432: sectors 3 and 4, 13 and 14; lane 2 shares those of lane 0.

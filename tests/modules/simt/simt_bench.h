@@ -36,9 +36,11 @@ inline traces::Processed seen(std::uint32_t gaussian, bool blended) {
 
 /// k_count follows from the script: preloaded entries plus insertions.
 inline traces::Ray make_ray(std::uint32_t pixel, const std::vector<RoundScript>& rounds) {
-  traces::Ray ray{.pixel = pixel};
+  traces::Ray ray;
+  ray.pixel = pixel;
   for (const RoundScript& script : rounds) {
-    traces::Round round{.preloaded = static_cast<std::uint16_t>(script.preloaded)};
+    traces::Round round;
+    round.preloaded = static_cast<std::uint16_t>(script.preloaded);
     round.k_count = round.preloaded;
     round.eviction_dropped = script.eviction_dropped;
     round.processed_count = static_cast<std::uint16_t>(script.processed.size());
@@ -64,13 +66,14 @@ inline traces::RayGroup uniform_group(unsigned lanes, const std::vector<RoundScr
 }
 
 inline traces::Header simt_header() {
-  traces::Header header{.k = 4,
-                        .checkpoint = false,
-                        .width = 64,
-                        .height = 64,
-                        .node_image_bytes = 1 << 16,
-                        .gaussians = 1000,
-                        .sh_record_bytes = 12};
+  traces::Header header;
+  header.k = 4;
+  header.checkpoint = false;
+  header.width = 64;
+  header.height = 64;
+  header.node_image_bytes = 1 << 16;
+  header.gaussians = 1000;
+  header.sh_record_bytes = 12;
   return header;
 }
 
@@ -255,7 +258,10 @@ class SimtBench {
                                options.split_batches ? lanes & ~kEven : 0};
     for (const LaneMask part : parts) {
       if (part == 0) continue;
-      AnyHitBatch batch{.slot = warp.call.slot, .round = warp.call.round, .lanes = part};
+      AnyHitBatch batch;
+      batch.slot = warp.call.slot;
+      batch.round = warp.call.round;
+      batch.lanes = part;
       for_each_bit(part, [&](unsigned lane) {
         const traces::Event& event = warp.call.group->rays[lane].events[warp.next_event[lane]++];
         batch.outcome[lane] = event.outcome();

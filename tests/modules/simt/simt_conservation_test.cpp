@@ -67,7 +67,8 @@ TEST_F(SimtConservation, WarpActivitiesAddUpToTheTimeFromLaunchToEnd) {
 
 TEST_F(SimtConservation, ResultsDoNotDependOnConstructionOrderOrIdleSkip) {
   const auto trace = small_trace(7, true, 40);
-  SimtBench::Options options{.split_batches = true};
+  SimtBench::Options options;
+  options.split_batches = true;
   const std::string reference = run_all(trace, options, nullptr);
   for (unsigned order = 1; order < 4; ++order) {
     options.order = order;
@@ -79,7 +80,8 @@ TEST_F(SimtConservation, ResultsDoNotDependOnConstructionOrderOrIdleSkip) {
 
 TEST_F(SimtConservation, LinksOfOneEntryDelayButLoseNothing) {
   const auto trace = small_trace(9, true, 1000);
-  SimtBench::Options options{.split_batches = true};
+  SimtBench::Options options;
+  options.split_batches = true;
   SimtCounters roomy, narrow;
   run_all(trace, options, &roomy);
   options.out_capacity = 1;

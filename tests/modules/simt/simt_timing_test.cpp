@@ -141,7 +141,8 @@ TEST_F(SimtTiming, AnyHitReadsInsertsAndAnswers) {
 }
 
 TEST_F(SimtTiming, TwoBatchesOfOneWarpRunOneAfterTheOther) {
-  SimtBench::Options options{.split_batches = true};
+  SimtBench::Options options;
+  options.split_batches = true;
   SimtBench bench(options);
   const traces::RayGroup group = uniform_group(32, {{{{LeafOutcome::inserted}}, {}, 0, 0}});
   bench.start(0, group, 1);
@@ -197,7 +198,8 @@ TEST_F(SimtTiming, AnyHitIssuesBeforeRayGenerationOfTheSameCycle) {
 }
 
 TEST_F(SimtTiming, AWarpWithPendingStoresDoesNotEnd) {
-  SimtBench::Options options{.response_latency = 500};
+  SimtBench::Options options;
+  options.response_latency = 500;
   SimtBench bench(options);
   const traces::RayGroup group = uniform_group(1, {});
   bench.start(0, group, 1);

@@ -63,9 +63,12 @@ int drive() {
   ClockDomain core("core", 1365.0);
   ClockDomain memory("memory", 3500.0);
   const AddressInterleave one_slice{1};
-  L1Cache::Config l1_config{.clients = 1};
-  L2Slice::Config l2_config{.interleave = one_slice};
-  Dram::Config dram_config{.interleave = one_slice};
+  L1Cache::Config l1_config;
+  l1_config.clients = 1;
+  L2Slice::Config l2_config;
+  l2_config.interleave = one_slice;
+  Dram::Config dram_config;
+  dram_config.interleave = one_slice;
 
   Processor processor("processor");
   TlmToLink bridge("bridge", TlmToLink::Config(), core);

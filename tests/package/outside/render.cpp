@@ -28,7 +28,8 @@ int main(int argc, char** argv) {
     const Scene scene = load_scene(room);
     const std::string cameras = room.substr(0, room.size() - 4) + ".cameras.json";
     const Camera camera = load_cameras(cameras).at(0).resized(48, 32);
-    TracerOptions options{.checkpoint = true};
+    TracerOptions options;
+    options.checkpoint = true;
     AccelOptions accel_options{.kind = AccelKind::tlas_tri20};
 
     const PreparedGaussians gaussians(scene, options.kernel);

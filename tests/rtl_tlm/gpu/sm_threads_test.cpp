@@ -32,7 +32,9 @@ class SmThreadsTest : public ::testing::Test {
     ChildProcess child("simulation", [&] {
       GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
       config.sms = sms;
-      SimulationOptions options{.watchdog_cycles = watchdog, .build = build};
+      SimulationOptions options;
+      options.watchdog_cycles = watchdog;
+      options.build = build;
       ::testing::internal::CaptureStderr();
       const SimulationResult result = test::simulate_priced(base_ + ".grtx", config, options);
       const std::string said = ::testing::internal::GetCapturedStderr();
@@ -53,7 +55,9 @@ class SmThreadsTest : public ::testing::Test {
   }
   /// So many threads, whatever the host has. At every eighth long wait they are taken not to have their cores.
   static BuildOptions shared(unsigned threads, std::uint64_t construction_order = 0) {
-    BuildOptions build{.construction_order = construction_order, .threads = threads};
+    BuildOptions build;
+    build.construction_order = construction_order;
+    build.threads = threads;
     build.crowded = [asked = 0U]() mutable { return ++asked % 8 == 0; };
     return build;
   }
@@ -91,7 +95,9 @@ TEST_F(SmThreadsTest, MoreThreadsThanSms) {
 
 TEST_F(SmThreadsTest, ARunThatCannotHaveThemSaysSo) {
   trace(frontend::AccelKind::tri20, false);
-  BuildOptions build{.run_ahead = false, .threads = 3};
+  BuildOptions build;
+  build.run_ahead = false;
+  build.threads = 3;
   EXPECT_THAT(run(4, build), ::testing::HasSubstr("one thread is used, not 3: the clocks follow the kernel"));
   build.run_ahead = true;
   EXPECT_THAT(run(1, build), ::testing::HasSubstr("one thread is used, not 3: there is one SM"));

@@ -109,7 +109,8 @@ TEST_F(DramPortAt, FixedLatencyIsAddedToEveryResponse) {
   std::vector<Cycle> answered;
   for (const Cycle fixed : {Cycle{0}, Cycle{1365}}) {
     {
-      DramPort::Config config{.fixed_latency = fixed};
+      DramPort::Config config;
+      config.fixed_latency = fixed;
       Bench bench(config, 1365.0);
       const auto id = bench.driver.at(10, 64);
       EXPECT_TRUE(run_until_quiet(bench.core, 100'000));
@@ -121,7 +122,9 @@ TEST_F(DramPortAt, FixedLatencyIsAddedToEveryResponse) {
 }
 
 TEST_F(DramPortAt, MalformedRequestsAreRefusedAndGoNoFurther) {
-  DramPort::Config config{.longest = 64, .bytes = 4096};
+  DramPort::Config config;
+  config.longest = 64;
+  config.bytes = 4096;
   Bench bench(config);
   const auto good = bench.driver.at(1, 4096 - 32);
   const auto beyond = bench.driver.at(2, 4096);

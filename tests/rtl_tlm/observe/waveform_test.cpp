@@ -32,7 +32,8 @@ class WaveformTest : public ::testing::Test {
   /// Runs the tiny trace; returns its cycles.
   Cycle run(WaveformOptions options) {
     options.path = path_;
-    SimulationOptions simulation{.waveform = options};
+    SimulationOptions simulation;
+    simulation.waveform = options;
     ChildProcess child("simulation", [&] {
       const SimulationResult result = test::simulate_priced(
           trace_.path(), load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), simulation);
@@ -90,7 +91,8 @@ TEST_F(WaveformTest, DoesNotChangeTheResult) {
 }
 
 TEST_F(WaveformTest, AWindowHoldsOnlyItsCycles) {
-  WaveformOptions options{.window = {300, 600}};
+  WaveformOptions options;
+  options.window = {300, 600};
   run(options);
   const VcdFile file = read();
   for (const auto& [name, changes] : file.changes) {
@@ -109,7 +111,8 @@ TEST_F(WaveformTest, AScopeSelectsSignalsByNameOrEnclosingScope) {
                                                         {"gpu.cycle", "gpu.cycle"},
                                                         {"sm1.*", "gpu.sm1."},
                                                         {"l2_slice0,l2_slice1", "gpu.l2_slice"}}) {
-    WaveformOptions options{.scope = scope};
+    WaveformOptions options;
+    options.scope = scope;
     run(options);
     const VcdFile file = read();
     EXPECT_FALSE(file.width.empty());
@@ -118,13 +121,15 @@ TEST_F(WaveformTest, AScopeSelectsSignalsByNameOrEnclosingScope) {
 }
 
 TEST_F(WaveformTest, AScopeThatMatchesNothingIsAnError) {
-  WaveformOptions options{.scope = "cpu"};
+  WaveformOptions options;
+  options.scope = "cpu";
   EXPECT_THROW(run(options), Error);
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
 TEST_F(WaveformTest, UnitsAreFewerThanSignals) {
-  WaveformOptions options{.level = WaveLevel::units};
+  WaveformOptions options;
+  options.level = WaveLevel::units;
   run(options);
   const VcdFile file = read();
   EXPECT_TRUE(file.width.contains("gpu.sm0.rt.rt_scheduler.stall_reason"));

@@ -131,7 +131,10 @@ TEST(PlainGpuScene, AgreesOnAGeneratedRoomInAllDesignsAndLayouts) {
 
 TEST(PlainGpuStochastic, AgreesOnSamples) {
   const frontend::Scene scene = grtx::test::random_scene(65, {.count = 200, .sh_degree = 2});
-  frontend::TracerOptions options{.k = 1, .tracing = frontend::Tracing::stochastic, .samples = 4};
+  frontend::TracerOptions options;
+  options.k = 1;
+  options.tracing = frontend::Tracing::stochastic;
+  options.samples = 4;
   for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_sphere}) {
     const traces::testing::TemporaryFile file("plain");
     test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 2.0), 32, 16, kind, options);
@@ -142,7 +145,8 @@ TEST(PlainGpuStochastic, AgreesOnSamples) {
 
 TEST(PlainGpuList, AgreesOnListsLongAndShort) {
   const frontend::Scene scene = grtx::test::random_scene(66, {.count = 400, .sh_degree = 1});
-  frontend::TracerOptions options{.tracing = frontend::Tracing::list};
+  frontend::TracerOptions options;
+  options.tracing = frontend::Tracing::list;
   for (const unsigned capacity : {12U, 2048U}) {
     options.k = options.list_capacity = capacity;
     const traces::testing::TemporaryFile file("plain");

@@ -91,7 +91,9 @@ inline void write_random(const std::string& path, const traces::testing::RandomO
 
 /// Any machine, from roomy to starved.
 inline GpuConfig random_machine(Random& random) {
-  GpuConfig c{.sms = 1 + random.upto(3), .resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U})};
+  GpuConfig c;
+  c.sms = 1 + random.upto(3);
+  c.resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U});
   c.rt_units = std::min(c.resident_warps, random.one_of({1U, 1U, 2U, 3U}));
   c.core_mhz = random.one_of({1365.0, 1365.0, 1000.0, 2100.0, 333.0});
   c.memory_mhz = random.one_of({3500.0, 3500.0, 1000.0, 500.0, 7001.0});

@@ -22,7 +22,9 @@ struct Board final : sc_core::sc_module {
   Board(const sc_core::sc_module_name& name, const GpuConfig& base, const std::string& trace)
       : sc_module(name), keys("gpu0", base), station("gpu0", options(keys.machine(), trace), {{0}}) {}
   static GpuComponent::Options options(const GpuConfig& machine, const std::string& trace) {
-    GpuComponent::Options options{.machine = machine, .traces = {trace}};
+    GpuComponent::Options options;
+    options.machine = machine;
+    options.traces = {trace};
     return options;
   }
   CciKeys keys;
@@ -50,7 +52,8 @@ std::string preset(const Presets& presets, F&& with) {
 TEST(CciKeys, PresetsMakeTheMachineThatRuns) {
   const traces::testing::TemporaryFile trace("tiny");
   test::write_tiny_trace(trace.path(), {12, 32});
-  GpuConfig base{.sms = 3};
+  GpuConfig base;
+  base.sms = 3;
   const auto result =
       nlohmann::json::parse(preset({{"board.gpu0.rt.warp_buffer.entries", cci_value(2)},
                                     {"board.gpu0.gpu.sms", cci_value(std::uint64_t{1})},

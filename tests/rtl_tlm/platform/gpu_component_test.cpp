@@ -29,7 +29,8 @@ using traces::testing::TemporaryFile;
 
 std::string alone(const std::string& trace, const GpuConfig& config, const std::string& warm = "") {
   ChildProcess child("simulation", [&] {
-    SimulationOptions options{.warm_trace = warm};
+    SimulationOptions options;
+    options.warm_trace = warm;
     const SimulationResult result = simulate(trace, config, options);
     return result.violations.empty() ? test::statistics_of(result) : result.violations.front();
   });
@@ -64,7 +65,9 @@ TEST_P(GpuComponentLaunches, EqualRunsOfTheirOwnOnRandomMachines) {
   for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
     const test::RandomPair traces(seed, 7000);
     const GpuConfig& config = traces.config;
-    GpuComponent::Options component{.machine = config, .traces = {traces.first.path(), traces.second.path()}};
+    GpuComponent::Options component;
+    component.machine = config;
+    component.traces = {traces.first.path(), traces.second.path()};
     const auto results = launched(component, {{0}, {1, false, 3.5}, {1, true}, {0}, {1, true, 1e4}});
     const std::string text = config_json(config).dump();
     ASSERT_EQ(results.size(), 5u) << text;
@@ -83,13 +86,16 @@ struct TinyFile {
 };
 
 GpuConfig small_machine() {
-  GpuConfig config{.sms = 2};
+  GpuConfig config;
+  config.sms = 2;
   return config;
 }
 
 TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
   const TinyFile few(3), many(40);
-  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path(), many.file.path()}};
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path(), many.file.path()};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
@@ -111,7 +117,9 @@ TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
 TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
   const TinyFile few(3);
   const TemporaryFile waves("waves");
-  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path()}};
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
   options.waveform.path = waves.path();
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
@@ -138,7 +146,9 @@ TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
 
 TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
   const TinyFile few(3);
-  GpuComponent::Options options{.machine = small_machine(), .traces = {few.file.path()}};
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
@@ -160,7 +170,8 @@ TEST(GpuComponent, RefusesTracesOfOtherHardware) {
   traces::Header header = test::tiny_header({2, 32});
   header.k = 3;
   traces::testing::write_trace(other.path(), header, {test::tiny_group({2, 32}, 0), test::tiny_group({2, 32}, 1)});
-  GpuComponent::Options options{.traces = {few.file.path(), other.path()}};
+  GpuComponent::Options options;
+  options.traces = {few.file.path(), other.path()};
   ChildProcess child("platform", [&]() -> std::string {
     modules::set_time_resolution_to_fs();
     return grtx::test::error_of([&] { GpuComponent gpu("gpu", options); });

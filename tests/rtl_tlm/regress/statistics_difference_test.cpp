@@ -80,7 +80,8 @@ TEST(StatisticsDifference, ZeroAndNullAreCompared) {
   const auto value = [](const ordered_json& v) {
     return ordered_json{{"stats", {{"a", {{"value", v}, {"unit", ""}}}}}};
   };
-  RegressionCase loose{.tolerances = {{"*", 0.5, ""}}};
+  RegressionCase loose;
+  loose.tolerances = {{"*", 0.5, ""}};
   EXPECT_TRUE(compare_statistics(loose, value(nullptr), value(nullptr)).equal());
   EXPECT_FALSE(compare_statistics(loose, value(nullptr), value(0)).equal());
   EXPECT_FALSE(compare_statistics(loose, value(0), value(1)).equal());  // half of nothing

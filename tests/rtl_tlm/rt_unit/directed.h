@@ -66,7 +66,8 @@ struct Directed {
 };
 
 inline Directed directed(unsigned k, unsigned lanes, std::uint64_t checkpoint_capacity = 0) {
-  Directed d{.header = small_header("tri20", checkpoint_capacity)};
+  Directed d;
+  d.header = small_header("tri20", checkpoint_capacity);
   d.header.k = k;
   d.header.width = 32;
   d.header.height = 1;

@@ -50,7 +50,9 @@ inline Event forward_event(std::uint32_t node, unsigned checkpoints) {
 
 /// Appends a round with these events to the ray.
 inline void add_round(traces::Ray& ray, const std::vector<Event>& events, bool replay = false) {
-  traces::Round round{.event_count = static_cast<std::uint32_t>(events.size()), .replay = replay};
+  traces::Round round;
+  round.event_count = static_cast<std::uint32_t>(events.size());
+  round.replay = replay;
   ray.rounds.push_back(round);
   ray.events.insert(ray.events.end(), events.begin(), events.end());
 }
@@ -65,7 +67,8 @@ inline traces::NodeDefinition node_definition(std::uint32_t address, std::uint32
 
 /// Header of a small trace; 1 MiB of nodes, BLAS (if any) in the upper half.
 inline traces::Header small_header(const std::string& accel = "tri20", std::uint64_t checkpoint_capacity = 0) {
-  traces::Header header{.accel = *from_name<traces::AccelKind>(accel)};
+  traces::Header header;
+  header.accel = *from_name<traces::AccelKind>(accel);
   header.width = header.height = 8;
   header.node_image_bytes = 1 << 20;
   header.root = 64;

@@ -17,7 +17,8 @@ constexpr Cycle kBox = 2 + 20 + 1 + 13;
 
 /// `lanes` rays that hit the same leaf; those in `late` visit an internal node first.
 traces::RayGroup hits(unsigned lanes, LaneMask late) {
-  traces::RayGroup group{.nodes = {node_definition(1, 2, {NodeKind::triangle})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 2, {NodeKind::triangle})};
   group.rays.resize(lanes);
   for (unsigned l = 0; l < lanes; ++l) {
     std::vector<Event> events;

@@ -117,7 +117,8 @@ TEST_F(RtUnitCheckpointTest, SmallerEntriesTakeFewerSectors) {
 TEST_F(RtUnitCheckpointTest, BinsAreReadInTheirOrderAndWhatIsNotReadStays) {
   // Round 0 writes children 0 to 5 to bins 2, 0, 1, 1, 3, 1, of which 3 is the far one. Round 1 reads bin 0 and, of bin
   // 1, one entry, which it forwards to bin 3. Round 2 begins with the rest of bin 1, then comes the far bin.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::triangle))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::triangle))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   add_round(group.rays[0], {take_event(11), leaf_event(11, LeafOutcome::miss), forward_event(12, 1)}, true);
@@ -180,7 +181,8 @@ TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {
 
 TEST_F(RtUnitCheckpointTest, BuffersPingPongByRoundParity) {
   // Round 0 writes 2, round 1 forwards both, round 2 takes one and forwards one, round 3 takes it.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(2, NodeKind::triangle))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(2, NodeKind::triangle))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b11)});
   add_round(group.rays[0], {forward_event(10, 1), forward_event(11, 1)}, true);
@@ -205,7 +207,8 @@ TEST_F(RtUnitCheckpointTest, BuffersPingPongByRoundParity) {
 TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
   // Six entries of one lane in the cycle of the box result: four are taken in that cycle, two and the open sector in
   // the next; the last event leaves the sector open, so the warp retires one cycle after the result.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   for (const unsigned lanes : {1u, 2u, 4u, 7u, 8u}) {
@@ -225,7 +228,8 @@ TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
 }
 
 TEST_F(RtUnitCheckpointTest, AFullWriteQueueBlocksTheLane) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   BenchOptions options = with_sector_buffers();
@@ -243,7 +247,8 @@ TEST_F(RtUnitCheckpointTest, AFullWriteQueueBlocksTheLane) {
 TEST_F(RtUnitCheckpointTest, ReplayReadsThenFetchesTheNodeOnly) {
   // One take of an internal node; the entry's sector is read in the cycle after the scheduling, its data come the
   // memory latency later and the node is scheduled in that cycle.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::internal})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::internal})};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 1)});
   add_round(group.rays[0], {take_event(10), internal_event(0, 0)}, true);
@@ -259,7 +264,8 @@ TEST_F(RtUnitCheckpointTest, ReplayReadsThenFetchesTheNodeOnly) {
 
 TEST_F(RtUnitCheckpointTest, AReadWaitsForAWriteOfItsSector) {
   // 32 lanes write one entry each and finish; 32 open sectors take 32 cycles to leave. Their next round asks at once.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(32);
   for (auto& ray : group.rays) {
     add_round(ray, {internal_event(0, 0, 1)});
@@ -284,7 +290,8 @@ TEST_F(RtUnitCheckpointTest, AReadWaitsForAWriteOfItsSector) {
 }
 
 TEST_F(RtUnitCheckpointTest, AnEntryBeyondTheCapacityIsRefused) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   RtBench bench(small_header("tri20", 5), {});

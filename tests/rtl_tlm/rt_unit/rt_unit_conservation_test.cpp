@@ -30,7 +30,9 @@ TEST_F(RtUnitConservationTest, StatisticsDoNotDependOnConstructionOrderOrIdleSki
     std::string reference;
     for (const bool idle_skip : {true, false}) {
       for (const unsigned order : {0u, 1u, 2u}) {
-        BenchOptions options{.idle_skip = idle_skip, .construction_order = order};
+        BenchOptions options;
+        options.idle_skip = idle_skip;
+        options.construction_order = order;
         RtBench bench(trace.header, options);
         launch_all(bench, trace.groups);
         bench.run();

@@ -66,7 +66,9 @@ BenchOptions random_configuration(std::mt19937& random) {
   const auto one_of = [&](std::initializer_list<unsigned> values) {
     return *(values.begin() + std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(random));
   };
-  BenchOptions options{.memory_latency = one_of({2, 3, 20, 117}), .any_hit_cycles = one_of({1, 10, 60})};
+  BenchOptions options;
+  options.memory_latency = one_of({2, 3, 20, 117});
+  options.any_hit_cycles = one_of({1, 10, 60});
   modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 4, 8});
   const char* policies[] = {"oldest_first", "round_robin", "greedy_then_oldest"};
@@ -135,7 +137,8 @@ INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 
 // Trees do not lead there: a leaf whose node is visited in a round has no BLAS node in that round's source buffer.
 TEST_F(RtUnitPlainDirected, AReplayedBlasNodeAsksForItsLeafAsAnyVisitDoes) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})};
   group.rays.resize(1);
   constexpr std::uint32_t kBlasLeaf = (1 << 19) / traces::kNodeUnit + 1;
   group.nodes.push_back(node_definition(2, 1, {NodeKind::internal}));

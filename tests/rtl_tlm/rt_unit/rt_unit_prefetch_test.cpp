@@ -85,8 +85,8 @@ TEST_F(RtUnitPrefetchTest, LanesOfAWarpMergeTheirPrefetches) {
 }
 
 TEST_F(RtUnitPrefetchTest, InstanceLeavesAreFollowedByTheirSizeInTheImage) {
-  traces::RayGroup group{
-      .nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance, NodeKind::instance})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance, NodeKind::instance})};
   group.rays.resize(1);
   // BLAS root is a leaf at unit 9000; three instances of two units each.
   add_round(group.rays[0], {internal_event(0, 0b111), instance_event(12), leaf_event(9000, LeafOutcome::miss),
@@ -99,7 +99,8 @@ TEST_F(RtUnitPrefetchTest, InstanceLeavesAreFollowedByTheirSizeInTheImage) {
 }
 
 TEST_F(RtUnitPrefetchTest, AnInstanceLeafThatIsReadForAReplayedBlasNodeTriggersToo) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::instance, NodeKind::instance})};
   group.rays.resize(1);
   group.nodes.push_back(node_definition(2, 1, {NodeKind::internal}));
   add_round(group.rays[0], {internal_event(1, 0b1, 0b1), cull_event(1, 1)});

@@ -27,7 +27,8 @@ BenchOptions with_store(unsigned entries, unsigned latency = 4, unsigned read_po
 
 /// One node whose six children are checkpointed in round 0; round 1 forwards them all.
 traces::RayGroup six_forwarded(unsigned rays = 1) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(rays);
   std::vector<Event> forwards;
   for (unsigned i = 0; i < 6; ++i) forwards.push_back(forward_event(10 + i, 1));
@@ -85,7 +86,8 @@ TEST_F(RtUnitPrivateStoreTest, OnlyEntriesBehindItsOwnAreTraffic) {
 
 TEST_F(RtUnitPrivateStoreTest, OneEntryACycleIsWritten) {
   // Six entries in the cycle of the box result: one of the store's in it and in each of the next, four others a cycle.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 0b111111)});
   struct Case {
@@ -102,7 +104,8 @@ TEST_F(RtUnitPrivateStoreTest, OneEntryACycleIsWritten) {
 }
 
 TEST_F(RtUnitPrivateStoreTest, AReadTakesItsLatencyInPlaceOfTheMemorys) {
-  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::internal})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::internal})};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0, 1)});
   add_round(group.rays[0], {take_event(10), internal_event(0, 0)}, true);
@@ -119,7 +122,8 @@ TEST_F(RtUnitPrivateStoreTest, AReadTakesItsLatencyInPlaceOfTheMemorys) {
 
 TEST_F(RtUnitPrivateStoreTest, LanesShareItsReadPorts) {
   // 32 lanes of a warp ask in the same cycle; the last of them is served after 32 / ports cycles.
-  traces::RayGroup group{.nodes = {node_definition(1, 10, {NodeKind::internal})}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 10, {NodeKind::internal})};
   group.rays.resize(32);
   for (traces::Ray& ray : group.rays) {
     add_round(ray, {internal_event(0, 0, 1)});
@@ -167,7 +171,8 @@ TEST_F(RtUnitPrivateStoreTest, NoOpenSectorIsLeftWhenAllEntriesAreStored) {
 TEST_F(RtUnitPrivateStoreTest, IsPricedByItsEntriesWarpsAndPorts) {
   GpuConfig config = load_config("", {"rt.private_store.checkpoint_entries=3", "rt.private_store.read_ports=2",
                                       "rt.checkpoint.entry_bytes=16", "gpu.resident_warps=12", "gpu.rt_units=2"});
-  BenchOptions options{.rt = config.sm(0).rt};
+  BenchOptions options;
+  options.rt = config.sm(0).rt;
   RtBench bench(small_header("tri20", kCapacity), options);
   const auto inventory = bench.rt().inventory();
   const modules::Storage* store = nullptr;

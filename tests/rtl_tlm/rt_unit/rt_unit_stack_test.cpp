@@ -26,7 +26,8 @@ class RtUnitStack : public modules::SystemCTest {
   };
 
   static Run run(const traces::Header& header, const traces::RayGroup& group, unsigned stack_entries) {
-    BenchOptions options{.memory_latency = kMemory};
+    BenchOptions options;
+    options.memory_latency = kMemory;
     options.rt.warp_buffer.spill = stack_entries != 0;
     if (stack_entries != 0) options.rt.warp_buffer.stack_entries = stack_entries;
     RtBench bench(header, options);
@@ -126,7 +127,8 @@ TEST_F(RtUnitStack, SpillsComeBeforeCheckpointEntries) {
 TEST_F(RtUnitStack, LanesShareThePort) {
   traces::RayGroup group = fan(5, leaves(5));
   group.rays.push_back(group.rays[0]);
-  BenchOptions options{.memory_latency = kMemory};
+  BenchOptions options;
+  options.memory_latency = kMemory;
   options.rt.warp_buffer.spill = true;
   options.rt.warp_buffer.stack_entries = 2;
   RtBench bench(small_header(), options);

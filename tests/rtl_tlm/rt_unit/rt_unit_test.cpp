@@ -56,7 +56,8 @@ class PointerChase : public modules::SystemCTest, public ::testing::WithParamInt
 // to the unit's start, and the unit's latency; the lane is scheduled again in the cycle of the result.
 TEST_P(PointerChase, TakesVisitsTimesTheSumOfTheStages) {
   const auto [visits, memory, box] = GetParam();
-  BenchOptions options{.memory_latency = memory};
+  BenchOptions options;
+  options.memory_latency = memory;
   options.rt.ray_box.latency = box;
   const auto group = chase(1, visits, [](unsigned, unsigned i) { return 1 + i; });
   RtBench bench(small_header(), options);
@@ -164,7 +165,8 @@ INSTANTIATE_TEST_SUITE_P(Table, UnitThroughput,
 TEST_F(RtUnitTest, BoxOperationPerChildTakesAChildAnInterval) {
   BenchOptions options;
   options.rt.box_op_per_child = true;
-  traces::RayGroup group{.nodes = {node_definition(1, 2, std::vector<NodeKind>(5, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 2, std::vector<NodeKind>(5, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0)});
   RtBench bench(small_header(), options);
@@ -224,7 +226,8 @@ TEST_F(RtUnitTest, SphereLeavesGoToTheSphereUnit) {
 }
 
 TEST_F(RtUnitTest, CullsTakeASelectionEachAndNoMemory) {
-  traces::RayGroup group{.nodes = {node_definition(1, 2, std::vector<NodeKind>(3, NodeKind::internal))}};
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, 2, std::vector<NodeKind>(3, NodeKind::internal))};
   group.rays.resize(1);
   add_round(group.rays[0], {internal_event(0, 0b111), cull_event(2, 0), cull_event(3, 0), cull_event(4, 0)});
   RtBench bench(small_header(), {});
@@ -283,7 +286,8 @@ TEST_F(RtUnitTest, BadTracesAreRefusedWithTheirPlace) {
       {{cull_event(1, 1)}, "writes checkpoint entries although checkpointing is off"},
       {{instance_event(1)}, "visits an instance leaf of a monolithic structure"}};
   for (const auto& [events, rule] : cases) {
-    traces::RayGroup group{.index = 4};
+    traces::RayGroup group;
+    group.index = 4;
     group.rays.resize(1);
     add_round(group.rays[0], events);
     RtBench bench(small_header(), {});

@@ -124,7 +124,8 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
 
 TEST_F(CheckpointRtl, SeededFaultsAreCaughtWithTheirMessage) {
   for (const bool combine : {false, true}) {
-    modules::CheckpointConfig config{.write_combine = combine};
+    modules::CheckpointConfig config;
+    config.write_combine = combine;
     EXPECT_EQ(run_with_fault(0, config), "") << "the block without its faults";
     EXPECT_THAT(run_with_fault(1, config), ::testing::HasSubstr("rt.checkpoint_unit (RTL): t-value validation"));
     EXPECT_THAT(run_with_fault(2, config),
@@ -184,8 +185,8 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
 TEST_F(CheckpointRtl, ABufferThatIsTooSmallIsTheErrorOfTheSystemCUnit) {
   std::string said[2];
   for (const bool rtl : {false, true}) {
-    traces::RayGroup group{
-        .nodes = {node_definition(1, 10, std::vector<traces::NodeKind>(6, traces::NodeKind::internal))}};
+    traces::RayGroup group;
+    group.nodes = {node_definition(1, 10, std::vector<traces::NodeKind>(6, traces::NodeKind::internal))};
     group.rays.resize(1);
     add_round(group.rays[0], {internal_event(0, 0b1, 0b111110), cull_event(10, 60)});
     BenchOptions options;

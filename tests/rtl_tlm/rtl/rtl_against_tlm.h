@@ -57,7 +57,9 @@ inline Seen seen(const traces::Header& header, const std::vector<traces::RayGrou
     if (any) bench.launch(groups[g], static_cast<std::uint16_t>(g));
   }
   bench.run(50'000'000);
-  Seen all{.statistics = bench.statistics(), .counters = bench.counters()};
+  Seen all;
+  all.statistics = bench.statistics();
+  all.counters = bench.counters();
   for (const auto& d : bench.dones) all.dones.emplace_back(d.cycle, d.slot, d.round);
   for (const auto& b : bench.batches) all.batches.emplace_back(b.cycle, b.batch.slot, b.batch.lanes);
   for (unsigned c = 0; c < 4; ++c) {
@@ -96,7 +98,8 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   trace.k = 1 + pick(3);
   trace.capacity = pick(3) == 0 ? 6 : 1000;
   trace.two_level = of == RtlUnit::transform || pick(1) != 0;
-  BenchOptions options{.memory_latency = one_of({2, 3, 20, 117})};
+  BenchOptions options;
+  options.memory_latency = one_of({2, 3, 20, 117});
   modules::RtUnitConfig& rt = options.rt;
   rt.warp_buffer.entries = one_of({1, 2, 8, 32});
   for (auto* unit : {&rt.ray_box, &rt.ray_triangle, &rt.ray_transform}) {

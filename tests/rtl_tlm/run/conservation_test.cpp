@@ -14,7 +14,8 @@ using ::testing::HasSubstr;
 
 /// An empty run of 100 cycles on two RT units: every law holds.
 GpuCounters idle_run() {
-  GpuCounters c{.cycles = 100};
+  GpuCounters c;
+  c.cycles = 100;
   c.rt.units = 2;
   c.rt.scheduler.stall[static_cast<std::size_t>(modules::Stall::empty)] = 200;
   return c;

@@ -55,7 +55,8 @@ class FirstLaunches : public ::testing::Test {
   nlohmann::json launches(SimulationMode mode) const {
     ChildProcess child("launches", [&] {
       Launches seen;
-      SimulationOptions options{.observer = &seen};
+      SimulationOptions options;
+      options.observer = &seen;
       test::simulate_priced(trace_.path(), config(), options, mode);
       return seen.list.dump();
     });

@@ -55,7 +55,8 @@ const std::vector<Case>& cases() {
 /// name -> value of all statistics that do not depend on the host.
 ordered_json values(const std::string& path, const std::vector<std::string>& settings) {
   ChildProcess child("simulation", [&] {
-    SimulationOptions options{.quiet = true};
+    SimulationOptions options;
+    options.quiet = true;
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
     return test::simulate_priced(path, config, options).document.at("stats").dump();
   });

@@ -15,7 +15,8 @@ using test::statistic;
 class ListTracing : public ::testing::Test {
  protected:
   static void write(const std::string& path, frontend::Tracing tracing, unsigned capacity, unsigned width) {
-    frontend::TracerOptions options{.tracing = tracing};
+    frontend::TracerOptions options;
+    options.tracing = tracing;
     options.k = options.list_capacity = capacity;
     test::write_view(path, grtx::test::random_scene(67, {.count = 400, .sh_degree = 1}),
                      grtx::test::front_camera(width, 16, 2.0), width, 16, frontend::AccelKind::tlas_sphere, options);

@@ -112,7 +112,8 @@ TEST(MemorySystem, AForeignMemoryThatLosesCountViolatesConservation) {
     std::vector<std::unique_ptr<test::HostileTarget>> targets_;
   };
   const test::ObservedRun run;
-  SimulationOptions options{.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<Miscounting>(gpu); }};
+  SimulationOptions options;
+  options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<Miscounting>(gpu); };
   ChildProcess child("simulation", [&] {
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
     return nlohmann::json(simulate(run.path("t.grtx"), config, options).violations).dump();
@@ -136,7 +137,8 @@ TEST(MemorySystem, DramModelTakesRegisteredNamesAndListsThem) {
   EXPECT_THAT([&] { load_config("", {"dram.model=ramulatr"}); },
               ::testing::ThrowsMessage<Error>(
                   ::testing::AllOf(::testing::HasSubstr("dram.model"), ::testing::HasSubstr("built_in"))));
-  GpuConfig by_hand{.dram_model = "ramulatr"};
+  GpuConfig by_hand;
+  by_hand.dram_model = "ramulatr";
   EXPECT_THROW(check_config(by_hand, "configuration"), Error);
 
   const test::ObservedRun run;
@@ -185,7 +187,8 @@ TEST(MemorySystem, AChangedFileOfTheMemoryChangesTheInputs) {
 
 TEST(MemorySystem, FastModeHasTheBuiltInDramOnly) {
   const test::ObservedRun run;
-  SimulationOptions options{.memory = hostile({})};
+  SimulationOptions options;
+  options.memory = hostile({});
   EXPECT_THROW(run.run(options, {}, SimulationMode::fast), Error);
 }
 

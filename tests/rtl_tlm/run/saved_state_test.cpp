@@ -121,7 +121,8 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
   Tiny tiny;
   tiny.save({});
   const std::string path = tiny.state.path();
-  GpuConfig other{.sms = 2};
+  GpuConfig other;
+  other.sms = 2;
   EXPECT_TRUE(tiny.begin(other).starts_with(path + ": machine: is another")) << tiny.begin(other);
   EXPECT_TRUE(tiny.begin({}, SimulationMode::fast).starts_with(path + ": mode: is cycle, this run's is fast"));
   const TemporaryFile trace("tiny");
@@ -139,7 +140,9 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
 
 TEST(SavedState, IsRefusedWhenABitOfItIsWrong) {
   Tiny tiny;
-  GpuConfig small{.sms = 1, .l2_bytes = 64 * 1024};
+  GpuConfig small;
+  small.sms = 1;
+  small.l2_bytes = 64 * 1024;
   tiny.save(small);
   const std::string path = tiny.state.path(), whole = read_file(path);
   read_state(path);

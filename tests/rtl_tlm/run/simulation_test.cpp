@@ -211,7 +211,8 @@ INSTANTIATE_TEST_SUITE_P(All, SimulationKinds,
 TEST(Simulation, ASubsetOfGroupsRunsOnlyThese) {
   const TemporaryFile file("subset");
   test::write_tiny_trace(file.path(), {6, 32});
-  SimulationOptions options{.groups = {1, 4}};
+  SimulationOptions options;
+  options.groups = {1, 4};
   const ordered_json result = simulated(file.path(), small(), options);
   EXPECT_EQ(result["violations"], ordered_json::array());
   EXPECT_EQ(value(result, "gpu.rt.node_visits"), 2U * 32 * 3);
@@ -229,7 +230,8 @@ TEST(Simulation, ADamagedTraceIsBadInput) {
 TEST(Simulation, NoProgressIsReportedAsADeadlock) {
   const TemporaryFile file("slow");
   test::write_tiny_trace(file.path());
-  SimulationOptions options{.watchdog_cycles = 100'000};
+  SimulationOptions options;
+  options.watchdog_cycles = 100'000;
   ChildProcess child("simulation", [&] {
     ::testing::internal::CaptureStderr();
     try {

@@ -54,7 +54,8 @@ class StalledMachine : public ::testing::Test {
     test::write_tiny_trace(file_.path(), {kGroups, 32});
     ChildProcess child("simulation", [&] {
       ::testing::internal::CaptureStderr();
-      SimulationOptions options{.watchdog_cycles = 2000};
+      SimulationOptions options;
+      options.watchdog_cycles = 2000;
       test::make_a_silent_dram();
       try {
         test::simulate_priced(

@@ -55,7 +55,8 @@ TEST(StatisticsReference, ListsWhatRunsReport) {
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::fast}) {
     ChildProcess child("simulation", [&] {
-      SimulationOptions options{.quiet = true};
+      SimulationOptions options;
+      options.quiet = true;
       const char* const units = mode == SimulationMode::cycle ? "gpu.rt_units=2" : "gpu.rt_units=1";
       const GpuConfig config = load_config("", {"gpu.sms=2", units});
       return test::simulate_priced(file.path(), config, options, mode).document.at("stats").dump();

@@ -91,7 +91,8 @@ void damage_group(traces::RayGroup& group, std::mt19937_64& random) {
 /// Empty when the simulation ended or refused the trace.
 std::string simulated(const std::string& path, SimulationMode mode) {
   ChildProcess child("simulation", [&] {
-    SimulationOptions options{.watchdog_cycles = 200'000};
+    SimulationOptions options;
+    options.watchdog_cycles = 200'000;
     const SimulationResult result =
         simulate(path, load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), options, mode);
     return result.violations.empty() ? std::string() : result.violations.front();

@@ -48,8 +48,8 @@ std::string failure_of_run_with(const std::function<void()>& what) {
     // As the program does: a unit that only warns must not scroll by.
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", {});
-    SimulationOptions options{
-        .memory = [&](Gpu& gpu, const BuildOptions&) { return std::make_unique<MemoryWith>(gpu, what); }};
+    SimulationOptions options;
+    options.memory = [&](Gpu& gpu, const BuildOptions&) { return std::make_unique<MemoryWith>(gpu, what); };
     try {
       simulate(run.path("t.grtx"), config, options);
     } catch (const Error& error) {

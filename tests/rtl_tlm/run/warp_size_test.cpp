@@ -30,7 +30,8 @@ class WarpSize : public ::testing::Test {
   Traced run(unsigned warp_size, bool linear) const {
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(16, 16);
-    frontend::TracerOptions options{.checkpoint = true};
+    frontend::TracerOptions options;
+    options.checkpoint = true;
     frontend::RenderOptions render{.threads = 1, .linear_mapping = linear, .warp_size = warp_size};
     const frontend::PreparedGaussians gaussians(scene, options.kernel);
     const frontend::AccelerationStructure accel(gaussians, {frontend::AccelKind::tlas_tri20, 6, false});

@@ -200,7 +200,8 @@ TEST(FastStrideChoice, IsAPowerOfTwo) {
 }
 
 TEST(TimedShare, KeepsWhatTheTraceGivesAndMultipliesTheRest) {
-  modules::RtUnitCounters rt{.units = 1};
+  modules::RtUnitCounters rt;
+  rt.units = 1;
   rt.warp_buffer.calls = 3;
   rt.warp_buffer.occupancy_integral = 10;
   rt.warp_buffer.max_stack_depth = 7;
@@ -236,7 +237,8 @@ TEST(TimedShare, KeepsWhatTheTraceGivesAndMultipliesTheRest) {
 TEST(TimedShare, OfAnyHitShadersOnlyTheTimedOnesStandForOthers) {
   constexpr auto kAnyHit = static_cast<std::size_t>(modules::PhaseKind::any_hit);
   constexpr auto kBlend = static_cast<std::size_t>(modules::PhaseKind::blend);
-  modules::SimtCounters simt{.warps = 2};
+  modules::SimtCounters simt;
+  simt.warps = 2;
   simt.instructions[kAnyHit] = 30;
   simt.instructions[kBlend] = 40;
   simt.phases[kAnyHit] = 5;

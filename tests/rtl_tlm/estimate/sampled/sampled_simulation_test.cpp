@@ -193,10 +193,12 @@ TEST_F(SampledSimulation, NamesWhatTheFullRunNames) {
 
 TEST_F(SampledSimulation, RefusesSharesAndTargetsOutOfRange) {
   for (const double bad : {0.0, -0.5, 1.5, std::nan("")}) {
-    SampledOptions options{.share = bad};
+    SampledOptions options;
+    options.share = bad;
     EXPECT_THROW(simulate_sampled(file_.path(), config_, options), Error) << bad;
   }
-  SampledOptions options{.target_error = 1.0};
+  SampledOptions options;
+  options.target_error = 1.0;
   EXPECT_THROW(simulate_sampled(file_.path(), config_, options), Error);
 }
 
