@@ -52,7 +52,7 @@ inline frontend::Scene random_scene(unsigned seed, const RandomSceneOptions& o =
 
 /// Looks from (0, 0, -distance) along +z.
 inline frontend::Camera front_camera(unsigned width, unsigned height, double distance = 4.0) {
-  frontend::Camera camera{.name = "front", .height = height, .width = width, .position = {0.05, -0.03, -distance}};
+  frontend::Camera camera{.name = "front", .width = width, .height = height, .position = {0.05, -0.03, -distance}};
   camera.fx = camera.fy = 0.9 * width;
   camera.cx = 0.5 * width;
   camera.cy = 0.5 * height;
