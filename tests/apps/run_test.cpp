@@ -29,8 +29,8 @@ class RunTest : public testing::Test {
   }
   std::string config() { return "--config " + grtx::paths::source_dir() + "/configs/small.toml "; }
 
-  const test::TemporaryFolder own;
-  const std::string folder = own.path();
+  const test::TemporaryFolder own_folder;
+  const std::string folder = own_folder.path();
 };
 
 TEST_F(RunTest, FourDesignsEndToEnd) {

@@ -23,8 +23,8 @@ std::size_t files_in(const std::filesystem::path& folder) {
 }
 
 struct AtomicFileTest : testing::Test {
-  const grtx::test::TemporaryFolder own;
-  const std::filesystem::path folder = own.path();
+  const grtx::test::TemporaryFolder own_folder;
+  const std::filesystem::path folder = own_folder.path();
 };
 
 TEST_F(AtomicFileTest, LeavesNothingWithoutCommit) {

@@ -33,8 +33,8 @@ struct EndBySignal : testing::Test {
   }
   std::string said() const { return read_file(folder / "err"); }
 
-  const grtx::test::TemporaryFolder own;
-  const std::filesystem::path folder = own.path();
+  const grtx::test::TemporaryFolder own_folder;
+  const std::filesystem::path folder = own_folder.path();
 };
 
 TEST_F(EndBySignal, APartialFileStaysForEver) {

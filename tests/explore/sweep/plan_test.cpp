@@ -19,8 +19,8 @@ class SweepPlanTest : public testing::Test {
     write_file(path, text);
     return load_plan(path, test::FakeTracerRules());
   }
-  const grtx::test::TemporaryFolder own;
-  const std::string folder = own.path(), path = own.path("plan.toml");
+  const grtx::test::TemporaryFolder own_folder;
+  const std::string folder = own_folder.path(), path = own_folder.path("plan.toml");
 };
 
 constexpr const char* kScene = "[[scene]]\npreset = 'object'\ncount = 100\n";  // lines 1 to 3

@@ -35,8 +35,8 @@ class SweepPointsTest : public testing::Test {
   SweepPoints points(const SweepPlan& plan, const std::string& program = "grtx 1") const {
     return expand(plan, test::FakeTracerRules(), program);
   }
-  const grtx::test::TemporaryFolder own;
-  const std::string folder = own.path();
+  const grtx::test::TemporaryFolder own_folder;
+  const std::string folder = own_folder.path();
 };
 
 TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {

@@ -6,9 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -18,6 +16,8 @@
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/sqlite.h"
 #include "paths.h"
+#include "shell.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim::test {
 
@@ -76,7 +76,8 @@ class SweepBench : public testing::Test {
     return path;
   }
 
-  std::string folder;
+  const grtx::test::TemporaryFolder own_folder;
+  const std::string folder = own_folder.path();
   std::string command = "sweep";
 };
 

@@ -56,11 +56,7 @@ class ObservedRun {
   const std::vector<std::uint64_t>& pixel_cycles() const { return pixel_cycles_; }
 
  private:
-  static int& count() {
-    static int value = 0;
-    return value;
-  }
-  std::filesystem::path folder_;
+  grtx::test::TemporaryFolder folder_;
   mutable std::vector<std::uint64_t> pixel_cycles_;
 };
 
