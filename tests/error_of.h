@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "error_of.h"
 #include "grtx/base/error.h"
 
 namespace grtx::test {
@@ -11,7 +10,12 @@ namespace grtx::test {
 /// The text of the Error; "" when there is none.
 template <typename Call>
 std::string error_of(const Call& call) {
-  return grtx::test::error_of([&] { call(); });
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
 }
 
 }  // namespace grtx::test
