@@ -79,7 +79,6 @@ TEST(Stochastic, ErrorFallsWithTheRootOfTheSamplesAndHasNoBias) {
 TEST(Stochastic, OneGaussianStopsItsAlphaOfTheSamples) {
   Scene scene = test::random_scene(63, {1, 0.0, -0.5, 0.0, 0.6, 0.6, 0});
   const Camera camera = test::front_camera(8, 8);
-  RenderOptions render{.threads = 1};
   TracerOptions exact;
   const RenderResult expected = test::trace_scene(scene, camera, AccelKind::ellipsoid, exact);
   constexpr unsigned kSamples = 20000;
