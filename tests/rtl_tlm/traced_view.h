@@ -26,7 +26,9 @@ inline void write_view(const std::string& path, const frontend::Scene& scene, co
 }
 inline void write_view(const std::string& path, const frontend::Scene& scene, const frontend::Camera& view,
                        unsigned width, unsigned height, frontend::AccelKind kind, bool checkpoint) {
-  write_view(path, scene, view, width, height, kind, frontend::TracerOptions{.checkpoint = checkpoint});
+  frontend::TracerOptions options;
+  options.checkpoint = checkpoint;
+  write_view(path, scene, view, width, height, kind, options);
 }
 
 }  // namespace grtx::sim::test

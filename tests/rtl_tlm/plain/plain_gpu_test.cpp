@@ -102,7 +102,9 @@ void expect_agreement(const frontend::Scene& scene, const frontend::Camera& came
     for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
       for (const bool checkpoint : {false, true}) {
         const traces::testing::TemporaryFile file("plain");
-        test::write_view(file.path(), scene, camera, 32, 16, kind, {.checkpoint = checkpoint}, layout);
+        frontend::TracerOptions options;
+        options.checkpoint = checkpoint;
+        test::write_view(file.path(), scene, camera, 32, 16, kind, options, layout);
         const bool all = checkpoint && kind == frontend::AccelKind::tlas_tri20;
         for (const char* machine : {"table1", "deep_stack", "intersection_only"}) {
           const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/" + machine + ".toml", {});
