@@ -170,7 +170,7 @@ TEST_F(L1PrivateWrites, ADirtyLineWithoutAWayOutDropsNoFillOfASetWithACleanOne) 
     bench.client().at(300 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
   }
   // Line 4 has sent line 0 to the buffer. Line 5 has taken the place of line 2, not of line 1: those are here.
-  std::vector<std::size_t> hits;
+  std::vector<std::uint32_t> hits;
   for (const unsigned number : {1U, 3U, 4U, 5U}) hits.push_back(bench.client().read(400 + 2 * number, line(number)));
   bench.client().read(1200, line(2));
   EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
