@@ -55,9 +55,7 @@ std::string json_help(std::string_view command) {
 
 nlohmann::ordered_json json_document(std::string_view command) { return {{"schema", form_of(command).schema}}; }
 
-void print_json(const nlohmann::ordered_json& document) {
-  fmt::print("{}\n", json_text(document));
-}
+void print_json(const nlohmann::ordered_json& document) { fmt::print("{}\n", json_text(document)); }
 
 JsonListPrinter::JsonListPrinter(const nlohmann::ordered_json& head, const std::string& name) {
   const std::string text = json_text(head);

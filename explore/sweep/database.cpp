@@ -191,9 +191,10 @@ void SweepDatabase::add(const SweepPoints& points) {
   for (const auto& t : points.traces) {
     trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
   }
-  SqliteStatement point(database_,
-                        "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, status, seconds) "
-                        "VALUES(?1, ?2, ?3, ?4, ?5, ?6, 'pending', 0)");
+  SqliteStatement point(
+      database_,
+      "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, status, seconds) "
+      "VALUES(?1, ?2, ?3, ?4, ?5, ?6, 'pending', 0)");
   for (const SweepPoint& p : points.points) {
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
     point.bind(6, p.coordinates.dump()).run();
