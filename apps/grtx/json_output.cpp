@@ -43,6 +43,10 @@ const JsonForm& form_of(std::string_view command) {
   return *found;
 }
 
+std::string json_text(const nlohmann::ordered_json& json) {
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 }  // namespace
 
 std::string json_help(std::string_view command) {
@@ -51,8 +55,25 @@ std::string json_help(std::string_view command) {
 
 nlohmann::ordered_json json_document(std::string_view command) { return {{"schema", form_of(command).schema}}; }
 
-void print_json(const nlohmann::ordered_json& document) {
-  fmt::print("{}\n", document.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+void print_json(const nlohmann::ordered_json& document) { fmt::print("{}\n", json_text(document)); }
+
+JsonListPrinter::JsonListPrinter(const nlohmann::ordered_json& head, const std::string& name) {
+  const std::string text = json_text(head);
+  fmt::print("{},\n {}: [", text.substr(0, text.rfind('\n')), json_text(name));
+}
+
+void JsonListPrinter::add(const nlohmann::ordered_json& item) {
+  std::string text = empty_ ? "\n  " : ",\n  ";
+  for (const char c : json_text(item)) {  // line ends in texts are escaped
+    text += c;
+    if (c == '\n') text += "  ";
+  }
+  fmt::print("{}", text);
+  empty_ = false;
+}
+
+void JsonListPrinter::end(const nlohmann::ordered_json& tail) {
+  fmt::print("{}],{}\n", empty_ ? "" : "\n ", json_text(tail).substr(1));
 }
 
 std::string json_reference() {

@@ -16,6 +16,20 @@ nlohmann::ordered_json json_document(std::string_view command);
 /// Prints the document. Text in it that is no UTF-8 (a path) gets replacement characters.
 void print_json(const nlohmann::ordered_json& document);
 
+/// Prints a document with a list so long that it is better never held as a whole, byte for byte as print_json() prints
+/// {head, name: [items], tail}.
+class JsonListPrinter {
+ public:
+  /// head: an object, as json_document() makes it; not empty.
+  JsonListPrinter(const nlohmann::ordered_json& head, const std::string& name);
+  void add(const nlohmann::ordered_json& item);
+  /// Ends the list, and the document after the members of tail, of which there is one or more.
+  void end(const nlohmann::ordered_json& tail);
+
+ private:
+  bool empty_ = true;
+};
+
 /// What each command prints with --json, as a table in Markdown.
 std::string json_reference();
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -64,29 +65,27 @@ SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
 }
 
 void list_points(const SweepPoints& all, const std::string& database_path, bool as_json) {
-  std::unique_ptr<SweepDatabase> database;
-  if (fs::exists(database_path)) database = std::make_unique<SweepDatabase>(database_path);
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const SweepPoint& point : all.points) {
-    std::string status = database ? database->status_of_point(point.key) : "";
-    if (status.empty()) status = "new";
-    if (as_json) {
-      list.push_back({{"key", point.key},
-                      {"status", status},
-                      {"mode", point.mode},
-                      {"scene", point.scene},
-                      {"design", point.design},
-                      {"coordinates", point.coordinates}});
+  std::vector<std::string> statuses(all.points.size());
+  if (fs::exists(database_path)) statuses = SweepDatabase(database_path).statuses_of(all.points);
+  std::optional<JsonListPrinter> list;
+  if (as_json) list.emplace(json_document("sweep"), "points");
+  for (std::size_t i = 0; i < statuses.size(); ++i) {
+    const SweepPoint& point = all.points[i];
+    const std::string status = statuses[i].empty() ? "new" : statuses[i];
+    if (list) {
+      list->add({{"key", point.key},
+                 {"status", status},
+                 {"mode", point.mode},
+                 {"scene", point.scene},
+                 {"design", point.design},
+                 {"coordinates", point.coordinates}});
     } else {
       fmt::print("{} {:<8} {} {} {}\n    {}\n", point.key, status, point.mode, point.scene, point.design,
                  point.coordinates.dump());
     }
   }
-  if (as_json) {
-    nlohmann::ordered_json json = json_document("sweep");
-    json["points"] = std::move(list);
-    json["traces"] = all.traces.size();
-    print_json(json);
+  if (list) {
+    list->end({{"traces", all.traces.size()}});
     return;
   }
   fmt::print("{} points, {} traces\n", all.points.size(), all.traces.size());

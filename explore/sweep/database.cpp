@@ -191,12 +191,13 @@ void SweepDatabase::add(const SweepPoints& points) {
   for (const auto& t : points.traces) {
     trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
   }
-  SqliteStatement point(database_,
-                        "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, config, status, "
-                        "seconds) VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, 'pending', 0)");
+  SqliteStatement point(
+      database_,
+      "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, status, seconds) "
+      "VALUES(?1, ?2, ?3, ?4, ?5, ?6, 'pending', 0)");
   for (const SweepPoint& p : points.points) {
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
-    point.bind(6, p.coordinates.dump()).bind(7, p.config.text()).run();
+    point.bind(6, p.coordinates.dump()).run();
   }
   transaction.commit();
 }
@@ -204,6 +205,17 @@ void SweepDatabase::add(const SweepPoints& points) {
 std::string SweepDatabase::text_of(const char* sql, const std::string& key) {
   SqliteStatement select(database_, sql);
   return select.bind(1, key).step() ? select.text(0) : "";
+}
+
+std::vector<std::string> SweepDatabase::statuses_of(const std::vector<SweepPoint>& points) {
+  SqliteStatement select(database_, "SELECT status FROM point WHERE key = ?1");
+  std::vector<std::string> statuses;
+  statuses.reserve(points.size());
+  for (const SweepPoint& point : points) {
+    statuses.push_back(select.bind(1, point.key).step() ? select.text(0) : "");
+    select.reset();
+  }
+  return statuses;
 }
 
 std::string SweepDatabase::status_of_point(const std::string& key) {
@@ -241,8 +253,14 @@ std::vector<std::string> SweepDatabase::value_names(const std::string& key) {
 void SweepDatabase::set_running(const std::vector<Task>& tasks) {
   SqliteTransaction transaction(database_);
   SqliteStatement trace(database_, "UPDATE trace SET status = 'running' WHERE key = ?1");
-  SqliteStatement point(database_, "UPDATE point SET status = 'running' WHERE key = ?1");
-  for (const Task& task : tasks) (task.is_trace ? trace : point).bind(1, task.key).run();
+  SqliteStatement point(database_, "UPDATE point SET status = 'running', config = ?2 WHERE key = ?1");
+  for (const Task& task : tasks) {
+    if (task.is_trace) {
+      trace.bind(1, task.key).run();
+    } else {
+      point.bind(1, task.key).bind(2, task.description.at("config").dump()).run();
+    }
+  }
   transaction.commit();
 }
 
@@ -296,17 +314,20 @@ void SweepDatabase::record_values(const std::string& key, const TaskOutcome& o) 
   for (const CostValue& cost : cost_values(o.cost)) add(cost.name, cost.value, cost.unit, cost.description);
 }
 
-void SweepDatabase::refuse(const std::string& key, const std::string& reason) {
-  TaskOutcome outcome;
-  outcome.key = key;
-  outcome.status = "failed";
-  outcome.reason = reason;
-  record(outcome);
+void SweepDatabase::refuse(const std::vector<Refusal>& refusals) {
+  SqliteTransaction transaction(database_);
+  SqliteStatement update(database_,
+                         "UPDATE point SET status = 'failed', reason = nullif(?2, ''), seconds = 0, document = NULL, "
+                         "config = ?3 WHERE key = ?1");
+  for (const auto& [point, reason] : refusals) {
+    update.bind(1, point->key).bind(2, reason).bind(3, point->config.text()).run();
+  }
+  transaction.commit();
 }
 
 std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<SweepPoint>& points) {
   std::map<std::string, std::size_t> counts;
-  for (const SweepPoint& point : points) ++counts[status_of_point(point.key)];
+  for (const std::string& status : statuses_of(points)) ++counts[status];
   return counts;
 }
 

@@ -33,9 +33,12 @@ class SweepDatabase {
   /// Notes the plan's text. What was "running" when a sweep was killed is pending again; with `retry`, so is what
   /// failed, was killed or took too long.
   void begin(const std::string& plan, const std::string& program, const std::string& build, bool retry);
-  /// Adds what is new as pending, as the confirmation of a front and the generations of a search do.
+  /// Adds what is new as pending, as the confirmation of a front and the generations of a search do. The configuration
+  /// of a point, which takes a hundred times as much as the rest of it, is added when it is run or refused.
   void add(const SweepPoints& points);
 
+  /// Of each of these; "" of one that it does not hold.
+  std::vector<std::string> statuses_of(const std::vector<SweepPoint>& points);
   std::string status_of_point(const std::string& key);
   std::string status_of_trace(const std::string& key);
   std::string reason_of_point(const std::string& key);
@@ -50,8 +53,12 @@ class SweepDatabase {
 
   void set_running(const std::vector<Task>& tasks);
   void record(const TaskOutcome& outcome);
-  /// A point that will not run.
-  void refuse(const std::string& key, const std::string& reason);
+  /// Points that will not run, and why.
+  struct Refusal {
+    const SweepPoint* point = nullptr;
+    std::string reason;
+  };
+  void refuse(const std::vector<Refusal>& refusals);
 
   /// How many of these points have each status.
   std::map<std::string, std::size_t> summary(const std::vector<SweepPoint>& points);

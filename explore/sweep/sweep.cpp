@@ -18,8 +18,9 @@ class Queue {
         std::set<std::string>& sound_traces)
       : database_(database), setting_(setting), sound_traces_(sound_traces) {
     for (const auto& trace : all.traces) traces_[trace->key] = trace.get();
-    for (const SweepPoint& point : all.points) {
-      if (database.status_of_point(point.key) == "pending") pending_.push_back(&point);
+    const std::vector<std::string> statuses = database.statuses_of(all.points);
+    for (std::size_t i = 0; i < statuses.size(); ++i) {
+      if (statuses[i] == "pending") pending_.push_back(&all.points[i]);
     }
   }
 
@@ -27,26 +28,28 @@ class Queue {
 
   /// Sorts the pending points; those that cannot run are recorded. Returns how many that were.
   std::size_t begin() {
-    std::size_t refused = 0;
+    std::vector<SweepDatabase::Refusal> refused;
+    std::map<std::string, std::string> status_of;  // of a trace, asked for once
     for (const SweepPoint* point : pending_) {
       if (!point->broken.empty()) {
-        database_.refuse(point->key, point->broken);
-        ++refused;
+        refused.push_back({point, point->broken});
         continue;
       }
       const std::string& key = point->trace_key;
-      const std::string status = database_.status_of_trace(key);
+      const auto [known, is_new] = status_of.try_emplace(key);
+      if (is_new) known->second = database_.status_of_trace(key);
+      const std::string& status = known->second;
       if (sound_traces_.contains(key)) {
         ready_.push_back(point);
       } else if (status == "done" || status == "pending") {  // of one that is done the task looks at the file
         if (waiting_[key].empty()) untraced_.push_back(traces_.at(key));
         waiting_[key].push_back(point);
       } else {
-        database_.refuse(point->key, "trace: " + database_.reason_of_trace(key));
-        ++refused;
+        refused.push_back({point, "trace: " + database_.reason_of_trace(key)});
       }
     }
-    return refused;
+    database_.refuse(refused);
+    return refused.size();
   }
 
   std::vector<Task> take(std::size_t places) {
@@ -76,7 +79,9 @@ class Queue {
       ready_.insert(ready_.end(), points.begin(), points.end());
       return 0;
     }
-    for (const SweepPoint* point : points) database_.refuse(point->key, "trace: " + outcome.reason);
+    std::vector<SweepDatabase::Refusal> refused;
+    for (const SweepPoint* point : points) refused.push_back({point, "trace: " + outcome.reason});
+    database_.refuse(refused);
     return points.size();
   }
 

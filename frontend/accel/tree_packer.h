@@ -40,10 +40,13 @@ class TreePacker {
   std::uint64_t pack_at(std::uint64_t header) {
     const std::uint64_t root = header + image_.sizes().header_bytes();
     image_.write_header(header, root, tree_.bounds);
-    // What lies above the subtrees is packed first, by one thread: it is little.
+    // What lies above the subtrees is little, and all over the image: it is read first and written last. The subtrees
+    // between go from the image's front to its end, so that its pages are first touched as the tree's are given back.
     std::vector<Subtree> subtrees;
-    pack_node({tree_.root, root, root + internal_bytes_}, kSubtreeNodes, &subtrees);
-    tbb::parallel_for(std::size_t{0}, subtrees.size(), [&](std::size_t i) { pack_node(subtrees[i], 0, nullptr); });
+    std::vector<ReadNode> above;
+    divide({tree_.root, root, root + internal_bytes_}, subtrees, above);
+    tbb::parallel_for(std::size_t{0}, subtrees.size(), [&](std::size_t i) { pack_subtree(subtrees[i]); });
+    for (const ReadNode& node : above) write(node);
     return root;
   }
 
@@ -53,45 +56,76 @@ class TreePacker {
     std::uint64_t address;  ///< of its root
     std::uint64_t below;    ///< where all the rest of it goes
   };
-  static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< internal nodes that are packed in one go, at most
-
-  // Children with at most `left_out` nodes are not packed: only their places are noted, in `noted`.
-  void pack_node(const Subtree& subtree, std::uint32_t left_out, std::vector<Subtree>* noted) {
-    const TreeNode& node = *subtree.root;
-    const unsigned count = node.child_count;
+  /// What is left of a node of the tree once it is given back.
+  struct ReadNode {
+    std::uint64_t address, below, below_children;
+    unsigned count = 0, orientation = 0, inner_count = 0, leaf_count = 0;
     std::array<ChildRecord, traces::kMaxWidth> records;
     std::array<Subtree, traces::kMaxWidth> inner;
-    std::array<std::pair<std::uint32_t, std::uint64_t>, traces::kMaxWidth> leaves;  // primitive, address
-    unsigned inner_count = 0, leaf_count = 0;
+    std::array<std::pair<std::uint32_t, std::uint64_t>, traces::kMaxWidth> leaves;  ///< primitive, address
+  };
+  static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< internal nodes that are packed in one go, at most
+
+  void read_node(const Subtree& subtree, ReadNode& read) {
+    const TreeNode& node = *subtree.root;
+    read.address = subtree.address;
+    read.below = subtree.below;
+    read.count = node.child_count;
+    read.orientation = node.orientation;
     std::uint64_t end = subtree.below;
-    for (unsigned i = 0; i < count; ++i) {
+    for (unsigned i = 0; i < read.count; ++i) {
       const TreeChild& child = node.children[i];
-      records[i] = {child.box, child.leaf() ? leaf_kind_ : NodeKind::internal};
+      read.records[i] = {child.box, child.leaf() ? leaf_kind_ : NodeKind::internal};
       if (child.leaf()) {
         if constexpr (requires { leaf_.prefetch(child.primitive()); }) leaf_.prefetch(child.primitive());
-        leaves[leaf_count++] = {child.primitive(), end};
+        read.leaves[read.leaf_count++] = {child.primitive(), end};
         end += leaf_bytes_;
       } else {
         __builtin_prefetch(&child.node());
-        inner[inner_count++] = {&child.node(), end, 0};
+        read.inner[read.inner_count++] = {&child.node(), end, 0};
         end += internal_bytes_;
       }
     }
-    const unsigned orientation = node.orientation;
     if (consume_) tree_.memory->release(&node);
-    image_.write_internal(subtree.address, subtree.below, records.data(), count, orientation);
-    for (unsigned i = 0; i < leaf_count; ++i) leaf_(image_, leaves[i].second, leaves[i].first);
-    for (unsigned i = 0; i < inner_count; ++i) {
-      inner[i].below = end;
-      end += (inner[i].root->internals - 1) * internal_bytes_ + inner[i].root->leaves * leaf_bytes_;
+    read.below_children = end;
+  }
+
+  // Where each child's subtree goes: its nodes have been asked for by read_node().
+  void place_inner(ReadNode& read) {
+    std::uint64_t end = read.below_children;
+    for (unsigned i = 0; i < read.inner_count; ++i) {
+      Subtree& inner = read.inner[i];
+      inner.below = end;
+      end += (inner.root->internals - 1) * internal_bytes_ + inner.root->leaves * leaf_bytes_;
     }
-    for (unsigned i = 0; i < inner_count; ++i) {
-      if (inner[i].root->internals <= left_out) {
-        noted->push_back(inner[i]);
+  }
+
+  void write(const ReadNode& node) {
+    image_.write_internal(node.address, node.below, node.records.data(), node.count, node.orientation);
+    for (unsigned i = 0; i < node.leaf_count; ++i) leaf_(image_, node.leaves[i].second, node.leaves[i].first);
+  }
+
+  void pack_subtree(const Subtree& subtree) {
+    ReadNode node;
+    read_node(subtree, node);
+    write(node);
+    place_inner(node);
+    for (unsigned i = 0; i < node.inner_count; ++i) pack_subtree(node.inner[i]);
+  }
+
+  // Subtrees come in the order of their addresses.
+  void divide(const Subtree& subtree, std::vector<Subtree>& subtrees, std::vector<ReadNode>& above) {
+    ReadNode node;
+    read_node(subtree, node);
+    place_inner(node);
+    for (unsigned i = 0; i < node.inner_count; ++i) {
+      if (node.inner[i].root->internals <= kSubtreeNodes) {
+        subtrees.push_back(node.inner[i]);
       } else {
-        pack_node(inner[i], left_out, noted);
+        divide(node.inner[i], subtrees, above);
       }
     }
+    above.push_back(node);
   }
 
   NodeImage& image_;

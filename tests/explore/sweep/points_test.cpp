@@ -6,10 +6,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <tuple>
 
 #include "explore/sweep/fake_tracer_rules.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/hash.h"
+#include "grtx/explore/sweep/database.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "temporary_folder.h"
@@ -218,6 +220,34 @@ TEST_F(SweepPointsTest, APointKeepsWhatItSetsAndNotAConfiguration) {
   ASSERT_EQ(all.points.size(), 4000U);
   if (after == 0) GTEST_SKIP() << "this allocator does not say what is in use";
   EXPECT_LT((after - before) / all.points.size(), 1500U) << "bytes a point";
+}
+
+/// 100,000 points that waited took 464 MB of database, nearly all of it configurations.
+TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
+  SweepPlan p = plan();
+  p.points.clear();
+  for (int i = 0; i < 2000; ++i) p.points.push_back({{"l1.latency", 10 + i % 1000}, {"rt.box.count", 1 + i / 1000}});
+  const SweepPoints all = points(p);
+  const std::string path = folder + "/a.sqlite";
+  SweepDatabase database(path);
+  database.add(all);
+  EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes a point";
+  EXPECT_EQ(database.statuses_of(all.points), std::vector<std::string>(2000, "pending"));
+
+  database.set_running({point_task(all.points[7], "grtx", folder, {})});
+  database.refuse({{&all.points[8], "no such machine"}, {&all.points[9], "no trace"}});
+  Sqlite read(path, Sqlite::Open::read_only);
+  SqliteStatement row(read, "SELECT id, status, config, reason FROM point WHERE config IS NOT NULL ORDER BY id");
+  for (const auto& [index, status, reason] :
+       {std::tuple(7U, "running", ""), std::tuple(8U, "failed", "no such machine"),
+        std::tuple(9U, "failed", "no trace")}) {
+    ASSERT_TRUE(row.step());
+    EXPECT_EQ(row.integer(0), index + 1);
+    EXPECT_EQ(row.text(1), status);
+    EXPECT_EQ(row.text(2), all.points[index].config.text());
+    EXPECT_EQ(row.text(3), reason);
+  }
+  EXPECT_FALSE(row.step());
 }
 
 }  // namespace

@@ -154,6 +154,29 @@ TEST_F(Sweep, WhatFailsIsRecordedAndSpoilsNothingElse) {
   EXPECT_EQ(rows("a.sqlite", "SELECT status, count(*) FROM point GROUP BY status", 2), (Texts{"done|8", "failed|1"}));
 }
 
+/// The list is printed point by point: as a document it took more memory than the points.
+TEST_F(Sweep, ListsItsPointsAsOneDocument) {
+  write_plan("[[point]]\nl1.bytes = 128\n");
+  const auto list = [&](const std::string& database) {
+    const Outcome outcome = test::shell(grtx::paths::program() + " sweep " + folder + "/plan.toml --list --json -o " +
+                                        folder + "/" + database);
+    EXPECT_EQ(outcome.code, 0);
+    const auto document = nlohmann::ordered_json::parse(outcome.output);
+    EXPECT_EQ(outcome.output, document.dump(1) + "\n");
+    EXPECT_EQ(document.at("schema"), "grtx.sweep/1");
+    EXPECT_EQ(document.at("points").size(), 9U);
+    EXPECT_EQ(document.at("traces"), 3);
+    return document;
+  };
+  const auto before = list("a.sqlite");
+  EXPECT_EQ(before.at("points").at(8).at("status"), "new");
+  EXPECT_EQ(before.at("points").at(8).at("coordinates").dump(), R"({"l1.bytes":128})");
+  EXPECT_EQ(sweep("a.sqlite").code, 1);
+  const auto after = list("a.sqlite");
+  EXPECT_EQ(after.at("points").at(0).at("status"), "done");
+  EXPECT_EQ(after.at("points").at(8).at("status"), "failed");
+}
+
 TEST_F(Sweep, MemoryIsLimited) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer reserves terabytes: memory is not limited";

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <cstring>
 #include <random>
 #include <vector>
@@ -97,6 +98,26 @@ TEST(TreePacker, PacksOverWhatLiesThere) {
   for (std::uint64_t at = 0; at < bytes; at += 64) twice.write_procedural(at, 0xFFFFFFFFu);
   TreePacker(twice, tree, NodeKind::triangle, Leaf()).pack_at(0);
   EXPECT_EQ(std::memcmp(once.data(), twice.data(), bytes), 0);
+}
+
+/// Nodes above the subtrees, written first, touched every large page of an image of 2 GB while all of the tree was
+/// still there.
+TEST(TreePacker, WritesWhatLiesAllOverTheImageLast) {
+  const std::vector<Box> boxes = random_boxes(30000, 2);
+  const Tree tree = build_tree(
+      boxes.size(), [&](std::size_t i) { return boxes[i]; }, 6);
+  const std::uint64_t bytes = packed_bytes(tree, NodeKind::triangle, {traces::NodeLayout::vulkan_sim, 6});
+  NodeImage image(6, bytes);
+  const std::uint8_t* const root = image.node(traces::kHeaderBytes);
+  std::atomic<unsigned> before = 0, after = 0;  // leaves, by whether the root is written
+  const auto leaf = [&](NodeImage& into, std::uint64_t address, std::uint32_t index) {
+    ++(root[21] == 0 ? before : after);  // a node's mask of what it is visible to, 0xFF
+    Leaf()(into, address, index);
+  };
+  EXPECT_EQ(TreePacker(image, tree, NodeKind::triangle, leaf, true).pack(bytes), traces::kHeaderBytes);
+  EXPECT_EQ(root[21], 0xFF);
+  EXPECT_EQ(before + after, 30000U);
+  EXPECT_GT(before, 29900U);
 }
 
 TEST(TreeMemory, AChunkStaysUntilItsLastNodeIsReleased) {
