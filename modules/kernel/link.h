@@ -3,7 +3,7 @@
 // So results never depend on the order in which the kernel runs the two processes within a cycle.
 //
 // Modules reach links through ports of link_in_if and link_out_if (link_if.h), in their hot loops by way of LinkReader
-// and LinkWriter (link_access.h).
+// and LinkWriter (link_access.h). Tools find them by name, as any other object of SystemC (LinkObject).
 #pragma once
 
 #include <cassert>
@@ -18,15 +18,33 @@
 
 namespace grtx::modules {
 
-template <typename T>
-class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
+/// A link of the hierarchy, whatever it carries: what sc_find_object() and get_child_objects() give.
+class LinkObject : public sc_core::sc_object {
  public:
-  Link(std::string name, unsigned latency, std::size_t capacity)
-      : latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity), name_(std::move(name)) {
+  const char* kind() const override { return "grtx_link"; }
+  /// Items sent and not taken, visible or not.
+  virtual std::size_t size() const = 0;
+  /// Items that it holds at most.
+  virtual std::size_t capacity() const = 0;
+  /// Cycles, at least 1.
+  virtual unsigned latency() const = 0;
+  /// Items sent since the launch began.
+  virtual std::uint64_t pushed() const = 0;
+
+ protected:
+  explicit LinkObject(const std::string& name) : sc_object(name.c_str()) {}
+};
+
+// A virtual base, as sc_interface is: it lies behind the members, so that what consumers read stays in one line.
+template <typename T>
+class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, public virtual LinkObject {
+ public:
+  /// name: within the module that is being built, as for a port.
+  Link(const std::string& name, unsigned latency, std::size_t capacity)
+      : LinkObject(name), latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity) {
     assert(latency >= 1 && capacity >= 1 && capacity <= ~std::uint32_t{0});
   }
 
-  const std::string& name() const { return name_; }
   /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
   void wake(Alarm* consumer) override { consumer_ = consumer; }
   bool announce(std::uint64_t* word, unsigned bit) override {
@@ -87,9 +105,9 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const override { return size_; }
-  std::size_t capacity() const { return capacity_; }
+  std::size_t capacity() const override { return capacity_; }
   unsigned latency() const override { return latency_; }
-  std::uint64_t pushed() const { return pushed_; }
+  std::uint64_t pushed() const override { return pushed_; }
 
  private:
   struct Slot {
@@ -115,7 +133,6 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T> {
   Alarm* consumer_ = nullptr;
   std::uint64_t* announced_ = nullptr;
   std::uint64_t announced_bit_ = 0;
-  std::string name_;
 };
 
 }  // namespace grtx::modules

@@ -38,12 +38,11 @@ std::string numbered(const std::string& name, unsigned unit) { return unit == 0 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
        const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts)
     : sc_module(name) {
-  const std::string prefix = std::string(this->name()) + '.';
   const SmLinks& links = config.links;
   const unsigned units = config.rt_units;
   const bool by_shader = config.rt.memory.by_shader;
   for (unsigned u = 0; u < units; ++u) {
-    const auto name_of = [&](const char* link) { return prefix + numbered(link, u); };
+    const auto name_of = [&](const char* link) { return numbered(link, u); };
     RtLinks rt;
     const std::size_t warps = config.resident_warps;
     rt.trace_call = link<modules::TraceCall>(name_of("trace_call"), links.message_latency, warps);
@@ -77,8 +76,8 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   }
   for (std::size_t i = 0; i < clients.size(); ++i) {
     const std::size_t capacity = links.l1_capacity * widths[i];
-    requests_.push_back(link<MemoryRequest>(prefix + clients[i] + "_request", links.l1_latency, capacity));
-    responses_.push_back(link<MemoryResponse>(prefix + clients[i] + "_response", links.l1_latency, capacity));
+    requests_.push_back(link<MemoryRequest>(clients[i] + "_request", links.l1_latency, capacity));
+    responses_.push_back(link<MemoryResponse>(clients[i] + "_response", links.l1_latency, capacity));
   }
 
   modules::SimtCoreConfig simt = config.simt;

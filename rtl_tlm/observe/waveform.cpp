@@ -23,9 +23,9 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
       writer_(options.path),
       wires_(writer_, options.scope, options.level, gpu.name()),
       observation_("waveform", gpu.core(), options.window, *this) {
-  const auto add_link = [this](const std::string& scope, const auto& link) {
+  const auto add_link = [this](const auto& link) {
     using Probe = LinkProbe<std::decay_t<decltype(*link.front(0))>>;
-    Probe probe(wires_, scope, link);
+    Probe probe(wires_, link.name(), link);
     if (probe.selected()) std::get<std::vector<Probe>>(links_).push_back(probe);
   };
   const std::string root = std::string(gpu.name()) + ".";
@@ -42,9 +42,9 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
     if (const auto* l1 = dynamic_cast<const modules::L1Cache*>(&sm->l1())) {
       l1_caches_.emplace_back(wires_, scope + ".l1d", *l1);
     }
-    sm->for_each_link([&](const auto& link) { add_link(link.name(), link); });
+    sm->for_each_link(add_link);
   }
-  gpu.for_each_link([&](const auto& link) { add_link(root + link.name(), link); });
+  gpu.for_each_link(add_link);
   crossbar_requests_ = wires_.add(root + "crossbar.requests", 48, WaveLevel::signals);
   crossbar_replies_ = wires_.add(root + "crossbar.replies", 48, WaveLevel::signals);
   for (const auto& slice : gpu.slices()) {

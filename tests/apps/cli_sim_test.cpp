@@ -110,6 +110,44 @@ TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
   EXPECT_TRUE(folder_.has("w.fst"));
 }
 
+TEST_F(CliSim, ASavedStateGivesTheStatisticsOfWarm) {
+  const std::string run = "sim t.grtx --quiet " + kSmall;
+  for (const std::string mode : {"--mode cycle ", "--mode fast "}) {
+    ASSERT_EQ(folder_.run(run + mode + "--save-state t.state").code, 0);
+    ASSERT_EQ(folder_.run(run + mode + "--stats cold.json").code, 0);
+    ASSERT_EQ(folder_.run(run + mode + "--warm t.grtx --stats one.json").code, 0);
+    ASSERT_EQ(folder_.run(run + mode + "--warm-state t.state --stats two.json").code, 0);
+    const auto statistics = [this](const char* file) {
+      const std::string text = folder_.read(file);
+      return text.substr(0, text.find("\"host."));  // the last ones
+    };
+    EXPECT_THAT(statistics("two.json"), HasSubstr("gpu.cycles")) << mode;
+    EXPECT_EQ(statistics("two.json"), statistics("one.json")) << mode;
+    EXPECT_NE(statistics("two.json"), statistics("cold.json")) << mode;
+  }
+}
+
+TEST_F(CliSim, AStateThatIsDamagedOrOfAnotherMachineIsRefusedInOneLine) {
+  const std::string run = "sim t.grtx --quiet " + kSmall;
+  ASSERT_EQ(folder_.run(run + "--save-state t.state").code, 0);
+  const auto refused = [&](const std::string& arguments, const std::string& why) {
+    const Outcome outcome = folder_.run(run + arguments + " --stats s.json");
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(why)) << arguments;
+    EXPECT_FALSE(folder_.has("s.json")) << arguments;
+  };
+  refused("--warm-state t.state --set gpu.sms=3", "t.state: machine: is another");
+  refused("--warm-state t.state --mode fast", "t.state: mode: is cycle, this run's is fast");
+  refused("--warm-state t.state --warm t.grtx", "sim: --warm-state: ");
+  refused("--warm-state t.grtx", "t.grtx: ");
+  refused("--warm-state none.state", "none.state");
+  std::string damaged = folder_.read("t.state");
+  damaged[damaged.size() / 2] ^= 1;
+  folder_.write("t.state", damaged);
+  refused("--warm-state t.state", "t.state: ");
+}
+
 TEST_F(CliSim, AnOldResultStaysWhenARunFails) {
   folder_.write("s.json", "old");
   EXPECT_EQ(folder_.run("sim t.grtx --quiet --stats s.json --vcd /dev/full").code, 2);
