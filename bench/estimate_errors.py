@@ -5,18 +5,25 @@
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode fast
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
     python3 bench/estimate_errors.py paper=paper.sqlite modern=modern.sqlite [--csv F.csv] [--cases]
+    python3 bench/estimate_errors.py --sampled paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
 
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
 then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
 worst case by name, and how often the interval of sampled mode held cycle mode's value. Coordinates that only an
 estimate has (a seed, a stride) make several cases of one point. --cases prints every case, with how many times as fast the
 estimate was by wall time; --csv writes them.
+--sampled reads statistics of `grtx sim` in place of databases: FOLDER/SCENE.DESIGN.whole.json of a whole trace and
+FOLDER/SCENE.DESIGN.SEED.json of sampled mode by the same engine (bench/windows.sh makes them). So the errors are those of
+the windows alone, and the intervals, of cycles and of speed-ups, are counted with the constants that the program gave
+them or with --constants: 0.012,0.02 are those of cycle mode's windows.
 Exit code 1 when a limit of --max-mean, --max-worst or --max-speedup (percent) is exceeded or there is no case.
 """
 import argparse
 import csv
+import glob
 import json
 import math
+import os
 import sqlite3
 import sys
 from collections import defaultdict
@@ -62,11 +69,83 @@ def cases_of(rows):
         if "gpu.sampled.cycles_low" in values and values.get("gpu.sampled.share", 1) < 1:
             case["held"] = values["gpu.sampled.cycles_low"] <= exact <= values["gpu.sampled.cycles_high"]
         cases.append(case)
+    speed_ups(cases)
+    return cases
+
+
+def speed_ups(cases):
+    """Adds the error of the speed-up over the baseline of the same machine, mode, scene and coordinates."""
     bases = {(c["machine"], c["mode"], c["scene"], c["view"], c["at"]): c for c in cases if c["design"] == "baseline"}
     for case in cases:
         base = bases.get((case["machine"], case["mode"], case["scene"], case["view"], case["at"]))
         if base is not None and case is not base:
             case["speed-up error"] = 100 * ((base["estimate"] / case["estimate"]) / (base["cycles"] / case["cycles"]) - 1)
+
+
+BIAS_DEGREES = 4.0  # kBiasDegrees of rtl_tlm/estimate/sampled/estimate.h; the rest here is estimate.cpp's, too
+
+
+def student_quantile(p, degrees):
+    def cumulative(t):
+        end, steps = math.atan(t / math.sqrt(degrees)), 400
+        h = end / steps
+        total = sum((1 if i in (0, steps) else 4 if i % 2 else 2) * math.cos(i * h) ** (degrees - 1) for i in range(steps + 1))
+        return 0.5 + math.exp(math.lgamma((degrees + 1) / 2) - math.lgamma(degrees / 2)) / math.sqrt(math.pi) * total * h / 3
+    low, high = 0.0, 1.0
+    while cumulative(high) < p:
+        high *= 2
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if cumulative(middle) < p else (low, middle)
+    return (low + high) / 2
+
+
+def reach(influences, degrees, bias):
+    """Half of the interval on the logarithm."""
+    variance, square = (degrees + 2) / degrees * sum(i * i for i in influences), bias * bias
+    both = variance + square
+    if both == 0:
+        return 0.0
+    together = both * both / (variance * variance / degrees + square * square / BIAS_DEGREES)
+    return max(student_quantile(0.975, together) * math.sqrt(both), student_quantile(0.975, BIAS_DEGREES) * bias)
+
+
+def influences_of(sampled):
+    return {group: influence for group, _, influence in sampled["evidence"]}
+
+
+def sampled_cases(machine, folder, constants):
+    """The same of a folder of statistics: whole traces, and windows of them."""
+    cases, found = [], {}
+    for path in sorted(glob.glob(os.path.join(folder, "*.whole.json"))):
+        scene, design = os.path.basename(path)[:-len(".whole.json")].rsplit(".", 1)
+        with open(path, encoding="utf-8") as file:
+            exact = json.load(file)["stats"]["gpu.cycles"]["value"]
+        for other in sorted(glob.glob(glob.escape(path[:-len("whole.json")]) + "*.json")):
+            seed = other[len(path) - len("whole.json"):-len(".json")]
+            if seed == "whole":
+                continue
+            with open(other, encoding="utf-8") as file:
+                sampled = json.load(file)["sampled"]
+            if sampled["whole"]:
+                continue  # exact
+            found[scene, design, seed] = sampled
+            off = sampled["log_cycles"] - math.log(exact)
+            half = reach(influences_of(sampled).values(), sampled["degrees_of_freedom"], constants[0] if constants else sampled["bias"][0])
+            cases.append({"machine": machine, "mode": "sampled", "scene": scene, "view": 0, "at": f"seed = {seed}", "design": design,
+                          "cycles": exact, "estimate": math.exp(sampled["log_cycles"]), "error": 100 * math.expm1(off),
+                          "held": abs(off) <= half, "half": 100 * math.expm1(half)})
+    speed_ups(cases)
+    for case in cases:
+        if "speed-up error" not in case:
+            continue
+        seed = case["at"].removeprefix("seed = ")
+        base, other = found[case["scene"], "baseline", seed], found[case["scene"], case["design"], seed]
+        groups, others = influences_of(base), influences_of(other)
+        half = reach([groups.get(g, 0) - others.get(g, 0) for g in {*groups, *others}],
+                     min(base["degrees_of_freedom"], other["degrees_of_freedom"]), constants[1] if constants else base["bias"][1])
+        case["speed-up held"] = abs(math.log1p(case["speed-up error"] / 100)) <= half
+        case["speed-up half"] = 100 * math.expm1(half)
     return cases
 
 
@@ -97,7 +176,9 @@ def table(header, rows):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("databases", nargs="+", metavar="MACHINE=DB.sqlite")
+    options.add_argument("databases", nargs="*", metavar="MACHINE=DB.sqlite")
+    options.add_argument("--sampled", action="append", default=[], metavar="MACHINE=FOLDER")
+    options.add_argument("--constants", type=lambda text: [float(number) for number in text.split(",")])
     options.add_argument("--csv")
     options.add_argument("--cases", action="store_true")
     for name in ("mean", "worst", "speedup"):
@@ -108,6 +189,9 @@ def main():
         machine, _, path = entry.rpartition("=")
         rows += read(machine or path, path)
     cases = cases_of(rows)
+    for entry in arguments.sampled:
+        machine, _, folder = entry.rpartition("=")
+        cases += sampled_cases(machine or folder, folder, arguments.constants)
     if not cases:
         print("estimate_errors.py: no point is there in cycle mode and in another one", file=sys.stderr)
         return 1
@@ -121,9 +205,13 @@ def main():
         print(f"{title}:\n")
         print(table(["mode", "machine", "cases", "mean size", "95 % within", "worst", "which"],
                     [[mode, machine] + distribution(group, key) for (mode, machine), group in ordered]) + "\n")
-    held = [c["held"] for c in cases if "held" in c]
-    if held:
-        print(f"Intervals of sampled mode that held cycle mode's value: {sum(held)} of {len(held)}.\n")
+    for key, what in (("held", "cycles"), ("speed-up held", "speed-ups")):
+        held = [c[key] for c in cases if key in c]
+        halves = [c[key.replace("held", "half")] for c in cases if key.replace("held", "half") in c]
+        width = f"; half of an interval is {sum(halves) / len(halves):.1f} % in the mean" if halves else ""
+        if held:
+            print(f"Intervals of {what} in sampled mode that held the true value: {sum(held)} of {len(held)}"
+                  f" ({100 * sum(held) / len(held):.0f} %){width}.\n")
     if arguments.cases:
         print(table(["mode", "machine", "scene", "view", "at", "design", "cycles", "error", "of the speed-up", "times as fast"],
                     [[c["mode"], c["machine"], c["scene"], str(c["view"]), c["at"], c["design"], f"{c['cycles']:.0f}", f"{c['error']:+.1f} %",
@@ -131,7 +219,8 @@ def main():
                       f"{c['times as fast']:.1f}" if "times as fast" in c else ""] for c in cases]))
     if arguments.csv:
         with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, ["machine", "mode", "scene", "view", "at", "design", "cycles", "estimate", "error", "speed-up error", "held", "times as fast"])
+            writer = csv.DictWriter(file, ["machine", "mode", "scene", "view", "at", "design", "cycles", "estimate", "error", "speed-up error", "held", "times as fast",
+                                           "half", "speed-up held", "speed-up half"])
             writer.writeheader()
             writer.writerows(cases)
     mean = sum(abs(c["error"]) for c in cases) / len(cases)

@@ -101,13 +101,17 @@ void L1Cache::take_response(Cycle now) {
 void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   assert(mshrs_.in_use(mshr) && mshrs_.sector_address(mshr) == address);
   SectorCacheTags::Slot slot = tags_.find(address);
-  if (slot == SectorCacheTags::kNone && room_for_victim(address)) slot = allocate(now, address);
+  if (slot == SectorCacheTags::kNone) {
+    // A fill never waits for the way out: that way may end at this cache's own way in.
+    const SectorCacheTags::Slot place =
+        room_for_victim(address) ? tags_.victim_slot(address) : tags_.clean_victim(address);
+    if (place != SectorCacheTags::kNone) slot = allocate(now, address, place);
+  }
   if (slot != SectorCacheTags::kNone) {
     const std::uint8_t sector = tags_.sector_bit(address);
     tags_.set_valid(slot, sector);
     if (!mshrs_.demanded(mshr)) tags_.set_unused_prefetch(slot, sector);
   } else {
-    // A fill never waits for the way out: that way may end at this cache's own way in.
     ++counters_.fills_bypassed;
     if (!mshrs_.demanded(mshr)) ++counters_.prefetches_unused;
   }
@@ -290,9 +294,9 @@ bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const Me
   return true;
 }
 
-SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address) {
+SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address, SectorCacheTags::Slot place) {
   SectorCacheTags::Victim victim;
-  const SectorCacheTags::Slot slot = tags_.insert(address, &victim);
+  const SectorCacheTags::Slot slot = tags_.insert_at(place, address, &victim);
   if (victim.valid) ++counters_.evictions;
   counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
   if (victim.dirty != 0) ++leaving_lines_;

@@ -202,7 +202,10 @@ class L1Cache final : public L1CacheModule {
   bool room_for_victim(std::uint64_t address) const {
     return leaving_lines_ < config_.write_back_buffer || tags_.victim(address).dirty == 0;
   }
-  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address);
+  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address) {
+    return allocate(now, address, tags_.victim_slot(address));
+  }
+  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address, SectorCacheTags::Slot place);
   void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);

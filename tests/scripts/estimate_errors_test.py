@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """bench/estimate_errors.py on a database whose errors are known: cycle mode 1000 and 500 cycles, estimates beside them."""
 import json
+import math
 import os
 import sqlite3
 import subprocess
@@ -15,6 +16,7 @@ class EstimateErrors(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
+        self.folder = folder.name
         self.path = os.path.join(folder.name, "d.sqlite")
         self.database = sqlite3.connect(self.path)
         self.database.executescript("""
@@ -55,7 +57,43 @@ class EstimateErrors(unittest.TestCase):
         self.point("sampled", "grtx", 505, {"fast.seed": 1}, sampled__cycles_low=495, sampled__cycles_high=510, sampled__share=0.1)
         self.point("sampled", "grtx", 520, {"fast.seed": 2}, sampled__cycles_low=510, sampled__cycles_high=530, sampled__share=0.1)
         self.point("sampled", "grtx", 500, {"fast.seed": 3}, sampled__cycles_low=500, sampled__cycles_high=500, sampled__share=1)
-        self.assertIn("held cycle mode's value: 1 of 2.", self.run_script().stdout)
+        self.assertIn("Intervals of cycles in sampled mode that held the true value: 1 of 2 (50 %).", self.run_script().stdout)
+
+    def statistics(self, name, cycles, sampled=None):
+        document = {"stats": {"gpu.cycles": {"value": cycles}}}
+        if sampled is not None:
+            document["sampled"] = {"log_cycles": math.log(cycles), "whole": False, "degrees_of_freedom": 20, "bias": [0.01, 0.01],
+                                   "evidence": [[group, 0, influence] for group, influence in sampled.items()]}
+        with open(os.path.join(self.folder, name + ".json"), "w", encoding="utf-8") as file:
+            json.dump(document, file)
+
+    def run_sampled(self, *arguments):
+        return subprocess.run([sys.executable, SCRIPT, "--sampled", f"m={self.folder}", *arguments], capture_output=True, text=True).stdout
+
+    def test_windows_against_whole_traces_by_the_constants_of_the_program_or_others(self):
+        self.statistics("room.baseline.whole", 1000)
+        self.statistics("room.grtx.whole", 500)
+        # Half of an interval by the constant alone is exp(2.776 * 0.01) - 1 = 2.8 %.
+        self.statistics("room.baseline.1", 1020, {})
+        self.statistics("room.baseline.2", 1040, {})
+        self.statistics("room.grtx.1", 510, {})
+        self.statistics("room.grtx.2", 510, {})
+        out = self.run_sampled()
+        self.assertIn("| sampled | m | 4 | 2.5 % | 4.0 % | +4.0 % | room 0, m, baseline, seed = 2 |", out)
+        self.assertIn("Intervals of cycles in sampled mode that held the true value: 3 of 4 (75 %); half of an interval is 2.8 %", out)
+        self.assertIn("Intervals of speed-ups in sampled mode that held the true value: 2 of 2 (100 %)", out)
+        wider = self.run_sampled("--constants", "0.02,0.001")
+        self.assertIn("of cycles in sampled mode that held the true value: 4 of 4", wider)
+        self.assertIn("of speed-ups in sampled mode that held the true value: 1 of 2", wider)
+
+    def test_what_the_same_windows_took_too_long_in_both_designs_cancels_in_the_speed_up(self):
+        for name, cycles in (("baseline", 1000), ("grtx", 500)):
+            self.statistics(f"room.{name}.whole", cycles)
+            self.statistics(f"room.{name}.1", cycles, {8: 0.03, 16: 0.04})
+        out = self.run_sampled("--constants", "0,0.001")
+        # 2.086 * sqrt(22 / 20 * (0.03^2 + 0.04^2)) on the logarithm
+        self.assertIn("2 of 2 (100 %); half of an interval is 11.6 %", out)
+        self.assertIn("1 of 1 (100 %); half of an interval is 0.3 %", out)
 
     def test_limits_and_an_empty_comparison_fail(self):
         self.point("cycle", "grtx", 500)

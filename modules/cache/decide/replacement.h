@@ -17,7 +17,8 @@ namespace grtx::modules {
 class CacheReplacement {
  public:
   virtual ~CacheReplacement() = default;
-  /// A line was placed into `way`; empty ways are filled first, lowest first.
+  /// A line was placed into `way`; empty ways are filled first, lowest first. Another than victim(): its line is dirty
+  /// and had no way out, and this is the next clean one round the set.
   virtual void filled(std::uint64_t set, unsigned way) = 0;
   /// A line was hit.
   virtual void referenced(std::uint64_t set, unsigned way) = 0;

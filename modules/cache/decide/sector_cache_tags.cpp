@@ -154,11 +154,32 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
   return static_cast<Slot>(set * stride() + way);
 }
 
-// Neither this nor touch_large() grows into the flattened ticks of the caches, whichever files are compiled together:
-// that costs more than the call.
-[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert(std::uint64_t address, Victim* evicted) {
+[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::clean_victim(std::uint64_t address) const {
+  const std::uint64_t set = set_of(line_number(address));
+  const auto first = static_cast<Slot>(set * stride());
+  const auto clean = [&](unsigned way) { return state(first + way).dirty == 0; };
+  const unsigned ways = geometry_.ways;
+  if (policy_ != nullptr) {
+    const unsigned victim = way_number(replaced_by(address));
+    for (unsigned i = 0; i < ways; ++i) {
+      if (const unsigned way = (victim + i) % ways; clean(way)) return first + way;
+    }
+  } else if (large_) {
+    for (Way way = sets_[set].oldest; way != kNoWay; way = lines_[first + way].newer) {
+      if (clean(way)) return first + way;
+    }
+  } else {
+    for (unsigned i = ways; i > 0; --i) {
+      if (const unsigned way = small_[set].order >> 4 * (i - 1) & 0xF; clean(way)) return first + way;
+    }
+  }
+  return kNone;
+}
+
+// Neither insert_at() nor touch_large() grows into the flattened ticks of the caches, whichever files are compiled
+// together: that costs more than the call.
+[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert_at(Slot slot, std::uint64_t address, Victim* evicted) {
   assert(find(address) == kNone);
-  const Slot slot = replaced_by(address);
   *evicted = victim_in(slot);
   std::uint32_t& line = number(slot);
   if (line == kNoLine) {

@@ -76,10 +76,17 @@ class SectorCacheTags {
   }
   /// The line that insert(address) would replace.
   Victim victim(std::uint64_t address) const { return victim_in(replaced_by(address)); }
+  /// Where insert(address) would put the line.
+  Slot victim_slot(std::uint64_t address) const { return replaced_by(address); }
   /// Makes the line present with no valid sector and most recently used; the policy's victim goes (lru: the least
   /// recently used line of the set).
   /// The line must not be present.
-  Slot insert(std::uint64_t address, Victim* evicted);
+  Slot insert(std::uint64_t address, Victim* evicted) { return insert_at(replaced_by(address), address, evicted); }
+  /// Of the full set of `address`, the line to replace where dirty ones have no way out: lru: the clean line that was
+  /// used least recently; else the first clean one from the policy's victim on, round the set. kNone: all are dirty.
+  Slot clean_victim(std::uint64_t address) const;
+  /// insert() into the place of victim_slot() or clean_victim().
+  Slot insert_at(Slot slot, std::uint64_t address, Victim* evicted);
   /// Marks the line as most recently used.
   void touch(Slot slot) {
     if (policy_ != nullptr) [[unlikely]]

@@ -384,20 +384,22 @@ void L1::place(std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched
   counters_.fills += count_of(sectors);
   SectorCacheTags::Slot slot = tags_.find(line);
   if (slot == SectorCacheTags::kNone) {
-    if (!victim_can_leave(line, now)) {
+    const SectorCacheTags::Slot replaced =
+        victim_can_leave(line, now) ? tags_.victim_slot(line) : tags_.clean_victim(line);
+    if (replaced == SectorCacheTags::kNone) {
       counters_.fills_bypassed += count_of(sectors);
       counters_.prefetches_unused += count_of(prefetched);
       return;
     }
-    slot = allocate(line, now, true);
+    slot = allocate(line, replaced, now, true);
   }
   tags_.set_valid(slot, sectors);
   if (prefetched != 0) tags_.set_unused_prefetch(slot, prefetched);
 }
 
-SectorCacheTags::Slot L1::allocate(std::uint64_t line, Cycle now, bool timed) {
+SectorCacheTags::Slot L1::allocate(std::uint64_t line, SectorCacheTags::Slot place, Cycle now, bool timed) {
   SectorCacheTags::Victim victim;
-  const SectorCacheTags::Slot slot = tags_.insert(line, &victim);
+  const SectorCacheTags::Slot slot = tags_.insert_at(place, line, &victim);
   counters_.prefetches_unused += count_of(victim.unused_prefetch);
   if (victim.valid && timed) ++counters_.evictions;
   if (victim.dirty == 0) return slot;

@@ -179,15 +179,19 @@ class L1 {
   /// When the RT unit has the answers to a node request that went through in cycle `taken` and are due up to `seen`.
   Cycle return_nodes(unsigned count, Cycle taken, Cycle seen, bool in_pipeline);
   Cycle send_miss(std::uint32_t filling, const Request& r, std::uint8_t missing, bool prefetched, Cycle at);
-  /// Sectors of a line, of which a prefetch has brought these, take their place in the tags in cycle `now`, if what
-  /// they replace can leave.
+  /// Sectors of a line, of which a prefetch has brought these, take their place in the tags in cycle `now`, unless
+  /// nothing in their set can leave.
   void place(std::uint64_t line, std::uint8_t sectors, std::uint8_t prefetched, Cycle now);
   /// Whether the write-back buffer has room in cycle `at` for what `line` would replace, if that needs it.
   bool victim_can_leave(std::uint64_t line, Cycle at) const {
     return leaving_.room() <= at || tags_.victim(line).dirty == 0;
   }
   /// A line of the tags for `line`, which has none; what it held is written back, at `now` or at no time.
-  modules::SectorCacheTags::Slot allocate(std::uint64_t line, Cycle now, bool timed);
+  modules::SectorCacheTags::Slot allocate(std::uint64_t line, Cycle now, bool timed) {
+    return allocate(line, tags_.victim_slot(line), now, timed);
+  }
+  modules::SectorCacheTags::Slot allocate(std::uint64_t line, modules::SectorCacheTags::Slot place, Cycle now,
+                                          bool timed);
   /// A write's sectors that stay here. slot: of their line, if it is present.
   void keep_write(modules::SectorCacheTags::Slot slot, std::uint64_t line, std::uint8_t sectors, modules::Region region,
                   bool dirty, Cycle now, bool timed);

@@ -152,7 +152,40 @@ TEST_F(L1PrivateWrites, AFullMissQueueDropsNoFill) {
   EXPECT_TRUE(bench.conserved());
 }
 
-TEST_F(L1PrivateWrites, AFillWhoseVictimFindsNoRoomInTheBufferIsAnsweredAndNotKept) {
+// A dirty line whose turn it was blocked its set: its fills were dropped until the buffer had room again.
+TEST_F(L1PrivateWrites, ADirtyLineWithoutAWayOutDropsNoFillOfASetWithACleanOne) {
+  L1Cache::Config small = config(WritePolicy::write_back, true);
+  small.geometry = {512, 128, 32, 4};
+  small.write_back_buffer = 1;
+  L1Bench bench(small);
+  bench.memory.takes = [](Cycle now) { return now < 300 || now > 900; };
+  const auto line = [](unsigned number) { return std::uint64_t{number} * 128; };
+  bench.client().write(10, line(0), Region::stack);
+  bench.client().write(20, line(1), Region::stack);
+  bench.client().read(30, line(2));
+  bench.client().read(40, line(3));
+  const auto fourth = bench.client().read(250, line(4));
+  const auto fifth = bench.client().read(251, line(5));
+  for (unsigned i = 0; i < 8; ++i) {  // the link is full when the two are answered
+    bench.client().at(300 + i, {.address = 0x4000 + 128 * i, .region = Region::ray, .write = true});
+  }
+  // Line 4 has sent line 0 to the buffer. Line 5 has taken the place of line 2, not of line 1: those are here.
+  std::vector<std::uint32_t> hits;
+  for (const unsigned number : {1U, 3U, 4U, 5U}) hits.push_back(bench.client().read(400 + 2 * number, line(number)));
+  bench.client().read(1200, line(2));
+  EXPECT_TRUE(run_until_quiet(bench.clock, 4000));
+  EXPECT_LT(bench.client().answered(fourth), 400u);
+  EXPECT_LT(bench.client().answered(fifth), 400u);
+  for (std::size_t i = 0; i < hits.size(); ++i) EXPECT_LT(bench.client().answered(hits[i]), 500u) << i;
+  const L1Counters counters = bench.l1.counters();
+  EXPECT_EQ(counters.fills_bypassed, 0u);
+  EXPECT_EQ(counters.all().hits, hits.size());
+  EXPECT_EQ(counters.all().misses, 5u);
+  EXPECT_EQ(counters.write_backs + bench.l1.dirty_sectors(), 2u);
+  EXPECT_TRUE(bench.conserved());
+}
+
+TEST_F(L1PrivateWrites, AFillIsAnsweredAndNotKeptWhereAllLinesOfItsSetAreDirtyAndHaveNoWayOut) {
   for (const unsigned lines : {1U, 2U}) {
     fresh_context();
     L1Cache::Config small = config(WritePolicy::write_back, true);

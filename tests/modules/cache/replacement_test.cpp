@@ -55,6 +55,41 @@ TEST(CacheReplacement, RandomEvictsLinesOfTheSetOnlyAndAlwaysTheSame) {
   EXPECT_NE(gone, evicted("fifo", 8, lines));
 }
 
+/// The lines that go from one full set of `ways`, where those below `dirty` are dirty and have no way out.
+std::vector<std::uint64_t> evicted_clean(const std::string& policy, unsigned ways, unsigned dirty, unsigned fills) {
+  SectorCacheTags tags({std::uint64_t{128} * ways, 128, 32, ways, policy});
+  SectorCacheTags::Victim victim;
+  for (std::uint64_t line = 0; line < ways; ++line) {
+    const auto slot = tags.insert(line * 128, &victim);
+    if (line < dirty) tags.set_dirty(slot, 1);
+  }
+  std::vector<std::uint64_t> gone;
+  for (std::uint64_t line = ways; line < ways + fills; ++line) {
+    const auto slot = tags.clean_victim(line * 128);
+    if (slot == SectorCacheTags::kNone) break;
+    EXPECT_EQ(tags.insert_at(slot, line * 128, &victim), slot);
+    EXPECT_EQ(victim.dirty, 0);
+    EXPECT_EQ(tags.find(line * 128), slot);
+    gone.push_back(victim.address / 128);
+  }
+  for (std::uint64_t line = 0; line < dirty; ++line) EXPECT_NE(tags.find(line * 128), SectorCacheTags::kNone);
+  return gone;
+}
+
+TEST(CacheReplacement, DirtyLinesWithoutAWayOutArePassedOver) {
+  for (const std::string policy : {"lru", "fifo"}) {
+    EXPECT_EQ(evicted_clean(policy, 4, 2, 3), (Lines{2, 3, 4})) << policy;
+    Lines clean;
+    for (std::uint64_t i = 15; i < 75; ++i) clean.push_back(i);
+    EXPECT_EQ(evicted_clean(policy, 40, 15, 60), clean) << policy;
+  }
+  EXPECT_EQ(evicted_clean("random", 8, 3, 50).size(), 50U);
+  for (const std::string policy : {"lru", "fifo", "random"}) {
+    EXPECT_EQ(evicted_clean(policy, 4, 4, 1), Lines{}) << policy;
+    EXPECT_EQ(evicted_clean(policy, 40, 40, 1), Lines{}) << policy;
+  }
+}
+
 /// Most recently used goes first: made here, known by its name from then on.
 class MostRecent final : public CacheReplacement {
  public:

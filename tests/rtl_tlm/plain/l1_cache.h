@@ -105,12 +105,16 @@ class L1Cache {
     miss_latency_.add(now - mshr.allocated);
     for (const Access& waiter : mshr.waiting) clients_[waiter.client].fills.emplace_back(now, waiter);
     CacheLines::Line* line = lines_.line(answer.address);
-    if (line == nullptr && !victim_can_leave(answer.address)) {
+    CacheLines::Line* place = nullptr;
+    if (line == nullptr) {
+      place = victim_can_leave(answer.address) ? &lines_.place(answer.address) : lines_.clean_place(answer.address);
+    }
+    if (line == nullptr && place == nullptr) {
       ++fills_bypassed_;
       prefetches_.unused += mshr.prefetched ? 1 : 0;
       return;
     }
-    if (line == nullptr) line = &take_line(now, answer.address);
+    if (line == nullptr) line = &take_line(now, *place, answer.address);
     CacheLines::Sector& sector = lines_.at(*line, answer.address);
     sector.valid = true;
     sector.prefetched = mshr.prefetched;
@@ -126,8 +130,7 @@ class L1Cache {
         std::count_if(misses_.begin(), misses_.end(), [](const auto& miss) { return miss.second.client != kNobody; }));
   }
   /// A line for the address; the one that leaves goes to the write-back buffer if it is dirty.
-  CacheLines::Line& take_line(Cycle now, std::uint64_t address) {
-    CacheLines::Line& line = lines_.place(address);
+  CacheLines::Line& take_line(Cycle now, CacheLines::Line& line, std::uint64_t address) {
     if (line.used) {
       ++evictions_;
       for (const auto& sector : line.sectors) prefetches_.unused += sector.valid && sector.prefetched ? 1 : 0;
@@ -232,7 +235,7 @@ class L1Cache {
       if (std::exchange(lines_.sector(access.address)->prefetched, false)) ++prefetches_.useful;
     }
     if (kept) {
-      if (line == nullptr) line = &take_line(now, access.address);
+      if (line == nullptr) line = &take_line(now, lines_.place(access.address), access.address);
       CacheLines::Sector& sector = lines_.at(*line, access.address);
       sector.valid = true;
       if (dirty) {
