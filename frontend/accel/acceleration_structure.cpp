@@ -79,7 +79,7 @@ struct InstanceLeaf {
 
 /// Says what a structure takes while it is built, for hosts that have less. Measured (docs/guide/scenes.md).
 std::string memory_of(AccelKind kind, std::size_t gaussians, std::size_t leaves) {
-  constexpr double kLeaf = 136e-9, kInstance = 330e-9;  // GB
+  constexpr double kLeaf = 102e-9, kInstance = 330e-9;  // GB
   const bool shared = is_two_level(kind);
   const double count = static_cast<double>(gaussians);
   std::string text = fmt::format("a structure {} of {} Gaussians takes some {:.2g} GB", name_of(kind), gaussians,

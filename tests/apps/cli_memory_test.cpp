@@ -40,7 +40,7 @@ TEST_F(CliMemory, AStructureWithoutMemorySaysNotWhatItIs) {
                  "--no-trace --image i.png --quiet");
   EXPECT_EQ(outcome.code, 3);
   EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("out of memory: a structure tri20 of 100000 Gaussians takes some 0.27 GB; --accel "
+  EXPECT_THAT(outcome.err, HasSubstr("out of memory: a structure tri20 of 100000 Gaussians takes some 0.2 GB; --accel "
                                      "tlas-tri20 takes 0.033 GB"));
 }
 

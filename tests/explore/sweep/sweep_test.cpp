@@ -156,7 +156,7 @@ TEST_F(Sweep, WhatFailsIsRecordedAndSpoilsNothingElse) {
 
 /// The list is printed point by point: as a document it took more memory than the points.
 TEST_F(Sweep, ListsItsPointsAsOneDocument) {
-  write_plan("[[point]]\nl1.bytes = 128\n");
+  write_plan("[[point]]\nl1.bytes = 64\n");
   const auto list = [&](const std::string& database) {
     const Outcome outcome = test::shell(grtx::paths::program() + " sweep " + folder + "/plan.toml --list --json -o " +
                                         folder + "/" + database);
@@ -165,12 +165,12 @@ TEST_F(Sweep, ListsItsPointsAsOneDocument) {
     EXPECT_EQ(outcome.output, document.dump(1) + "\n");
     EXPECT_EQ(document.at("schema"), "grtx.sweep/1");
     EXPECT_EQ(document.at("points").size(), 9U);
-    EXPECT_EQ(document.at("traces"), 3);
+    EXPECT_EQ(document.at("traces"), 2);
     return document;
   };
   const auto before = list("a.sqlite");
   EXPECT_EQ(before.at("points").at(8).at("status"), "new");
-  EXPECT_EQ(before.at("points").at(8).at("coordinates").dump(), R"({"l1.bytes":128})");
+  EXPECT_EQ(before.at("points").at(8).at("coordinates").dump(), R"({"l1.bytes":64})");
   EXPECT_EQ(sweep("a.sqlite").code, 1);
   const auto after = list("a.sqlite");
   EXPECT_EQ(after.at("points").at(0).at("status"), "done");
