@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Gates and longest paths of the RTL of the intersection units and of its fp32 operators, beside the cost model's.
 
-    rtl_gates.py [--units fp_add,fp_mul,...] [--set KEY=VALUE ...] [--stages N,N,...] [GRTX]      default build/release/grtx
+    rtl_gates.py [--units fp_add,fp_mul,...] [--set KEY=VALUE ...] [--stages N,N,...] [--sized] [GRTX]   default build/release/grtx
 
 Yosys 0.23 reads modules/rtl, maps it to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018) and adds up area, in
 gate equivalents (area over that of the library's NAND2X1). The queue's memory is not among the gates. Longest path: abc, without
 wires and without sizing of cells, of logic between two registers, at 180 nm. --set: keys of the configuration (rt.box.count; rt.box.latency:
-the registers of a pipeline). --stages: flip-flops of pipelines of other depths.
+the registers of a pipeline). --stages: flip-flops of pipelines of other depths. --sized: mapped for speed, with buffers and cells that
+drive their loads; the path is that of a clock, the gates are more.
 Exit code 1: a unit is off by more than 20 % from the model's central value.
 """
 import argparse
@@ -21,6 +22,8 @@ TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 LIBRARY = os.environ.get("OSU018", "/usr/share/qflow/tech/osu018/osu018_stdcells.lib")
 # As yosys runs it for a library, then the longest path.
 ABC = "+strash;ifraig;scorr;dc2;dretime;strash;&get,-n;&nf;&put;topo;stime,-p"
+# For speed, with buffers behind whatever drives many, and cells of a size that drives their load.
+ABC_SIZED = "+strash;ifraig;scorr;dch,-f;map,-B,0.9;buffer,-c,-N,8;topo;upsize;dnsize;stime,-p"
 WORD = "input logic [31:0] a, input logic [31:0] b, output logic [31:0] y"
 # Operators of the cost model as this RTL has them.
 OPERATORS = {
@@ -136,7 +139,11 @@ def main():
     parser.add_argument("--units", default=",".join(list(OPERATORS) + list(UNITS)))
     parser.add_argument("--set", action="append", default=[], dest="settings")
     parser.add_argument("--stages", default="")
+    parser.add_argument("--sized", action="store_true")
     options = parser.parse_args()
+    if options.sized:
+        global ABC
+        ABC = ABC_SIZED
     if not os.path.exists(LIBRARY):
         sys.exit(f"rtl_gates.py: {LIBRARY} is missing (apt-get install qflow-tech-osu018)")
     known = coefficients(options.grtx)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Storage and gates of the checkpoint unit's RTL (modules/rtl/checkpoint_unit.sv) beside the cost model's.
 
-    rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [GRTX]      default build/release/grtx
+    rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [--sized] [GRTX]      default build/release/grtx
 
 Of a machine whose tracer options have checkpoint bins (paper-lean) it is modules/rtl/checkpoint_bins_unit.sv.
 
 Yosys 0.23 reads the RTL with the straps tied to the configuration. Storage: its memories must have the bits that the inventory names
 (queues, sector buffers, the paper's 1,074 B), its other flip-flops too (control). Gates: what is left
 beside memories, mapped to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018), in gate equivalents (area over that
-of the library's NAND2X1). --storage: without the gates, in seconds. --set: keys of rt.checkpoint and rt.warp_buffer.entries.
+of the library's NAND2X1). --storage: without the gates, in seconds. --sized: as of rtl_gates.py. --set: keys of rt.checkpoint and rt.warp_buffer.entries.
 Exit code 1: the storage is not the inventory's.
 """
 import argparse
@@ -148,7 +148,10 @@ def main():
     parser.add_argument("--lanes", default="1,4,8,32")
     parser.add_argument("--machine", default="paper")
     parser.add_argument("--set", action="append", default=[], dest="settings")
+    parser.add_argument("--sized", action="store_true")
     options = parser.parse_args()
+    if options.sized:
+        rtl_gates.ABC = rtl_gates.ABC_SIZED
     if not options.storage and not os.path.exists(LIBRARY):
         sys.exit(f"rtl_synthesis.py: {LIBRARY} is missing (apt-get install qflow-tech-osu018), or give --storage")
     failed = False

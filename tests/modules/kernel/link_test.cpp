@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "grtx/modules/kernel/waiting_links.h"
@@ -53,12 +54,27 @@ TEST(LinkTest, AnnouncesThatItIsNoLongerEmpty) {
   EXPECT_EQ(waiting, 32u);
 }
 
+TEST(LinkTest, IsFoundByItsName) {
+  Link<int> link("link_of_a_test", 3, 4);
+  auto* const found = dynamic_cast<LinkObject*>(sc_core::sc_find_object("link_of_a_test"));
+  ASSERT_EQ(found, &link);
+  EXPECT_EQ(dynamic_cast<link_in_if<int>*>(found), &link) << "what a port is bound to";
+  link.push(0, 1);
+  link.push(0, 2);
+  link.pop(3);
+  EXPECT_STREQ(found->kind(), "grtx_link");
+  EXPECT_EQ(found->size(), 1u);
+  EXPECT_EQ(found->capacity(), 4u);
+  EXPECT_EQ(found->latency(), 3u);
+  EXPECT_EQ(found->pushed(), 2u);
+}
+
 TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
   constexpr unsigned kLinks = 130;
   WaitingLinks waiting(kLinks);
   std::vector<std::unique_ptr<Link<int>>> links;
   for (unsigned i = 0; i < kLinks; ++i) {
-    links.push_back(std::make_unique<Link<int>>("link", 1, 4));
+    links.push_back(std::make_unique<Link<int>>("link" + std::to_string(i), 1, 4));
     waiting.watch(i, LinkReader<int>(*links[i]));
   }
   for (const unsigned i : {129u, 0u, 63u, 64u, 70u}) links[i]->push(0, 1);

@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "grtx/base/error.h"
 #include "modules/systemc_fixture.h"
@@ -58,8 +59,8 @@ class WorkBench {
   WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration)
       : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots}, source) {
     for (unsigned sm = 0; sm < sms; ++sm) {
-      launches.emplace_back(std::make_unique<Link<LaunchWarp>>("launch", 1, slots));
-      ends.emplace_back(std::make_unique<Link<WarpEnded>>("ended", 1, slots));
+      launches.emplace_back(std::make_unique<Link<LaunchWarp>>("launch" + std::to_string(sm), 1, slots));
+      ends.emplace_back(std::make_unique<Link<WarpEnded>>("ended" + std::to_string(sm), 1, slots));
       distributor.launch[sm].bind(*launches[sm]);
       distributor.ended[sm].bind(*ends[sm]);
     }

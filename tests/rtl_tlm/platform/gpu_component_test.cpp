@@ -11,6 +11,7 @@
 #include "error_of.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/link.h"
 #include "rtl_tlm/first_difference.h"
 #include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/platform/platform_bench.h"
@@ -112,6 +113,59 @@ TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
   EXPECT_EQ(cycles[0][1], cycles[1][0]);
   EXPECT_NE(cycles[0][0], cycles[0][1]);
   for (std::size_t i = 2; i < 6; ++i) EXPECT_EQ(cycles[i], true) << i;
+}
+
+/// Full names of all links below an object.
+void add_links(const sc_core::sc_object& object, std::vector<const modules::LinkObject*>& links) {
+  if (const auto* link = dynamic_cast<const modules::LinkObject*>(&object)) links.push_back(link);
+  for (const sc_core::sc_object* child : object.get_child_objects()) add_links(*child, links);
+}
+
+TEST(GpuComponent, HasItsLinksInTheHierarchyByTheNamesOfTheWaveform) {
+  const TinyFile few(3);
+  const TemporaryFile waves("waves");
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
+  GpuComponent::Options watched = options;
+  watched.waveform.path = waves.path();
+  watched.waveform.level = WaveLevel::signals;
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
+    nlohmann::json found;
+    Station a("a", watched, {{0}}), b("b", options, {{0}});
+    sc_core::sc_start();
+    for (const char* top : {"a", "b"}) {
+      std::vector<const modules::LinkObject*> links;
+      add_links(*sc_core::sc_find_object(top), links);
+      for (const modules::LinkObject* link : links) {
+        const std::string name = link->name();
+        const bool found_again = sc_core::sc_find_object(name.c_str()) == link;
+        if (found_again && link->kind() == std::string("grtx_link") && link->size() == 0) found[top].push_back(name);
+        if (!found_again || link->capacity() == 0 || link->latency() == 0) found["wrong"].push_back(name);
+      }
+    }
+    for (const char* name : {"a.gpu.sm1.trace_call", "b.gpu.sm0.rt_node_request", "b.gpu.slice_response0"}) {
+      const auto* link = dynamic_cast<const modules::LinkObject*>(sc_core::sc_find_object(name));
+      found["pushed"].push_back(link == nullptr ? 0 : link->pushed());
+    }
+    return found.dump();
+  });
+  const auto found = nlohmann::json::parse(child.result());
+  EXPECT_EQ(found.count("wrong"), 0u) << found;
+  ASSERT_EQ(found["a"].size(), found["b"].size());
+  // An SM has four to and from the RT unit, and two a port of the L1; the GPU four an SM and two a slice.
+  EXPECT_GE(found["a"].size(), 2u * (4 + 2 * 2 + 4) + 2 * options.machine.interleave.slices);
+  for (const auto& pushed : found["pushed"]) EXPECT_GT(pushed, 0u) << found["pushed"];
+  // A scope of the waveform is a part of such a name.
+  std::ifstream file(waves.path());
+  std::ostringstream text;
+  text << file.rdbuf();
+  for (const std::string link : found["a"]) {
+    const std::string scope = link.substr(link.rfind('.') + 1);
+    EXPECT_NE(text.str().find("$scope module " + scope + " $end"), std::string::npos) << link;
+  }
 }
 
 TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {

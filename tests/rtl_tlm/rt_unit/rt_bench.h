@@ -129,9 +129,10 @@ class RtBench {
     make_memory();
     if (options_.construction_order == 0) make_rt();
     for (unsigned c = 0; c < 4; ++c) {
-      requests_.push_back(std::make_unique<Link<modules::MemoryRequest>>("requests", 1, 4));
+      const std::string number = std::to_string(c);
+      requests_.push_back(std::make_unique<Link<modules::MemoryRequest>>("requests" + number, 1, 4));
       responses_.push_back(
-          std::make_unique<Link<modules::MemoryResponse>>("responses", options_.memory_latency - 1, 4096));
+          std::make_unique<Link<modules::MemoryResponse>>("responses" + number, options_.memory_latency - 1, 4096));
     }
     simt_->watch(dones_);
     simt_->watch(batches_);
