@@ -134,9 +134,13 @@ TEST(MemorySystem, AnErrorResponseEndsInOneLineThatNamesSocketAndAddress) {
 }
 
 TEST(MemorySystem, DramModelTakesRegisteredNamesAndListsThem) {
-  EXPECT_THAT([&] { load_config("", {"dram.model=ramulatr"}); },
-              ::testing::ThrowsMessage<Error>(
-                  ::testing::AllOf(::testing::HasSubstr("dram.model"), ::testing::HasSubstr("built_in"))));
+  try {
+    load_config("", {"dram.model=ramulatr"});
+    FAIL() << "an unknown model was taken";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("dram.model"));
+    EXPECT_THAT(error.what(), HasSubstr("built_in"));
+  }
   GpuConfig by_hand;
   by_hand.dram_model = "ramulatr";
   EXPECT_THROW(check_config(by_hand, "configuration"), Error);

@@ -47,12 +47,13 @@ std::uint64_t value(const ordered_json& document, const std::string& name) {
 }
 
 RandomOptions random_options(bool two_level, bool checkpoint) {
-  RandomOptions options{.seed = 7,
-                        .groups = 24,
-                        .warp_size = 32,
-                        .checkpoint = checkpoint,
-                        .capacity = checkpoint ? 200u : 0u,
-                        .two_level = two_level};
+  RandomOptions options;
+  options.seed = 7;
+  options.groups = 24;
+  options.warp_size = 32;
+  options.two_level = two_level;
+  options.checkpoint = checkpoint;
+  options.capacity = checkpoint ? 200 : 0;
   return options;
 }
 

@@ -49,7 +49,11 @@ TEST(StatisticsReference, ThePageHoldsWhatTheProgramPrints) {
 TEST(StatisticsReference, ListsWhatRunsReport) {
   const std::map<std::string, std::string> known = listed(printed_reference());
   EXPECT_GT(known.size(), 200U);
-  traces::testing::RandomOptions random{.seed = 5, .groups = 6, .warp_size = 32, .two_level = true};
+  traces::testing::RandomOptions random;
+  random.seed = 5;
+  random.groups = 6;
+  random.warp_size = 32;
+  random.two_level = true;
   const auto trace = traces::testing::random_trace(random);
   const traces::testing::TemporaryFile file("reference");
   traces::testing::write_trace(file.path(), trace.header, trace.groups);

@@ -19,7 +19,11 @@ namespace {
 using traces::testing::TemporaryFile;
 
 traces::testing::RandomTrace random_trace(std::uint64_t groups) {
-  return traces::testing::random_trace({.seed = 21, .groups = groups, .warp_size = 16});
+  traces::testing::RandomOptions options;
+  options.seed = 21;
+  options.groups = groups;
+  options.warp_size = 16;
+  return traces::testing::random_trace(options);
 }
 
 class TraceSourceAhead : public ::testing::TestWithParam<unsigned> {};

@@ -1,6 +1,8 @@
 // Warps of every size and both mappings: the same image and the same work, executed once by the hardware model.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
@@ -11,7 +13,6 @@
 #include "grtx/traces/writer.h"
 #include "paths.h"
 #include "rtl_tlm/simulate_priced.h"
-#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -26,13 +27,22 @@ struct Traced {
 
 class WarpSize : public ::testing::Test {
  protected:
-  void SetUp() override { frontend::synthesise({"flat", 800, 5, 1}, base_ + ".ply"); }
+  void SetUp() override {
+    base_ = ::testing::TempDir() + "/warp_size_" + std::to_string(::getpid());
+    frontend::synthesise({"flat", 800, 5, 1}, base_ + ".ply");
+  }
+  void TearDown() override {
+    for (const char* end : {".ply", ".cameras.json", ".grtx"}) std::filesystem::remove(base_ + end);
+  }
   Traced run(unsigned warp_size, bool linear) const {
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].resized(16, 16);
     frontend::TracerOptions options;
     options.checkpoint = true;
-    frontend::RenderOptions render{.threads = 1, .linear_mapping = linear, .warp_size = warp_size};
+    frontend::RenderOptions render;
+    render.threads = 1;
+    render.warp_size = warp_size;
+    render.linear_mapping = linear;
     const frontend::PreparedGaussians gaussians(scene, options.kernel);
     const frontend::AccelerationStructure accel(gaussians, {frontend::AccelKind::tlas_tri20, 6, false});
     Traced result;
@@ -57,8 +67,7 @@ class WarpSize : public ::testing::Test {
   }
 
  private:
-  const grtx::test::TemporaryFolder folder_;
-  const std::string base_ = folder_.path("a");
+  std::string base_;
 };
 
 TEST_F(WarpSize, ChangesTimeAndFetchesButNeitherImageNorWork) {
