@@ -8,7 +8,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "frontend/synth/stress_scenes.h"
 #include "frontend/tracer/random_scene.h"
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
@@ -95,47 +94,33 @@ TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
 }
 INSTANTIATE_TEST_SUITE_P(Shares, PlainGpu, ::testing::Range(0U, kShares));
 
-/// In all designs. One is enough for machines that differ in what all designs share.
-void expect_agreement(const frontend::Scene& scene, const frontend::Camera& camera,
-                      const std::vector<traces::NodeLayout>& layouts) {
-  for (const traces::NodeLayout layout : layouts) {
-    for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
-      for (const bool checkpoint : {false, true}) {
-        const traces::testing::TemporaryFile file("plain");
-        frontend::TracerOptions options;
-        options.checkpoint = checkpoint;
-        test::write_view(file.path(), scene, camera, 32, 16, kind, options, layout);
-        const bool all = checkpoint && kind == frontend::AccelKind::tlas_tri20;
-        for (const char* machine : {"table1", "deep_stack", "intersection_only"}) {
-          const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/" + machine + ".toml", {});
-          EXPECT_EQ(differences(file.path(), config), "") << frontend::accel_name(kind) << " " << name_of(layout)
-                                                          << (checkpoint ? " with checkpoints, " : ", ") << machine;
-          if (!all) break;
-        }
+TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
+  const std::string path = grtx::test::real_scene_path("playbot_L4");
+  const std::string cameras = grtx::test::real_cameras_path("playbot");
+  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
+  const frontend::Scene scene = frontend::load_scene(path);
+  const frontend::Camera camera = frontend::load_cameras(cameras)[0];
+  for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
+    for (const bool checkpoint : {false, true}) {
+      const traces::testing::TemporaryFile file("plain");
+      test::write_view(file.path(), scene, camera, 32, 16, kind, checkpoint);
+      // One design is enough for machines that differ in what all designs share.
+      const bool all = checkpoint && kind == frontend::AccelKind::tlas_tri20;
+      for (const char* machine : {"table1", "deep_stack", "intersection_only"}) {
+        const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/" + machine + ".toml", {});
+        EXPECT_EQ(differences(file.path(), config), "")
+            << frontend::accel_name(kind) << (checkpoint ? " with checkpoints, " : ", ") << machine;
+        if (!all) break;
       }
     }
   }
 }
 
-TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
-  const std::string path = grtx::test::real_scene_path("playbot_L4");
-  const std::string cameras = grtx::test::real_cameras_path("playbot");
-  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
-  expect_agreement(frontend::load_scene(path), frontend::load_cameras(cameras)[0], {traces::NodeLayout::vulkan_sim});
-}
-
-TEST(PlainGpuScene, AgreesOnAGeneratedRoomInAllDesignsAndLayouts) {
-  const auto room = grtx::test::generated_scene("flat", 3000);
-  expect_agreement(room.scene, room.cameras[0],
-                   {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::obb,
-                    traces::NodeLayout::compressed});
-}
-
 TEST(PlainGpuStochastic, AgreesOnSamples) {
   const frontend::Scene scene = grtx::test::random_scene(65, {.count = 200, .sh_degree = 2});
   frontend::TracerOptions options;
-  options.k = 1;
   options.tracing = frontend::Tracing::stochastic;
+  options.k = 1;
   options.samples = 4;
   for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_sphere}) {
     const traces::testing::TemporaryFile file("plain");

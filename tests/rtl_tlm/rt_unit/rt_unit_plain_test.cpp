@@ -5,6 +5,12 @@
 
 #include <random>
 
+#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/traces/reader.h"
+#include "grtx/traces/writer.h"
+#include "real_scene_files.h"
 #include "rtl_tlm/rt_unit/plain_rt_bench.h"
 #include "traces/random_group.h"
 
@@ -105,8 +111,11 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     const unsigned seed = GetParam() * 50 + i;
     std::mt19937 random(seed);
     const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
-    RandomOptions trace{
-        .seed = seed, .groups = 1 + pick(5), .warp_size = pick(3) == 0 ? 32u : 8u, .bvh_width = 2 + pick(6)};
+    RandomOptions trace;
+    trace.seed = seed;
+    trace.groups = 1 + pick(5);
+    trace.warp_size = pick(3) == 0 ? 32 : 8;
+    trace.bvh_width = 2 + pick(6);
     trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;  // wide trees of full warps take long
     trace.k = 1 + pick(7);
     trace.checkpoint = pick(3) != 0;
@@ -148,6 +157,112 @@ TEST_F(RtUnitPlainDirected, AReplayedBlasNodeAsksForItsLeafAsAnyVisitDoes) {
              instance_event(10, 1), leaf_event(kBlasLeaf, LeafOutcome::miss)},
             true);
   expect_agreement(small_header("tlas-tri20", 64), {group}, {});
+}
+
+frontend::RenderOptions one_thread() {
+  frontend::RenderOptions render;
+  render.threads = 1;
+  return render;
+}
+
+/// Warps of a view, whose trace has this header, on the default configuration.
+void expect_agreement_on(const frontend::TracedStructure& structure, const traces::Header& header,
+                         const frontend::Camera& camera, const frontend::TracerOptions& options) {
+  const std::string path = ::testing::TempDir() + "/plain_" + std::to_string(::getpid()) + ".grtx";
+  traces::Writer writer(path, header);
+  frontend::render(structure, camera, options, one_thread(), &writer);
+  writer.finish();
+  const traces::Reader reader(path);
+  std::vector<traces::RayGroup> groups(reader.group_count());
+  for (std::size_t g = 0; g < groups.size(); ++g) reader.read(g, groups[g]);
+  std::filesystem::remove(path);
+  expect_agreement(header, groups, {});
+  if (!options.checkpoint || !header.two_level) return;  // one design is enough for what none of them has by default
+  BenchOptions spilling;
+  spilling.rt.warp_buffer.spill = true;
+  spilling.rt.warp_buffer.stack_entries = 4;
+  expect_agreement(header, groups, spilling);
+}
+
+/// The same of a scene, traced for one design.
+void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
+                         const frontend::TracerOptions& options, traces::NodeLayout layout) {
+  camera = camera.resized(32, 16);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel);
+  const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
+  expect_agreement_on({scene, gaussians, accel}, frontend::trace_header(scene, camera, accel, options, one_thread()),
+                      camera, options);
+}
+
+class RtUnitPlainScene : public modules::SystemCTest {
+ protected:
+  static void all_designs(const frontend::Scene& scene, const frontend::Camera& camera) {
+    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::obb,
+                              traces::NodeLayout::compressed}) {
+      for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
+        for (const bool checkpoint : {false, true}) {
+          SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
+                       std::string(name_of(layout)));
+          frontend::TracerOptions options;
+          options.checkpoint = checkpoint;
+          const bool every_design = layout == traces::NodeLayout::vulkan_sim || layout == traces::NodeLayout::compact;
+          if (!every_design && checkpoint != traces::is_two_level(kind)) continue;
+          expect_agreement_on(scene, camera, kind, options, layout);
+          if (!every_design) continue;
+          options.child_order = traces::ChildOrder::vulkan_sim;
+          options.pop_test = traces::PopTest::off;
+          expect_agreement_on(scene, camera, kind, options, layout);
+        }
+      }
+    }
+  }
+};
+
+TEST_F(RtUnitPlainScene, GeneratedRoom) {
+  const std::string path = ::testing::TempDir() + "/plain_room_" + std::to_string(::getpid()) + ".ply";
+  frontend::synthesise({"flat", 3000, 5, 1}, path);
+  const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
+  all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
+  std::filesystem::remove(path);
+  std::filesystem::remove(cameras);
+}
+
+TEST_F(RtUnitPlainScene, GeneratedObjects) {
+  const std::string path = ::testing::TempDir() + "/plain_objects_" + std::to_string(::getpid()) + ".ply";
+  frontend::synthesise({"object", 800, 5, 1}, path);
+  const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
+  const frontend::Camera camera = frontend::load_cameras(cameras)[0].resized(32, 16);
+  std::vector<frontend::Placement> placements(3);
+  placements[1].translate = {0.5, 0.1, -0.2};
+  placements[1].scale = 0.7;
+  placements[2].translate = {-0.4, 0.0, 0.3};
+  placements[2].rotate = glm::normalize(glm::dquat(0.8, 0.1, 0.5, 0.0));
+  for (const auto kind : {frontend::AccelKind::tlas_tri20, frontend::AccelKind::tlas_sphere}) {
+    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::obb,
+                              traces::NodeLayout::compressed}) {
+      std::vector<frontend::Scene> scenes;
+      scenes.push_back(frontend::load_scene(path));
+      const frontend::MultiObjectWorld world(std::move(scenes), placements,
+                                             {kind, traces::default_width(layout), false, 8, layout}, {});
+      for (const bool checkpoint : {false, true}) {
+        SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
+                     std::string(name_of(layout)));
+        frontend::TracerOptions options;
+        options.checkpoint = checkpoint;
+        const traces::Header header = frontend::trace_header(world, camera, options, one_thread());
+        expect_agreement_on(frontend::TracedStructure(world), header, camera, options);
+      }
+    }
+  }
+  std::filesystem::remove(path);
+  std::filesystem::remove(cameras);
+}
+
+TEST_F(RtUnitPlainScene, TrainedScene) {
+  const std::string path = grtx::test::real_scene_path("playbot_L4");
+  const std::string cameras = grtx::test::real_cameras_path("playbot");
+  if (path.empty() || cameras.empty()) GTEST_SKIP() << "no trained scenes: name their folder in GRTX_SCENES";
+  all_designs(frontend::load_scene(path), frontend::load_cameras(cameras)[0]);
 }
 
 }  // namespace
