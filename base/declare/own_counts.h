@@ -1,5 +1,5 @@
-// Counts of a unit that is not the project's. It names each where it counts, since no table here can know them; units
-// of one kind add up by name, and what is counted becomes a statistic like any other.
+// Counts of a unit that no table here knows: of somebody else, or one that not every machine has. It names each where
+// it counts; units of one kind add up by name, and what is counted becomes a statistic like any other.
 #pragma once
 
 #include <algorithm>
@@ -36,6 +36,11 @@ class OwnCounts {
       s.name = prefix + "." + s.name;
       list.add(std::move(s));
     }
+  }
+  /// 0 where nobody has counted it.
+  std::uint64_t of(const std::string& name) const {
+    const auto found = std::find_if(counts_.begin(), counts_.end(), [&](const Statistic& s) { return s.name == name; });
+    return found == counts_.end() ? 0 : std::get<std::uint64_t>(found->value);
   }
   bool empty() const { return counts_.empty(); }
 

@@ -1,12 +1,12 @@
-// Keys of units that are not the project's. A program registers the configuration of its unit once, before
-// configurations are read: its keys are then keys of every machine, and its values travel with the machine's.
+// Keys that a unit brings along. Its configuration is registered once, before configurations are read: by a program
+// whose unit it is, or by the source file of a unit that not every machine has. Its keys are then keys of every
+// machine, and its values travel with the machine's.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "grtx/base/declare/parameter.h"
 
@@ -17,10 +17,10 @@ class OwnKeys {
  public:
   /// Those that are registered, at their defaults.
   OwnKeys() {
-    for (const auto& [prefix, held] : registered()) held_.emplace_back(prefix, held->copy());
+    for (const auto& [prefix, held] : registered()) held_.emplace(prefix, held->copy());
   }
   OwnKeys(const OwnKeys& other) {
-    for (const auto& [prefix, held] : other.held_) held_.emplace_back(prefix, held->copy());
+    for (const auto& [prefix, held] : other.held_) held_.emplace(prefix, held->copy());
   }
   OwnKeys(OwnKeys&&) = default;
   OwnKeys& operator=(const OwnKeys& other) {
@@ -32,13 +32,13 @@ class OwnKeys {
   ~OwnKeys() = default;
 
   /// Config: a value with parameters(ParameterList&). prefix: of its keys, e.g. rt.my_box. Throws std::logic_error when
-  /// there are such keys already.
+  /// there are such keys already. Returns true, so that a constant of a source file can register.
   template <typename Config>
-  static void add(const std::string& prefix, const Config& defaults = {}) {
-    for (const auto& [taken, held] : registered()) {
-      if (taken == prefix) throw std::logic_error("keys below " + prefix + " are registered already");
+  static bool add(const std::string& prefix, const Config& defaults = {}) {
+    if (!registered().emplace(prefix, std::make_unique<Of<Config>>(defaults)).second) {
+      throw std::logic_error("keys below " + prefix + " are registered already");
     }
-    registered().emplace_back(prefix, std::make_unique<Of<Config>>(defaults));
+    return true;
   }
   /// Throws std::logic_error when nothing of this type is registered.
   template <typename Config>
@@ -67,7 +67,8 @@ class OwnKeys {
     void parameters(ParameterList& list) override { config.parameters(list); }
     Config config;
   };
-  using All = std::vector<std::pair<std::string, std::unique_ptr<Held>>>;
+  /// By prefix, in whatever order they were registered.
+  using All = std::map<std::string, std::unique_ptr<Held>>;
   static All& registered() {
     static All all;
     return all;

@@ -1,4 +1,4 @@
-// Signals of a unit of your own in the waveform. The project's units have theirs in rtl_tlm/observe.
+// Signals that a unit brings along. Those of the units that every machine has are in rtl_tlm/observe.
 #pragma once
 
 #include <cstdint>

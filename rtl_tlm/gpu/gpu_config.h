@@ -85,7 +85,7 @@ struct GpuConfig {
   modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
   modules::Dram::Config dram;
   FastModel fast;
-  modules::OwnKeys own;  ///< of units that are not the project's
+  modules::OwnKeys own;  ///< of somebody else's units, and of those that not every machine has
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);

@@ -71,7 +71,7 @@ GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const E
   }
   for (const auto& sm : gpu.sms()) {
     c.simt_of.push_back(sm->simt().counters());
-    c.l1_of.push_back(sm->l1().counters());
+    c.l1_of.push_back(sm->l1_counters());
   }
   for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
   c.crossbar = gpu.crossbar().counters();

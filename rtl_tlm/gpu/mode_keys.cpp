@@ -57,7 +57,14 @@ const std::vector<ModeKey>& mode_keys() {
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
   const Settings settings(config);
   for (const ModeKey& key : mode_keys()) {
-    if (key.mode == mode && key.refused != nullptr && settings.differ(key.key)) return {key.key, key.refused};
+    if (key.mode == mode && key.refused != nullptr && settings.differ(key.key))
+      return {std::string(key.key), key.refused};
+  }
+  modules::OwnKeys own = config.own;
+  modules::ParameterList brought;
+  own.parameters(brought);
+  for (const modules::Parameter& key : brought.items()) {
+    if (mode == SimulationMode::fast && settings.differ(key.name)) return {key.name, "is not modelled by --mode fast"};
   }
   return {};
 }

@@ -33,11 +33,12 @@ const std::vector<ModeKey>& mode_keys();
 
 /// What a configuration asks for that a mode does not model; an empty key: nothing.
 struct Unmodelled {
-  std::string_view key;
+  std::string key;
   const char* rule = "";
   explicit operator bool() const { return !key.empty(); }
 };
-/// The first key of the table that is set to another value than its default and refused in that mode.
+/// The first key of the table, or of a unit that brings its keys along, that is set to another value than its default
+/// and refused in that mode.
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode);
 
 /// Keys that are set to another value than their default and ignored by all of these modes, in order of the table.

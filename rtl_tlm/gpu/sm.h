@@ -48,6 +48,7 @@ struct SmConfig {
   modules::RtUnitConfig rt;
   modules::L1Cache::Config l1;  ///< sm and clients are set here
   SmLinks links;
+  modules::OwnKeys own;  ///< of units that not every machine has
 };
 
 class Sm final : public sc_core::sc_module {
@@ -66,6 +67,8 @@ class Sm final : public sc_core::sc_module {
   const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
   const modules::L1CacheModule& l1() const { return *l1_; }
   modules::L1CacheModule& l1() { return *l1_; }
+  /// Counts of the L1 and, by name in `own`, of what stands before it.
+  modules::L1Counters l1_counters() const { return l1_->counters(); }
 
   /// Calls f(link) for each link inside the SM, whatever it carries.
   template <typename F>
