@@ -6,6 +6,7 @@
 // and LinkWriter (link_access.h). Tools find them by name, as any other object of SystemC (LinkObject).
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <string>
@@ -32,7 +33,15 @@ class LinkObject : public sc_core::sc_object {
   virtual std::uint64_t pushed() const = 0;
 
  protected:
-  explicit LinkObject(const std::string& name) : sc_object(name.c_str()) {}
+  /// A name that has dots or that its scope has already is changed without a warning: the kernel's would end a run of
+  /// whoever treats warnings as errors.
+  explicit LinkObject(const std::string& name) : sc_object(free_name(name).c_str()) {}
+
+ private:
+  static std::string free_name(std::string name) {
+    std::replace(name.begin(), name.end(), '.', '_');
+    return sc_core::sc_gen_unique_name(name.c_str(), true);
+  }
 };
 
 // A virtual base, as sc_interface is: it lies behind the members, so that what consumers read stays in one line.

@@ -69,6 +69,14 @@ TEST(LinkTest, IsFoundByItsName) {
   EXPECT_EQ(found->pushed(), 2u);
 }
 
+TEST(LinkTest, ANameWithDotsOrUsedTwiceRaisesNoWarning) {
+  const auto warnings = sc_core::sc_report_handler::get_count(sc_core::SC_WARNING);
+  Link<int> first("client.request", 1, 1), second("client.request", 1, 1);
+  EXPECT_STREQ(first.name(), "client_request");
+  EXPECT_STRNE(first.name(), second.name());
+  EXPECT_EQ(sc_core::sc_report_handler::get_count(sc_core::SC_WARNING), warnings);
+}
+
 TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
   constexpr unsigned kLinks = 130;
   WaitingLinks waiting(kLinks);
