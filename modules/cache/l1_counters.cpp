@@ -32,7 +32,7 @@ const CounterTable<L1Counters>& L1Counters::table() {
           .sum(&C::prefetches_unused, "prefetch.unused", "sectors", "never referenced by a demand access")
           .sum(&C::fills, "fills", "sectors", "sectors filled from the L2")
           .sum(&C::fills_bypassed, "fills_bypassed", "sectors",
-               "of these, not kept: no room in the write-back buffer for the victim")
+               "of these, not kept: all lines of the set dirty, and no room in the write-back buffer")
           .sum(&C::evictions, "evictions", "lines", "lines replaced")
           .sum(&C::kept_writes, "kept_writes", "sectors", "writes that stayed in the L1, dirty")
           .sum(&C::rewrites, "rewrites", "sectors", "of these, sectors that were dirty already")
