@@ -91,7 +91,8 @@ TEST_F(CliSim, KeysThatSampledModeDoesNotReadAreNamed) {
 
 TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {
   const std::string trace = "sim '" + grtx::paths::source_dir() + "/data/traces/grtx.grtx' --quiet " + kSmall +
-                            "--set l1.bytes=4096 --set l1.private_writes=write_back --set l1.private_allocate=true ";
+                            "--set l1.bytes=4096 --set l1.ways=1 --set l1.private_writes=write_back "
+                            "--set l1.private_allocate=true ";
   for (const char* mode : {"cycle", "fast"}) {
     const std::string run = trace + "--mode " + mode + " --set l1.write_back_buffer=";
     EXPECT_THAT(folder_.run(run + "1").err,
