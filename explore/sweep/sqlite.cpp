@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <exception>
 #include <filesystem>
 #include <new>
 #include <string_view>
@@ -133,7 +134,7 @@ SqliteTransaction::~SqliteTransaction() {
   if (committed_) return;
   try {
     database_.execute("ROLLBACK");
-  } catch (const Error&) {  // SQLite undoes it when the database is next opened
+  } catch (const std::exception&) {  // out of memory, too: SQLite undoes it when the database is next opened
   }
 }
 
