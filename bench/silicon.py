@@ -7,7 +7,7 @@
 
 structures: a row a structure and kernel degree, the speed over monolithic icosahedra of the same degree in each view, its
 geometric mean, and the chart's mean and range where --chart has the structure. checkpoints: a row a view, the speed of
-every way over the fastest without checkpoints. spheres: cycles of 80 triangles over those of a sphere, by its interval.
+every way over the fastest rounds without checkpoints, and means. spheres: cycles of 80 triangles over those of a sphere, by its interval.
 Exit code 1 when a database has no point to compare.
 """
 import argparse
@@ -106,11 +106,13 @@ def checkpoints(paths):
             done += 1
             best = min(ways[name][0] for name in rounds if not ways[name][1])
             best_of = [best / min(ways[name][0] for name in rounds if name.startswith(kind)) for kind in ("grtx", "lean")]
-            gains.setdefault(scene.endswith("-full"), []).append(best_of)
-            row([scene, *(f"{best / ways[name][0]:.2f}" for name in names), ", ".join(f"{gain:.2f}" for gain in best_of)])
-        for full, all_gains in gains.items():
-            row(["**mean**, " + ("full frames" if full else "128 x 128"), *[""] * len(names),
-                 ", ".join(f"**{mean(kind):.2f}**" for kind in zip(*all_gains))])
+            speeds = [best / ways[name][0] for name in names]
+            gains.setdefault(scene.endswith("-full"), []).append(speeds + best_of)
+            row([scene, *(f"{speed:.2f}" for speed in speeds), ", ".join(f"{gain:.2f}" for gain in best_of)])
+        for full, views in gains.items():
+            *speeds, grtx, lean = zip(*views)
+            row(["**mean**, " + ("full frames" if full else "128 x 128"), *(f"{mean(of):.2f}" for of in speeds),
+                 ", ".join(f"**{mean(of):.2f}** ({min(of):.2f} to {max(of):.2f})" for of in (grtx, lean))])
         print()
     return done
 

@@ -1,0 +1,69 @@
+"""bench/silicon.py on a small database: speeds over monolithic icosahedra beside a chart, ways over the fastest rounds."""
+import json
+import os
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bench", "silicon.py")
+
+
+class Silicon(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = os.path.join(folder.name, "ada.sqlite")
+        self.chart = os.path.join(folder.name, "chart.csv")
+        self.database = sqlite3.connect(self.path)
+        self.addCleanup(self.database.close)
+        self.database.executescript("""
+            CREATE TABLE point(id INTEGER PRIMARY KEY, scene TEXT, coordinates TEXT, status TEXT);
+            CREATE TABLE value(point_id INTEGER, name TEXT, value REAL);""")
+
+    def point(self, scene, cycles, status="done", **coordinates):
+        at = {"tracer." + name: value for name, value in coordinates.items() if name != "keys"} | coordinates.get("keys", {})
+        number = self.database.execute("INSERT INTO point(scene, coordinates, status) VALUES (?, ?, ?)",
+                                       (scene, json.dumps(at), status)).lastrowid
+        self.database.execute("INSERT INTO value VALUES (?, 'gpu.cycles', ?)", (number, cycles))
+
+    def rows(self, *arguments, code=0):
+        self.database.commit()
+        done = subprocess.run([sys.executable, SCRIPT, *arguments], capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stdout.splitlines()[2:]
+
+    def test_structures_are_held_against_the_chart(self):
+        for scene, cycles in (("room", 200), ("object", 100)):
+            self.point(scene, cycles, accel="tri20", kernel_degree=4)
+            self.point(scene, 100, accel="tlas-tri20", kernel_degree=4)
+            self.point(scene, 1, accel="tlas-tri20", kernel_degree=4, keys={"rt.sphere.interval": 4})
+        with open(self.chart, "w", encoding="utf-8") as file:
+            file.write("# measured\ndesign,tracer.kernel_degree,value\ntlas-tri20,4,1\ntlas-tri20,4,1.44\n")
+        self.assertEqual(self.rows("structures", self.path, "--chart", self.chart)[0],
+                         "| shared icosahedron | 4 | 2.00 | 1.00 | **1.41** | 1.20 (1.00 to 1.44) | yes |")
+
+    def test_ways_are_over_the_fastest_rounds_without_checkpoints(self):
+        self.point("room", 200, accel="tri20", k=16, checkpoint="off")
+        self.point("room", 100, accel="tlas-tri20", k=32, checkpoint="off")
+        self.point("room", 50, accel="tlas-box", k=16, checkpoint="off", tracing="list")
+        self.point("room", 125, accel="tlas-tri20", k=8, checkpoint="on")
+        self.point("room", 80, accel="tlas-tri20", k=8, checkpoint="on", checkpoint_bins=4)
+        self.point("room", 1, accel="tlas-tri20", k=16, checkpoint="off", status="failed")
+        rows = self.rows("checkpoints", self.path)
+        self.assertEqual(rows[0], "| room | 0.50 | 1.00 | 2.00 | 0.80 | 1.25 | 0.80, 1.25 |")
+        self.assertTrue(rows[1].endswith("| **0.80** (0.80 to 0.80), **1.25** (1.25 to 1.25) |"), rows[1])
+
+    def test_spheres_by_their_interval(self):
+        self.point("room", 120, accel="tlas-tri80", kernel_degree=2)
+        self.point("room", 100, accel="tlas-sphere", kernel_degree=2, keys={"rt.sphere.interval": 4})
+        self.assertEqual(self.rows("spheres", self.path), ["| room | 1.20 |", ""])
+
+    def test_nothing_to_compare_is_said_by_the_code(self):
+        for table in ("structures", "checkpoints", "spheres"):
+            self.rows(table, self.path, code=1)
+
+
+if __name__ == "__main__":
+    unittest.main()
