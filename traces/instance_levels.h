@@ -36,7 +36,6 @@ class InstanceLevels {
   }
 
   std::uint32_t roots() const { return kFirstObjectRoot + static_cast<std::uint32_t>(object_roots_.size()); }
-  std::uint32_t blas_begin() const { return blas_begin_; }  ///< first address inside the BLAS
   bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
   /// A node of the scene TLAS; false for all without one.
   bool is_scene(std::uint32_t address) const { return address < objects_begin_; }

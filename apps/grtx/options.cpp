@@ -86,7 +86,7 @@ struct ViewRange {
   std::uint64_t first = 0, last = 0;
 };
 
-/// Of --views.
+/// The views of "A:B", as --views takes them; nothing when the text has another form.
 std::optional<ViewRange> view_range(const std::string& views) {
   static const std::regex form("([0-9]{1,9}):([0-9]{1,9})");
   std::smatch match;

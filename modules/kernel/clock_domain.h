@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <set>
 #include <systemc>
@@ -97,11 +96,6 @@ class ClockDomain final : public sc_core::sc_module {
   Cycle latest() const;
   /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
   void allow_ahead(std::uint64_t until_fs);
-  /// Calls what `between` returns in the place of each object that has an alarm: for measurements.
-  /// Before the simulation starts.
-  void put_between(const std::function<Clocked&(Clocked&)>& between) {
-    for (Clocked*& clocked : alarms_) clocked = &between(*clocked);
-  }
 
  private:
   friend class Alarm;

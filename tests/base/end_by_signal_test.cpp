@@ -23,6 +23,7 @@ struct EndBySignal : testing::Test {
     const pid_t child = ::fork();
     if (child == 0) {
       if (std::freopen((folder / "err").c_str(), "w", stderr) == nullptr) ::_exit(9);
+      for (const int signal : {SIGHUP, SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);  // nohup and a shell's & ignore two
       end_tidily_by_signals();
       body();
       ::_exit(0);

@@ -64,7 +64,7 @@ void SectorCacheTags::restart(bool keep_lines) {
   for (Line& line : lines_) line.state.unused_prefetch = 0;
 }
 
-// Of a set's ways, the most recently used first.
+// The ways of a set, the most recently used first.
 std::vector<unsigned> SectorCacheTags::newest_first(std::uint64_t set) const {
   std::vector<unsigned> ways;
   if (large_) {

@@ -82,7 +82,7 @@ class SectorCacheTags {
   /// recently used line of the set).
   /// The line must not be present.
   Slot insert(std::uint64_t address, Victim* evicted) { return insert_at(replaced_by(address), address, evicted); }
-  /// Of the full set of `address`, the line to replace where dirty ones have no way out: lru: the clean line that was
+  /// The line to replace in the full set of `address` where dirty lines have no way out. lru: the clean line that was
   /// used least recently; else the first clean one from the policy's victim on, round the set. kNone: all are dirty.
   Slot clean_victim(std::uint64_t address) const;
   /// insert() into the place of victim_slot() or clean_victim().

@@ -13,7 +13,7 @@ namespace grtx::modules {
 enum class WritePolicy : std::uint8_t { write_through, write_back };
 constexpr auto enum_names(WritePolicy) { return names_in_order<WritePolicy>({"write_through", "write_back"}); }
 
-/// Of the regions that belong to one ray or warp (is_private()); all others are written through, without allocation.
+/// What holds for regions of one ray or warp (is_private()); all others are written through, without allocation.
 struct PrivateWrites {
   WritePolicy policy = WritePolicy::write_through;
   bool allocate = false;
@@ -30,7 +30,7 @@ struct PrivateWrites {
     bool dirty = false;    ///< and has to be written back when its line goes
     bool forward = false;  ///< it goes on to the L2, which acknowledges it
   };
-  /// Of a whole sector; present: its line is in the cache.
+  /// What the write of a whole sector does; present: its line is in the cache.
   constexpr Effect effect(Region region, bool present) const {
     if (!is_private(region)) return {false, false, true};
     const bool keep = allocate || (policy == WritePolicy::write_back && present);

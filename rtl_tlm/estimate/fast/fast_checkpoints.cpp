@@ -74,7 +74,7 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool l
   const std::size_t most = shared_.config.rt.checkpoint.write_queue;
   if (taken > now || queued > most) {
     taken = std::max(taken, now + queued - std::min(queued, most));
-    // Of the unit: cycles in which several lanes wait count once.
+    // The unit's blocked cycles: one in which several lanes wait counts once.
     counters_.blocked_cycles += taken - std::min(taken, std::max(now, blocked_until_));
     blocked_until_ = std::max(blocked_until_, taken);
   }

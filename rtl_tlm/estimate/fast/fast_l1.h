@@ -27,7 +27,7 @@ namespace grtx::sim::fast {
 class RtUnit;
 class Simt;
 
-/// Of the L1, in the order of the cycle model's.
+/// Clients of the L1, in the cycle model's order.
 enum Client : unsigned { kNode, kSimt, kCheckpoint, kPrefetch, kStack, kClients };
 
 inline constexpr std::uint32_t kNobody = ~std::uint32_t{0};

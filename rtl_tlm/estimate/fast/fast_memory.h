@@ -26,7 +26,7 @@ class FastMemory {
   /// bytes: size of the memory.
   FastMemory(const GpuConfig& config, std::uint64_t bytes);
 
-  /// Of one request, in core cycles.
+  /// When one request passes what it passes, in core cycles.
   struct Trip {
     Cycle crossed = 0;  ///< the SM sees that the last sector has left the link to the crossbar
     Cycle seen = 0;     ///< all of them are at the SM

@@ -51,7 +51,7 @@ class RtUnit {
   }
 
   bool idle() const { return occupied_ == 0 && waiting_calls_.empty(); }
-  /// Of cycles before `end`.
+  /// Counts the cycles before `end` without a selection, by what the oldest warp waits for.
   void count_stall(Cycle end);
   modules::RtUnitCounters counters() const;
 

@@ -123,7 +123,7 @@ void RtUnit::touch(Cycle now, LaneId id) {
   shared_.agenda.add(now + lane.pace, {What::touch, sm_, id});
 }
 
-// Of each `stride` events of a lane one takes time. It is the last, unless an earlier one visits a node that its warp
+// One of each `stride` events of a lane takes time. It is the last, unless an earlier one visits a node that its warp
 // is fetching already: then that one does, and joins the fetch, and the rest follow with the next. Else lanes that are
 // a little behind others would join them more seldom than they do, since each step takes them further.
 bool RtUnit::warm_up_to_next(Cycle now, LaneId id, Lane& lane, Call& call, Cycle apart) {

@@ -29,7 +29,7 @@ class IntersectionPipelines {
   const modules::IntersectionUnit::Counters& counters() const { return counters_; }
 
  private:
-  /// Of pipelines that a test holds for several cycles: the one that is free first.
+  /// A test that holds its pipeline for several cycles takes the one that is free first.
   Cycle test_in_turn(Cycle ready, unsigned tests) {
     Cycle& free = *std::min_element(free_.begin(), free_.end());
     const Cycle start = std::max(ready + 1, free);

@@ -97,7 +97,7 @@ class CacheLines {
   std::uint64_t base(std::uint64_t address) const { return address / geometry_.line_bytes * geometry_.line_bytes; }
   std::uint64_t set_of(std::uint64_t address) const { return address / geometry_.line_bytes % sets_.size(); }
   std::vector<Line>& set(std::uint64_t address) { return sets_[set_of(address)]; }
-  /// Of those that may, the line whose turn it is by the policy.
+  /// The line whose turn it is by the policy, among those that may leave.
   template <typename MayLeave>
   Line* leaves_first(std::uint64_t address, MayLeave&& may_leave) {
     std::vector<Line>& lines = set(address);

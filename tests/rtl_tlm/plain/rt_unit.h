@@ -26,7 +26,7 @@
 
 namespace grtx::sim::plain {
 
-/// Of 16 B with a t, of 8 B without.
+/// An entry has 16 B with a t, 8 B without.
 inline unsigned stack_entries_of_a_sector(const traces::Header& header) {
   return header.pop_test == traces::PopTest::on ? 2 : 4;
 }
