@@ -154,6 +154,11 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
       "sectors written and filled");
   const double dram_pj = 8.0 * energy.dram_pj_per_bit;
   add("dram", value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj}, "bytes; HBM2E to GDDR5");
+  // Units that no table here knows have priced their counts themselves; a run's statistics hold the sum.
+  if (const double own = counted("gpu.energy_nj.own").value_or(0.0); own > 0.0) {
+    parts.push_back(
+        {"own", 1.0, Range::exactly(own), "run, as units that not every machine has price what they count"});
+  }
   const CostNode tree = cost_tree(inventories, options);
   parts.push_back({"leakage", value("gpu.time_us"), tree.leakage_mw * value("gpu.time_us"), "us of the whole machine"});
   return parts;

@@ -65,6 +65,12 @@ TEST(RunEnergy, EveryStatisticThatIsPricedIsDeclared) {
 
 TEST(RunEnergy, NothingDoneInNoTimeCostsNothing) { EXPECT_EQ(energy_of("total", {}), 0.0); }
 
+TEST(RunEnergy, WhatUnitsHavePricedThemselvesIsPartOfTheTotal) {
+  const std::map<std::string, double> statistics = {{"gpu.energy_nj.own", 12.5}};
+  EXPECT_NEAR(energy_of("own", statistics), 12.5, 1e-6);
+  EXPECT_NEAR(energy_of("total", statistics), 12.5, 1e-6);
+}
+
 TEST(RunEnergy, ALineFromGddr6) { EXPECT_NEAR(energy_of("dram", {{"gpu.dram.bytes", 128}}), 7.68, 1e-6); }
 
 TEST(RunEnergy, ATriangleTestIsItsOperatorsAndRegisters) {
