@@ -43,6 +43,24 @@ class QuietOutput {
   std::streambuf* before_;
 };
 
+/// DRAMSys writes the last of its databases when the kernel says that the simulation has ended, which it does not say
+/// to a program whose modules come and go. Destroyed before that, a DRAMSys that has recorded much ends the program.
+class EndedBeforeItGoes final : public DRAMSys::DRAMSys {
+ public:
+  using DRAMSys::DRAMSys;
+  ~EndedBeforeItGoes() override {
+    if (sc_core::sc_end_of_simulation_invoked()) return;
+    const QuietOutput quiet;
+    (this->*Access::end())();
+  }
+
+ private:
+  /// DRAMSys keeps its override private; the kernel's own name for it is open to what derives from sc_module.
+  struct Access : sc_core::sc_module {
+    static auto end() -> void (sc_core::sc_module::*)() { return &Access::end_of_simulation; }
+  };
+};
+
 }  // namespace
 
 struct DramsysDram::Behind {
@@ -53,7 +71,7 @@ struct DramsysDram::Behind {
     const QuietOutput quiet;
     try {
       for (unsigned i = 0; i < instances; ++i) {
-        systems.push_back(std::make_unique<DRAMSys::DRAMSys>(("dramsys_" + std::to_string(i)).c_str(), configuration));
+        systems.push_back(std::make_unique<EndedBeforeItGoes>(("dramsys_" + std::to_string(i)).c_str(), configuration));
       }
     } catch (const std::exception& e) {
       throw Error{config.file, kKey, e.what()};
@@ -67,7 +85,7 @@ struct DramsysDram::Behind {
   }
   const DRAMSys::MemSpec& spec() const { return systems.front()->getMemSpec(); }
 
-  std::vector<std::unique_ptr<DRAMSys::DRAMSys>> systems;
+  std::vector<std::unique_ptr<EndedBeforeItGoes>> systems;
 };
 
 class DramsysDram::Front final : public modules::ClockedModule {
