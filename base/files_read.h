@@ -23,6 +23,9 @@ class FilesRead {
   /// A file of which these bytes alone were taken.
   void note(const std::string& path, std::string_view bytes, const std::string& name = "");
 
+  /// What another reader opened, after what is here.
+  void add(const FilesRead& later) { files_.insert(files_.end(), later.files_.begin(), later.files_.end()); }
+
   /// In the order of reading.
   const std::vector<File>& files() const { return files_; }
   /// Hash of what all files said, hexadecimal. What they are called and where they lie is no part of it.

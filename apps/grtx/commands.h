@@ -4,12 +4,15 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "grtx/apps/grtx/command_files.h"
 
 namespace grtx::sim {
+
+class KeptScene;
 
 /// What main and the commands share.
 struct CommonOptions {
@@ -23,7 +26,8 @@ struct CommonOptions {
 void add_synth(CLI::App& app, CommonOptions& common);
 void add_convert(CLI::App& app, CommonOptions& common);
 void add_info(CLI::App& app, CommonOptions& common);
-void add_trace(CLI::App& app, CommonOptions& common);
+/// kept: what the trace before has left, and this one leaves; none: nothing.
+void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<KeptScene> kept = nullptr);
 void add_reference(CLI::App& app, CommonOptions& common);
 void add_compare(CLI::App& app, CommonOptions& common);
 void add_trace_check(CLI::App& app, CommonOptions& common);

@@ -47,9 +47,7 @@ void add_flatten_option(CLI::App* command, bool& flatten) {
                     "Of an object list: all Gaussians in one scene, not three levels (default: off)");
 }
 
-std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
-                                                        const TracerCli& cli, frontend::AccelKind accel,
-                                                        FilesRead& files) {
+void check_object_options(const std::string& path, const TracerCli& cli) {
   if (cli.secondary.what != "none") throw Error(path, "--secondary", "works on scenes of one object");
   if (cli.tracing != name_of(frontend::Tracing::multi)) {
     throw Error(path, "--tracing", "works on scenes of one object, but for multi");
@@ -57,6 +55,12 @@ std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path,
   if (cli.options.triangle_test == frontend::TriangleTest::world) {
     throw Error(path, "--triangle-test world", "works on scenes of one object");
   }
+}
+
+std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
+                                                        const TracerCli& cli, frontend::AccelKind accel,
+                                                        FilesRead& files) {
+  check_object_options(path, cli);
   LoadedObjects loaded = load_objects(path, files);
   return std::make_unique<frontend::ObjectViewTracer>(path, std::move(loaded.scenes), loaded.placements,
                                                       std::move(cameras), accel_options(cli, accel),

@@ -35,8 +35,10 @@ void find_files_of_scene(const std::string& path, FilesRead& files);
 
 void add_flatten_option(CLI::App* command, bool& flatten);
 
-/// Tracer of the object list at `path`. files: takes what is opened. Throws Error for options that need a scene of one
-/// object.
+/// Throws Error for options that need a scene of one object.
+void check_object_options(const std::string& path, const TracerCli& cli);
+
+/// Tracer of the object list at `path`. files: takes what is opened. Throws as check_object_options().
 std::unique_ptr<frontend::ObjectViewTracer> object_view(const std::string& path, std::vector<frontend::Camera> cameras,
                                                         const TracerCli& cli, frontend::AccelKind accel,
                                                         FilesRead& files);

@@ -40,6 +40,7 @@ int search(const SearchArguments& options, const CommonOptions& common) {
     print_json(result);
   } else if (!quiet) {
     fmt::print("{}", search_text(result));
+    if (session.trace_work().made != 0) fmt::print("{}\n", describe(session.trace_work()));
   }
   return search_succeeded(result) ? 0 : 1;
 }

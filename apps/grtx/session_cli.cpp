@@ -1,5 +1,7 @@
 #include "grtx/apps/grtx/session_cli.h"
 
+#include <fmt/format.h>
+
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 
@@ -19,6 +21,12 @@ void add_session_options(CLI::App* command, SessionOptions& options) {
   command->add_option("--program", options.program, "The grtx that traces and simulates (default: this one)");
   command->add_flag("--retry", options.retry,
                     "Run points again that failed, were killed or took too long (default: off)");
+}
+
+std::string describe(const TraceWork& work) {
+  if (work.made == 0) return "";
+  return fmt::format("{} {} made, {} {} built for them", work.made, work.made == 1 ? "trace" : "traces",
+                     work.structures_built, work.structures_built == 1 ? "structure" : "structures");
 }
 
 void put_on_machine(SweepPlan& plan, const std::string& machine) {

@@ -12,6 +12,9 @@ namespace grtx::sim {
 /// -o, --launcher, --jobs, --sbatch, --program, --retry.
 void add_session_options(CLI::App* command, SessionOptions& options);
 
+/// "3 traces made, 1 structure built for them"; "" when none was made.
+std::string describe(const TraceWork& work);
+
 /// Puts a machine (--machine; "" for none) below whatever the plan says. Throws Error for one that does not exist.
 void put_on_machine(SweepPlan& plan, const std::string& machine);
 

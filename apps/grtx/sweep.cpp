@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -13,6 +14,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
+#include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/session.h"
 
@@ -29,7 +31,9 @@ struct SweepArguments {
   std::string scene, cameras;
   bool list = false;
   std::vector<std::string> compare;
-  std::string task, result, scratch;
+  std::vector<std::string> task, result;
+  std::string scratch;
+  bool tracer = false;
 };
 
 int compare(const SweepArguments& options, const CommonOptions& common) {
@@ -91,8 +95,8 @@ void list_points(const SweepPoints& all, const std::string& database_path, bool 
   fmt::print("{} points, {} traces\n", all.points.size(), all.traces.size());
 }
 
-int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const std::string& path,
-                  const CommonOptions& common) {
+int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const TraceWork& work,
+                  const std::string& path, const CommonOptions& common) {
   const std::map<std::string, std::size_t> counts = database.summary(points);
   std::string text;
   for (const auto& [status, count] : counts) text += fmt::format("{} {} {}", text.empty() ? ":" : ",", count, status);
@@ -101,9 +105,12 @@ int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database
     json["database"] = path;
     json["points"] = points.size();
     json["status"] = counts;
+    json["traces_made"] = work.made;
+    json["structures_built"] = work.structures_built;
     print_json(json);
   } else if (!common.quiet) {
     fmt::print("{} points{}; {}\n", points.size(), text, path);
+    if (work.made != 0) fmt::print("{}\n", describe(work));
   }
   const auto done = counts.find("done");
   return done != counts.end() && done->second == points.size() ? 0 : 1;
@@ -112,9 +119,10 @@ int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database
 int sweep(const SweepArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (!options.task.empty()) {
-    run_task(options.task, options.result, options.scratch);
+    run_tasks(options.task, options.result, options.scratch);
     return 0;
   }
+  if (options.tracer) return answer_trace_requests(std::cin, stdout);
   if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
   const CliTracerRules tracer;
@@ -142,7 +150,7 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
     all.points.insert(all.points.end(), front.points.begin(), front.points.end());
   }
   session.end();
-  return print_summary(all.points, session.database(), options.session.database, common);
+  return print_summary(all.points, session.database(), session.trace_work(), options.session.database, common);
 }
 
 }  // namespace
@@ -169,6 +177,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   command->add_option("--task", options->task)->group("");
   command->add_option("--result", options->result)->group("");
   command->add_option("--scratch", options->scratch)->group("");
+  command->add_flag("--tracer", options->tracer)->group("");
 }
 
 }  // namespace grtx::sim

@@ -1,5 +1,7 @@
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "grtx/apps/grtx/object_scene.h"
@@ -65,6 +67,15 @@ std::map<std::string, std::string> CliTracerRules::resolve(const std::map<std::s
   std::map<std::string, std::string> inputs = option_inputs(cli, checkpoint, kind);
   inputs.merge(placed_inputs(cli.secondary));
   return inputs;
+}
+
+std::string CliTracerRules::structure(const std::map<std::string, std::string>& options,
+                                      const std::string& accel) const {
+  const TracerCli cli = parsed(options);
+  const frontend::AccelOptions o = accel_options(cli, frontend::accel_from_name(accel));
+  const frontend::Kernel kernel = kernel_of(cli.kernel_radius, cli.kernel_degree);
+  return fmt::format("{} {} {} {} {} {} {}", accel, o.width, o.corner_bounds, o.box_bits, name_of(o.layout),
+                     kernel.adaptive, kernel.degree);
 }
 
 SceneInput CliTracerRules::input(const std::string& scene, const std::string& cameras) const {

@@ -14,6 +14,7 @@ class CliTracerRules final : public TracerRules {
   void check(const std::string& option, const std::string& value) const override;
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override;
+  std::string structure(const std::map<std::string, std::string>& options, const std::string& accel) const override;
   /// Files are read the first time that they are asked for.
   SceneInput input(const std::string& scene, const std::string& cameras) const override;
 

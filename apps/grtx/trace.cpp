@@ -7,6 +7,7 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
+#include "grtx/apps/grtx/kept_scene.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
@@ -77,10 +78,10 @@ struct Traced {
 Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
                    frontend::AccelKind kind, const frontend::TracerOptions& tracer,
                    const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
-                   const CommandFiles& named) {
-  frontend::ViewTracer view(load_flat_scene(options.scene, files, render.quiet), cameras, tracer.kernel);
+                   const CommandFiles& named, KeptScene& kept) {
+  frontend::ViewTracer& view = kept.view(options.scene, cameras, tracer.kernel, files, render.quiet);
   named.check(files);
-  const frontend::AccelerationStructure& accel = build_view(view, accel_options(options.tracer, kind), render.quiet);
+  const frontend::AccelerationStructure& accel = kept.build(accel_options(options.tracer, kind), render.quiet);
   const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
   view.place(objects);
   inputs.merge(object_inputs(objects));
@@ -102,13 +103,13 @@ Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Ca
 Traced trace_objects(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
                      frontend::AccelKind kind, const frontend::TracerOptions& tracer,
                      const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
-                     const CommandFiles& named) {
-  const auto view = object_view(options.scene, cameras, options.tracer, kind, files);
+                     const CommandFiles& named, KeptScene& kept) {
+  const frontend::ObjectViewTracer& view = kept.objects(options.scene, cameras, options.tracer, kind, files);
   named.check(files);
   inputs.merge(files.inputs());
-  const frontend::MultiObjectWorld& world = view->world();
+  const frontend::MultiObjectWorld& world = view.world();
   Traced traced;
-  traced.view = view->trace(tracer, render, options.no_trace ? "" : options.output, inputs);
+  traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
   traced.statistics = tracer_statistics(world, traced.view);
   traced.host = tracer_host_statistics(world, traced.view.result);
   traced.bytes_per_gaussian =
@@ -118,7 +119,7 @@ Traced trace_objects(const TraceArguments& options, const std::vector<frontend::
   return traced;
 }
 
-int trace(const TraceArguments& options, const CommonOptions& common) {
+int trace(const TraceArguments& options, const CommonOptions& common, KeptScene& kept) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
@@ -139,8 +140,8 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
   const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
   const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
   const Traced traced = frontend::is_object_list(options.scene) && !options.flatten
-                            ? trace_objects(options, cameras, kind, tracer, render, chosen, files, common.files)
-                            : trace_scene(options, cameras, kind, tracer, render, chosen, files, common.files);
+                            ? trace_objects(options, cameras, kind, tracer, render, chosen, files, common.files, kept)
+                            : trace_scene(options, cameras, kind, tracer, render, chosen, files, common.files, kept);
   const frontend::RenderResult& result = traced.view.result;
   if (!options.image.empty()) write_images(options.image, traced.view);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
@@ -169,10 +170,11 @@ int trace(const TraceArguments& options, const CommonOptions& common) {
 
 }  // namespace
 
-void add_trace(CLI::App& app, CommonOptions& common) {
+void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<KeptScene> kept) {
+  if (kept == nullptr) kept = std::make_shared<KeptScene>();
   const auto options = std::make_shared<TraceArguments>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
-                                   [options, &common] { return trace(*options, common); });
+                                   [options, &common, kept] { return trace(*options, common, *kept); });
   command->add_option("--scene", options->scene, "Scene file, or object list .json (no default)")
       ->type_name(kInputFile)
       ->required();

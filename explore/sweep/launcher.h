@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,10 +38,12 @@ class WorkFolder {
 class Launcher {
  public:
   virtual ~Launcher() = default;
-  /// How many tasks launch() takes now.
+  /// How many jobs launch() takes now.
   virtual std::size_t free() const = 0;
+  /// How many tasks of a job it takes.
+  virtual std::size_t most_tasks() const = 0;
   /// The tasks' descriptions are written already.
-  virtual void launch(const std::vector<Task>& tasks) = 0;
+  virtual void launch(const std::vector<Job>& jobs) = 0;
   /// What has ended since; waits a little when nothing has. Each launched task is reported once.
   virtual std::vector<TaskOutcome> collect() = 0;
 };
@@ -50,14 +53,17 @@ class LocalLauncher final : public Launcher {
  public:
   LocalLauncher(const WorkFolder& work, std::string program, unsigned jobs);
   std::size_t free() const override { return jobs_ - running_.size(); }
-  void launch(const std::vector<Task>& tasks) override;
+  std::size_t most_tasks() const override;
+  void launch(const std::vector<Job>& jobs) override;
   std::vector<TaskOutcome> collect() override;
 
  private:
   struct Running {
-    Task task;
+    std::deque<Task> tasks;  ///< without those that have ended
     std::unique_ptr<ProgramRun> program;
   };
+  void start(Running& running) const;
+
   const WorkFolder& work_;
   std::string program_;
   std::size_t jobs_;
@@ -70,15 +76,16 @@ struct SlurmOptions {
   PlanLimits limits;
 };
 
-/// One job array at a time: all tasks that can run, then, when they have ended, the next. An array that a killed sweep
-/// left behind is cancelled.
+/// One job array at a time, a task each: all tasks that can run, then, when they have ended, the next. An array that a
+/// killed sweep left behind is cancelled.
 class SlurmLauncher final : public Launcher {
  public:
   /// identity: what tells this sweep's jobs from others', the same when it is resumed. Throws Error when there is no
   /// Slurm.
   SlurmLauncher(const WorkFolder& work, std::string program, const std::string& identity, SlurmOptions options);
   std::size_t free() const override;
-  void launch(const std::vector<Task>& tasks) override;
+  std::size_t most_tasks() const override { return 1; }
+  void launch(const std::vector<Job>& jobs) override;
   std::vector<TaskOutcome> collect() override;
 
  private:

@@ -10,6 +10,18 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr auto kBetweenPolls = std::chrono::milliseconds(5);
+constexpr std::size_t kMostTasks = 500;  ///< each has two paths on a command line, which the system limits
+
+/// Of a task whose process has ended without a result.
+TaskOutcome lost(const Task& task, const ProgramEnd& end) {
+  TaskOutcome outcome;
+  outcome.key = task.key;
+  outcome.is_trace = task.is_trace;
+  outcome.status = end.signal != 0 ? "killed" : "failed";
+  outcome.reason = end.signal != 0 ? "its process ended by " + signal_name(end.signal)
+                                   : "its process ended with exit code " + std::to_string(end.code);
+  return outcome;
+}
 
 }  // namespace
 
@@ -54,37 +66,43 @@ void WorkFolder::make() const {
 LocalLauncher::LocalLauncher(const WorkFolder& work, std::string program, unsigned jobs)
     : work_(work), program_(std::move(program)), jobs_(std::max(1U, jobs)) {}
 
-void LocalLauncher::launch(const std::vector<Task>& tasks) {
-  for (const Task& task : tasks) {
-    const std::vector<std::string> arguments = {program_,    "sweep",
-                                                "--task",    work_.description(task.key),
-                                                "--result",  work_.result(task.key),
-                                                "--scratch", work_.scratch(task.key)};
-    const std::string log = work_.log(task.key);
-    running_.push_back({task, std::make_unique<ProgramRun>(arguments, log, log, ProgramLimits{})});
+std::size_t LocalLauncher::most_tasks() const { return kMostTasks; }
+
+void LocalLauncher::start(Running& running) const {
+  const std::string& first = running.tasks.front().key;
+  std::vector<std::string> arguments = {program_, "sweep", "--scratch", work_.scratch(first)};
+  for (const Task& task : running.tasks) {
+    arguments.insert(arguments.end(), {"--task", work_.description(task.key), "--result", work_.result(task.key)});
+  }
+  const std::string log = work_.log(first);
+  running.program = std::make_unique<ProgramRun>(arguments, log, log, ProgramLimits{});
+}
+
+void LocalLauncher::launch(const std::vector<Job>& jobs) {
+  for (const Job& job : jobs) {
+    Running running{{job.begin(), job.end()}, nullptr};
+    start(running);
+    running_.push_back(std::move(running));
   }
 }
 
 std::vector<TaskOutcome> LocalLauncher::collect() {
   std::vector<TaskOutcome> outcomes;
   for (auto running = running_.begin(); running != running_.end();) {
-    const auto end = running->program->poll();
-    if (!end) {
-      ++running;
-      continue;
-    }
-    if (const auto outcome = work_.outcome(running->task)) {
+    std::deque<Task>& tasks = running->tasks;
+    const auto end = running->program->poll();  // first: what it wrote until then is there
+    while (tasks.size() > (end ? 0 : 1)) {      // the last one's place is free when the process has ended
+      const auto outcome = work_.outcome(tasks.front());
+      if (!outcome) break;
       outcomes.push_back(*outcome);
-    } else {
-      TaskOutcome lost;
-      lost.key = running->task.key;
-      lost.is_trace = running->task.is_trace;
-      lost.status = end->signal != 0 ? "killed" : "failed";
-      lost.reason = end->signal != 0 ? "its process ended by " + signal_name(end->signal)
-                                     : "its process ended with exit code " + std::to_string(end->code);
-      outcomes.push_back(lost);
+      tasks.pop_front();
     }
-    running = running_.erase(running);
+    if (end && !tasks.empty()) {  // it ended in the middle of one: the others go on
+      outcomes.push_back(lost(tasks.front(), *end));
+      tasks.pop_front();
+      if (!tasks.empty()) start(*running);
+    }
+    running = end && tasks.empty() ? running_.erase(running) : std::next(running);
   }
   if (outcomes.empty()) std::this_thread::sleep_for(kBetweenPolls);
   return outcomes;

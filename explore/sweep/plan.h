@@ -64,6 +64,9 @@ class TracerRules {
   /// All options of a structure with these given: name -> text. Throws Error for what cannot go together.
   virtual std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                                      const std::string& accel, bool checkpoint) const = 0;
+  /// What the acceleration structure of these options is, as in resolve(): the same text, the same structure of a
+  /// scene.
+  virtual std::string structure(const std::map<std::string, std::string>& options, const std::string& accel) const = 0;
   /// Reads every file that the tracer opens for these. Throws Error when one is missing or no such file.
   virtual SceneInput input(const std::string& scene, const std::string& cameras) const = 0;
 };

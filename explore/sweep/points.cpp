@@ -126,6 +126,7 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
   made.options["fov_scale"] = plan->fov_scale;
   try {
     made.options["tracer"] = tracer.resolve(given, structure.accel, structure.checkpoint);
+    made.structure = tracer.structure(given, structure.accel);
   } catch (const Error& error) {
     made.options["tracer"] = given;
     broken = error.what();

@@ -17,6 +17,7 @@ struct SweepTrace {
   std::string key;
   std::string scene;                   ///< its name in the plan
   nlohmann::ordered_json options;      ///< everything the trace is made from: hashes, view, resolved tracer options
+  std::string structure;               ///< TracerRules::structure(); of one that cannot be made ""
   std::vector<std::string> arguments;  ///< of `grtx trace`, without -o, --scene and --cameras
   std::string scene_file, cameras;     ///< absolute; of a generated scene relative to the traces' folder
   std::vector<std::string> synth;      ///< arguments of `grtx synth` without -o; empty for a scene file

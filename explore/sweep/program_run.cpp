@@ -26,8 +26,8 @@ constexpr bool kLimitsMemory = true;
 #endif
 
 /// In the child: nothing here may allocate.
-[[noreturn]] void become(char* const* arguments, const char* output, const char* errors, std::uint64_t memory,
-                         pid_t parent) {
+[[noreturn]] void become(char* const* arguments, int input, const char* output, const char* errors,
+                         std::uint64_t memory, pid_t parent) {
   // A terminal's Ctrl-C is the parent's to answer; its end is a signal that grtx answers by removing half a file.
   ::signal(SIGINT, SIG_IGN);
   ::signal(SIGHUP, SIG_IGN);
@@ -36,7 +36,7 @@ constexpr bool kLimitsMemory = true;
   if (::getppid() != parent) ::_exit(kCannotStart);
   const int out = ::open(output, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   const int err = ::open(errors, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  const int in = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  const int in = input < 0 ? ::open("/dev/null", O_RDONLY | O_CLOEXEC) : input;
   if (out < 0 || err < 0 || in < 0 || ::dup2(in, 0) < 0 || ::dup2(out, 1) < 0 || ::dup2(err, 2) < 0) {
     ::_exit(kCannotStart);
   }
@@ -54,7 +54,7 @@ constexpr bool kLimitsMemory = true;
 }  // namespace
 
 ProgramRun::ProgramRun(const std::vector<std::string>& arguments, const std::string& output, const std::string& errors,
-                       const ProgramLimits& limits)
+                       const ProgramLimits& limits, int input)
     : limits_(limits), start_(std::chrono::steady_clock::now()) {
   std::vector<std::string> copies = arguments;
   std::vector<char*> pointers;
@@ -63,7 +63,7 @@ ProgramRun::ProgramRun(const std::vector<std::string>& arguments, const std::str
   const pid_t parent = ::getpid();
   pid_ = ::fork();
   if (pid_ < 0) throw std::runtime_error(std::string("cannot start a process: ") + std::strerror(errno));
-  if (pid_ == 0) become(pointers.data(), output.c_str(), errors.c_str(), limits.memory_bytes, parent);
+  if (pid_ == 0) become(pointers.data(), input, output.c_str(), errors.c_str(), limits.memory_bytes, parent);
 }
 
 ProgramRun::~ProgramRun() {

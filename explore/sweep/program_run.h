@@ -26,9 +26,10 @@ struct ProgramEnd {
 /// A running command. Its standard output and error go to files. It dies with this process, however that ends.
 class ProgramRun {
  public:
-  /// arguments[0] is the program. Throws std::runtime_error when no process can be started.
+  /// arguments[0] is the program. input: descriptor of its standard input; -1: it is empty. Throws std::runtime_error
+  /// when no process can be started.
   ProgramRun(const std::vector<std::string>& arguments, const std::string& output, const std::string& errors,
-             const ProgramLimits& limits);
+             const ProgramLimits& limits, int input = -1);
   /// Kills it when it has not ended.
   ~ProgramRun();
   ProgramRun(const ProgramRun&) = delete;

@@ -122,7 +122,7 @@ void SweepSession::run(const SweepPoints& points, const std::string& what) {
   say_when_ended_by_signal("; start again to resume");
   database_.add(points);
   setting_.what = what;
-  run_points(points, database_, *launcher_, work_, setting_, sound_traces_);
+  trace_work_.add(run_points(points, database_, *launcher_, work_, setting_, sound_traces_));
 }
 
 void SweepSession::end() {

@@ -44,6 +44,8 @@ class SweepSession {
   void end();
 
   SweepDatabase& database() { return database_; }
+  /// For all runs so far.
+  const TraceWork& trace_work() const { return trace_work_; }
 
  private:
   std::string path_;  ///< of the database, absolute
@@ -54,6 +56,7 @@ class SweepSession {
   SweepDatabase database_;
   std::set<std::string> sound_traces_;
   std::unique_ptr<Launcher> launcher_;
+  TraceWork trace_work_;
 };
 
 }  // namespace grtx::sim

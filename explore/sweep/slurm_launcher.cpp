@@ -71,8 +71,10 @@ void SlurmLauncher::cancel_left_over() const {
 
 std::size_t SlurmLauncher::free() const { return waiting_.empty() ? kMaxArray : 0; }
 
-void SlurmLauncher::launch(const std::vector<Task>& tasks) {
-  if (tasks.empty()) return;
+void SlurmLauncher::launch(const std::vector<Job>& jobs) {
+  if (jobs.empty()) return;
+  Job tasks;
+  for (const Job& job : jobs) tasks.insert(tasks.end(), job.begin(), job.end());
   std::string list;
   for (const Task& task : tasks) list += task.key + "\n";
   const std::string keys = work_.path() + "/array.keys", script = work_.path() + "/array.sh";

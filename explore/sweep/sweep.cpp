@@ -7,6 +7,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/progress.h"
 #include "grtx/explore/sweep/dominance.h"
+#include "grtx/explore/sweep/trace_queue.h"
 
 namespace grtx::sim {
 namespace {
@@ -42,7 +43,7 @@ class Queue {
       if (sound_traces_.contains(key)) {
         ready_.push_back(point);
       } else if (status == "done" || status == "pending") {  // of one that is done the task looks at the file
-        if (waiting_[key].empty()) untraced_.push_back(traces_.at(key));
+        if (waiting_[key].empty()) untraced_.add(*traces_.at(key));
         waiting_[key].push_back(point);
       } else {
         refused.push_back({point, "trace: " + database_.reason_of_trace(key)});
@@ -52,22 +53,28 @@ class Queue {
     return refused.size();
   }
 
-  std::vector<Task> take(std::size_t places) {
-    std::vector<Task> tasks;
-    while (tasks.size() < places && !ready_.empty()) {
-      tasks.push_back(point_task(*ready_.front(), setting_.program, setting_.traces, setting_.limits));
+  /// For as many processes; points first, so that few traces wait for theirs.
+  std::vector<Job> take(std::size_t places, std::size_t most_tasks) {
+    std::vector<Job> jobs;
+    while (jobs.size() < places && !ready_.empty()) {
+      jobs.push_back({point_task(*ready_.front(), setting_.program, setting_.traces, setting_.limits)});
       ready_.pop_front();
     }
-    while (tasks.size() < places && !untraced_.empty()) {
-      tasks.push_back(trace_task(*untraced_.front(), setting_.program, setting_.traces, setting_.limits));
-      untraced_.pop_front();
+    while (jobs.size() < places && !untraced_.empty()) {
+      Job& job = jobs.emplace_back();
+      for (const SweepTrace* trace : untraced_.take(places - jobs.size() + 1, most_tasks)) {
+        job.push_back(trace_task(*trace, setting_.program, setting_.traces, setting_.limits));
+      }
     }
-    return tasks;
+    return jobs;
   }
+
+  const TraceWork& work() const { return work_; }
 
   /// Records an outcome. Returns how many points it ended.
   std::size_t end(const TaskOutcome& outcome) {
     database_.record(outcome);
+    if (outcome.structures_built) work_.add({1, *outcome.structures_built});
     if (!outcome.is_trace) {
       if (outcome.status == "pending") forget_trace_of(outcome.key);
       return 1;
@@ -98,23 +105,26 @@ class Queue {
   std::map<std::string, const SweepTrace*> traces_;
   std::vector<const SweepPoint*> pending_;
   std::deque<const SweepPoint*> ready_;
-  std::deque<const SweepTrace*> untraced_;
+  TraceQueue untraced_;
   std::map<std::string, std::vector<const SweepPoint*>> waiting_;  ///< by trace
+  TraceWork work_;
 };
 
 }  // namespace
 
-void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
-                const SweepSetting& setting, std::set<std::string>& sound_traces) {
+TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
+                     const SweepSetting& setting, std::set<std::string>& sound_traces) {
   Queue queue(all, database, setting, sound_traces);
   Progress progress(setting.what, queue.pending(), "points", setting.quiet || queue.pending() == 0);
   progress.add(queue.begin());
   std::size_t under_way = 0;
   for (;;) {
-    if (const std::vector<Task> tasks = queue.take(launcher.free()); !tasks.empty()) {
+    if (const std::vector<Job> jobs = queue.take(launcher.free(), launcher.most_tasks()); !jobs.empty()) {
+      Job tasks;
+      for (const Job& job : jobs) tasks.insert(tasks.end(), job.begin(), job.end());
       for (const Task& task : tasks) write_file(work.description(task.key), task.description.dump());
       database.set_running(tasks);
-      launcher.launch(tasks);
+      launcher.launch(jobs);
       under_way += tasks.size();
     }
     if (under_way == 0) break;
@@ -126,6 +136,7 @@ void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launc
     }
   }
   progress.finish();
+  return queue.work();
 }
 
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database) {

@@ -1,6 +1,7 @@
 // Runs what a sweep's database does not hold yet.
 #pragma once
 
+#include <cstdint>
 #include <set>
 #include <string>
 
@@ -17,11 +18,21 @@ struct SweepSetting {
   std::string what = "sweep";  ///< for the progress
 };
 
+/// What making traces took.
+struct TraceWork {
+  std::uint64_t made = 0;
+  std::uint64_t structures_built = 0;
+  void add(const TraceWork& other) {
+    made += other.made;
+    structures_built += other.structures_built;
+  }
+};
+
 /// Makes the traces that pending points need, or looks whether their files are sound, and runs the points; every
 /// outcome is recorded as it comes. Points whose trace failed fail with its reason. sound_traces: keys of traces that
 /// need no look; grows.
-void run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
-                const SweepSetting& setting, std::set<std::string>& sound_traces);
+TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
+                     const SweepSetting& setting, std::set<std::string>& sound_traces);
 
 /// The finished points that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
 /// the order given.

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
 #include "grtx/explore/sweep/database.h"
+#include "grtx/explore/sweep/kept_tracer.h"
 #include "grtx/explore/sweep/own_folder.h"
 #include "grtx/explore/sweep/program_run.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -33,15 +36,22 @@ std::string last_line(const std::string& path) {
   return line.substr(0, 1000);
 }
 
+ProgramLimits limits_of(const ordered_json& task) {
+  const ordered_json& limits = task.at("limits");
+  return {limits.at("seconds").get<double>(), static_cast<std::uint64_t>(limits.at("memory_mb").get<double>() * 1e6)};
+}
+
 /// The commands of one task, in its scratch folder.
 class Commands {
  public:
-  Commands(const ordered_json& task, std::string scratch) : task_(task), scratch_(std::move(scratch)) {
-    limits_.seconds = task.at("limits").at("seconds").get<double>();
-    limits_.memory_bytes = static_cast<std::uint64_t>(task.at("limits").at("memory_mb").get<double>() * 1e6);
-  }
+  Commands(const ordered_json& task, std::string scratch)
+      : task_(task), scratch_(std::move(scratch)), limits_(limits_of(task)) {}
 
   std::string file(const std::string& name) const { return scratch_ + "/" + name; }
+
+  Failure too_long(const std::string& name) const {
+    return {"timeout", fmt::format("{}: longer than {} s", name, limits_.seconds)};
+  }
 
   /// Returns wall seconds; standard output goes to file(`name` + ".out"). Throws Failure.
   double run(const std::string& name, const std::vector<std::string>& arguments) const {
@@ -50,7 +60,7 @@ class Commands {
     const std::string errors = file(name + ".err");
     ProgramRun program(all, file(name + ".out"), errors, limits_);
     const ProgramEnd end = program.wait();
-    if (end.timeout) throw Failure{"timeout", fmt::format("{}: longer than {} s", name, limits_.seconds)};
+    if (end.timeout) throw too_long(name);
     if (end.signal != 0) throw Failure{"killed", fmt::format("{}: ended by {}", name, signal_name(end.signal))};
     if (end.code != 0) {
       const std::string line = last_line(errors);
@@ -65,9 +75,19 @@ class Commands {
   ProgramLimits limits_;
 };
 
-struct RemovedAtEnd {
-  const OwnFolder& folder;
-  ~RemovedAtEnd() { folder.remove(); }
+/// The folder of the tasks of a process, empty at first, gone at the end.
+class Scratch {
+ public:
+  explicit Scratch(const std::string& path) : folder_(path) {
+    folder_.remove();
+    folder_.make();
+  }
+  ~Scratch() { folder_.remove(); }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+ private:
+  const OwnFolder folder_;
 };
 
 std::vector<std::string> texts(const ordered_json& list) { return list.get<std::vector<std::string>>(); }
@@ -148,7 +168,24 @@ class GeneratedScene {
   std::string scene_, cameras_;
 };
 
-ordered_json do_trace(const ordered_json& task, const Commands& commands) {
+/// What it took to make a trace.
+struct Making {
+  double seconds = 0.0;
+  std::uint64_t structures_built = 0;
+};
+
+/// tracer: none for a trace that shares nothing. What does not end well beside others is tried once more by itself: so
+/// neither the end of a trace nor its reason depends on its neighbours.
+Making make_trace(const std::vector<std::string>& arguments, const Commands& commands, KeptTracer* tracer) {
+  if (tracer != nullptr) {
+    const KeptTracer::End end = tracer->trace(arguments);
+    if (end.timeout) throw commands.too_long("trace");
+    if (end.done) return {end.seconds, end.structures_built};
+  }
+  return {commands.run("trace", arguments), 1};
+}
+
+ordered_json do_trace(const ordered_json& task, const Commands& commands, KeptTracer* tracer) {
   const std::string target = task.at("target");
   const bool generated = !task.at("synth").empty();
   const GeneratedScene scene(task, commands);
@@ -160,7 +197,9 @@ ordered_json do_trace(const ordered_json& task, const Commands& commands) {
     for (const std::string& argument : texts(task.at("arguments"))) arguments.push_back(argument);
     const std::string made = commands.file("trace.grtx");
     arguments.insert(arguments.end(), {"-o", made, "--quiet"});
-    result["seconds"] = commands.run("trace", arguments);
+    const Making making = make_trace(arguments, commands, tracer);
+    result["seconds"] = making.seconds;
+    result["structures_built"] = making.structures_built;
     const std::string why = misfit(made, files, task.at("tracer"));
     if (why.empty()) {
       fs::rename(made, target);
@@ -200,6 +239,14 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   commands.run("cost", arguments);
   result["cost"] = ordered_json::parse(read_file(commands.file("cost.out")));
   return result;
+}
+
+ordered_json read_description(const std::string& path) {
+  try {
+    return ordered_json::parse(read_file(path));
+  } catch (const nlohmann::json::parse_error& error) {
+    throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
+  }
 }
 
 /// Of `grtx cost`: which units the machine has.
@@ -264,29 +311,31 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"cost", cost_arguments(point.use)}}};
 }
 
-void run_task(const std::string& description, const std::string& result, const std::string& scratch) {
-  ordered_json task;
-  try {
-    task = ordered_json::parse(read_file(description));
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(description, fmt::format("byte {}", error.byte), "is no JSON");
+void run_tasks(const std::vector<std::string>& descriptions, const std::vector<std::string>& results,
+               const std::string& scratch) {
+  if (descriptions.size() != results.size()) throw Error("--task", "", "each needs a --result");
+  std::optional<Scratch> folder;
+  std::unique_ptr<KeptTracer> tracer;
+  for (std::size_t i = 0; i < descriptions.size(); ++i) {
+    const ordered_json task = read_description(descriptions[i]);
+    ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
+    try {
+      if (!folder) folder.emplace(scratch);
+      const bool is_trace = task.at("kind") == "trace";
+      if (is_trace && tracer == nullptr && descriptions.size() > 1) {
+        tracer = std::make_unique<KeptTracer>(task.at("program").get<std::string>(), scratch, limits_of(task));
+      }
+      const Commands commands(task, scratch);
+      outcome.update(is_trace ? do_trace(task, commands, tracer.get()) : do_point(task, commands));
+    } catch (const Failure& failure) {
+      outcome["status"] = failure.status;
+      outcome["reason"] = failure.reason;
+    } catch (const std::exception& error) {
+      outcome["status"] = "failed";
+      outcome["reason"] = error.what();
+    }
+    write_file(results[i], outcome.dump());
   }
-  ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
-  try {
-    const OwnFolder folder(scratch);
-    folder.remove();
-    folder.make();
-    const RemovedAtEnd removed{folder};
-    const Commands commands(task, scratch);
-    outcome.update(task.at("kind") == "trace" ? do_trace(task, commands) : do_point(task, commands));
-  } catch (const Failure& failure) {
-    outcome["status"] = failure.status;
-    outcome["reason"] = failure.reason;
-  } catch (const std::exception& error) {
-    outcome["status"] = "failed";
-    outcome["reason"] = error.what();
-  }
-  write_file(result, outcome.dump());
 }
 
 TaskOutcome read_outcome(const std::string& result) {
@@ -299,6 +348,7 @@ TaskOutcome read_outcome(const std::string& result) {
     outcome.reason = json.value("reason", "");
     outcome.seconds = json.value("seconds", 0.0);
     outcome.bytes = json.value("bytes", std::uint64_t{0});
+    if (json.contains("structures_built")) outcome.structures_built = json.at("structures_built").get<std::uint64_t>();
     if (json.contains("document")) outcome.document = json.at("document");
     if (json.contains("cost")) outcome.cost = json.at("cost");
     if (outcome.key != fs::path(result).stem().string()) throw Error(result, "key", "must be the file's name");

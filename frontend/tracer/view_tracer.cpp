@@ -88,10 +88,13 @@ ViewTracer::ViewTracer(Scene scene, Camera camera, Kernel kernel)
 ViewTracer::ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel)
     : scene_(std::move(scene)), cameras_(checked(cameras)), kernel_(kernel), gaussians_(scene_, kernel) {}
 
+void ViewTracer::look(const std::vector<Camera>& cameras) { cameras_ = checked(cameras); }
+
 const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   if (accel_ != nullptr && accel_->options() == options) return *accel_;
   accel_.reset();
   accel_ = std::make_unique<AccelerationStructure>(gaussians_, options);
+  ++structures_built_;
   return *accel_;
 }
 
@@ -124,6 +127,8 @@ ObjectViewTracer::ObjectViewTracer(std::string name, std::vector<Scene> scenes,
       cameras_(checked(cameras)),
       kernel_(kernel),
       world_(std::move(scenes), placements, options, kernel) {}
+
+void ObjectViewTracer::look(const std::vector<Camera>& cameras) { cameras_ = checked(cameras); }
 
 TracedView ObjectViewTracer::trace(const TracerOptions& options, const RenderOptions& render,
                                    const std::string& trace_file,

@@ -35,7 +35,7 @@ struct TracedView {
   std::optional<TraceFile> trace;             ///< when one was written
 };
 
-/// Owns scene and structure; one view or sequence of one scene, traced as often as one likes.
+/// Owns scene and structure; views or sequences of one scene, traced as often as one likes.
 class ViewTracer {
  public:
   /// kernel: that of all options given to trace().
@@ -48,15 +48,20 @@ class ViewTracer {
   const Scene& scene() const { return scene_; }
   const Camera& camera() const { return cameras_.front(); }  ///< of the first frame
   const PreparedGaussians& gaussians() const { return gaussians_; }
+  Kernel kernel() const { return kernel_; }
   const OpticalObjects& objects() const { return objects_; }
   /// The structure that the last build() made.
   const AccelerationStructure& accel() const { return *accel_; }
 
+  /// The frames that are traced from now on, as in the constructor. The structure stays: no camera is part of it.
+  void look(const std::vector<Camera>& cameras);
   /// Glass and mirror, in file coordinates, from now on.
   void place(const OpticalObjects& objects) { objects_ = objects; }
   /// The structure that is traced from now on. The last one is freed before, for it may be large; it stays when it is
   /// of the same options.
   const AccelerationStructure& build(const AccelOptions& options);
+  /// How many structures build() has made.
+  unsigned structures_built() const { return structures_built_; }
 
   /// After build(). trace_file: "" writes none. inputs: text for its header, beside scene and camera. Secondary rays
   /// are planned anew each time: that the plans of two structures agree is part of the proof that their images do.
@@ -66,14 +71,15 @@ class ViewTracer {
 
  private:
   const Scene scene_;
-  const std::vector<Camera> cameras_;
+  std::vector<Camera> cameras_;
   const Kernel kernel_;
   const PreparedGaussians gaussians_;
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;
+  unsigned structures_built_ = 0;
 };
 
-/// One view or sequence of several objects, traced as often as one likes; they may be moved in between.
+/// Views or sequences of several objects, traced as often as one likes; they may be moved in between.
 class ObjectViewTracer {
  public:
   /// As MultiObjectWorld. name: of the list, for the inputs of results.
@@ -81,6 +87,9 @@ class ObjectViewTracer {
                    std::vector<Camera> cameras, const AccelOptions& options, Kernel kernel = {});
 
   const MultiObjectWorld& world() const { return world_; }
+  Kernel kernel() const { return kernel_; }
+  /// As ViewTracer::look().
+  void look(const std::vector<Camera>& cameras);
   void move(const std::vector<Placement>& placements) { world_.move(placements); }
   /// As ViewTracer::trace(), but for secondary rays, of which there are none.
   TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
@@ -88,7 +97,7 @@ class ObjectViewTracer {
 
  private:
   const std::string name_;
-  const std::vector<Camera> cameras_;
+  std::vector<Camera> cameras_;
   const Kernel kernel_;
   MultiObjectWorld world_;
 };

@@ -26,6 +26,9 @@ class FakeTracerRules final : public TracerRules {
     if (checkpoint && all["k"] == "1") throw Error("tracer", "k", "k = 1 has nothing to checkpoint");
     return all;
   }
+  std::string structure(const std::map<std::string, std::string>&, const std::string& accel) const override {
+    return accel;
+  }
   SceneInput input(const std::string& scene, const std::string& cameras) const override {
     FilesRead files;
     files.read(cameras);

@@ -103,6 +103,9 @@ class FormatRules final : public TracerRules {
                                              bool) const override {
     return options;
   }
+  std::string structure(const std::map<std::string, std::string>&, const std::string& accel) const override {
+    return accel;
+  }
   SceneInput input(const std::string& scene, const std::string&) const override {
     return {"same", scene.ends_with(".json")};
   }
@@ -192,6 +195,9 @@ class CountingRules final : public TracerRules {
                                              const std::string& accel, bool checkpoint) const override {
     ++asked;
     return test::FakeTracerRules().resolve(options, accel, checkpoint);
+  }
+  std::string structure(const std::map<std::string, std::string>&, const std::string& accel) const override {
+    return accel;
   }
   SceneInput input(const std::string&, const std::string&) const override { return {"same", false}; }
   mutable unsigned asked = 0;

@@ -114,6 +114,27 @@ TEST(ViewTracer, KeepsAStructureOfTheSameOptions) {
   EXPECT_EQ(view.build({AccelKind::tlas_tri20, 4}).options().width, 4u);
 }
 
+TEST(ViewTracer, LooksFromElsewhereWithoutBuilding) {
+  const Scene scene = grtx::test::random_scene(79);
+  Camera other = grtx::test::front_camera(16, 24);
+  other.position.x += 0.05;
+  ViewTracer view(scene, grtx::test::front_camera(24, 16));
+  view.build({AccelKind::tlas_tri20});
+  view.trace({}, one_thread());
+  view.look({other});
+  view.build({AccelKind::tlas_tri20});
+  EXPECT_EQ(view.structures_built(), 1u);
+  ViewTracer alone(scene, other);
+  alone.build({AccelKind::tlas_tri20});
+  const test::TemporaryPath file(".grtx"), expected(".grtx");
+  const TracedView traced = view.trace({}, one_thread(), file.str());
+  EXPECT_TRUE(compare(traced.result.image, alone.trace({}, one_thread(), expected.str()).result.image).identical());
+  EXPECT_EQ(bytes_of(file.str()), bytes_of(expected.str()));
+  view.build({AccelKind::tri20});
+  EXPECT_EQ(view.structures_built(), 2u);
+  EXPECT_THROW(view.look({other, grtx::test::front_camera(24, 16)}), Error);
+}
+
 TEST(ViewTracer, TracesSecondaryRaysOfWhatIsPlaced) {
   ViewTracer view(grtx::test::random_scene(74), grtx::test::front_camera(24, 24));
   view.build({AccelKind::tlas_tri20});

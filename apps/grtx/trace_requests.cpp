@@ -1,0 +1,50 @@
+#include "grtx/apps/grtx/trace_requests.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/kept_scene.h"
+#include "grtx/base/error.h"
+
+namespace grtx::sim {
+namespace {
+
+void trace_request(std::vector<std::string> arguments, const std::shared_ptr<KeptScene>& kept) {
+  CLI::App app;
+  CommonOptions common;
+  add_trace(app, common, kept);
+  arguments.insert(arguments.begin(), "trace");
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw Error("trace", "", error.what());
+  }
+  common.action();
+}
+
+}  // namespace
+
+int answer_trace_requests(std::istream& requests, std::FILE* answers) {
+  const auto kept = std::make_shared<KeptScene>();
+  for (std::string line; std::getline(requests, line);) {
+    const KeptScene::Work before = kept->work();
+    trace_request(nlohmann::json::parse(line).get<std::vector<std::string>>(), kept);
+    const KeptScene::Work& after = kept->work();
+    fmt::print(answers, "{}\n",
+               nlohmann::json{{"scenes_read", after.scenes_read - before.scenes_read},
+                              {"structures_built", after.structures_built - before.structures_built}}
+                   .dump());
+    std::fflush(answers);
+  }
+  return 0;
+}
+
+}  // namespace grtx::sim
