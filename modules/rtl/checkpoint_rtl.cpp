@@ -207,6 +207,8 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       expect(id);
     } else {
       if (pins.read_straddles) ++counters_.straddling_read;
+      look();  // this read may be the next at the front
+      model_.settle();
     }
     const bool done = pins.read_done;
     if (done) take_part();
@@ -355,7 +357,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         {"submitted_head", 10},
         {"reads_head", 10},
         {"write_head", 6},
-        {kBins ? "read_bin" : "first_sent", kBins ? kBinBits : 1}};
+        {kBins ? "read_bin" : "next_second", kBins ? kBinBits : 1}};
     return signals;
   }
   std::uint64_t rtl_value(std::size_t index, Cycle now) const override {
@@ -380,7 +382,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         if constexpr (kBins)
           return model_->read_bin;
         else
-          return root.checkpoint_unit__DOT__first_sent;
+          return root.checkpoint_unit__DOT__next_second;
       default:
         return shown_in_ == now ? shown_[index] : 0;
     }
@@ -564,7 +566,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     return pins;
   }
 
-  /// Answers where the buffers of the ray lie whose sectors are requested next.
+  /// Answers where the buffers of the ray lie whose read is next at the front; with bins, whose read is there.
   void look() {
     Model& pins = model_.pins();
     const Ray& ray = rays_[pins.look_ray % rays_.size()];

@@ -65,7 +65,7 @@ module checkpoint_unit #(
     output logic                     read_done,          // it is there: see part
     output logic                     read_refused,       // it does not replay, or has read all
     output logic                     read_straddles,
-    // Where the buffers of the ray lie whose sectors are requested next.
+    // Where the buffers of the ray lie whose read is next at the front: the one behind it, or read_ray.
     output logic [RAY_BITS-1:0]      look_ray,
     input  logic                     look_parity,
     input  logic [47:0]              look_offset,
@@ -116,7 +116,9 @@ module checkpoint_unit #(
   // Control.
   logic [RAY_BITS-1:0]   submitted_head /*verilator public_flat_rd*/, reads_head /*verilator public_flat_rd*/;
   logic [PLACE_BITS-1:0] write_head /*verilator public_flat_rd*/;
-  logic                  first_sent /*verilator public_flat_rd*/;  // of the two sectors of the read at the front
+  // The sector that the read at the front asks for next, known an edge ahead.
+  logic [42:0]           next_sector;
+  logic                  next_second /*verilator public_flat_rd*/, next_last;  // second of two; no other follows
   logic [RAYS-1:0]       halves;      // two responses missing
   logic [WRITE_QUEUE-1:0] queued;     // places that hold a sector
 
@@ -164,33 +166,22 @@ module checkpoint_unit #(
   endfunction
 
   // --- Requests: reads first, unless the sector still waits to be written.
-  logic [20:0] next_begin;
-  logic next_held, next_straddles, next_second, next_waits, next_last;
-  logic [63:0] next_address;
-  assign look_ray = reads[reads_head];
-  assign next_begin = byte_of(source_offset[look_ray] - 16'd1, cfg_entry_bytes);
-  // The sector that ends with the entry before is held, so it needs no tag.
-  assign next_held = cfg_read_buffer & next_begin[4:0] != 0;
-  assign next_straddles = straddles_at(next_begin[4:0], cfg_entry_bytes);
-  assign next_second = next_held | first_sent;
-  assign next_last = next_second | ~next_straddles;
-  assign next_address = (look_parity ? base0 : base1) + {16'd0, look_offset} +
-                        {43'd0, next_begin[20:5], 5'd0} + (next_second ? 64'd32 : 64'd0);
+  logic [WRITE_QUEUE-1:0] next_waits;  // at these places
   always_comb begin
-    next_waits = 1'b0;
-    for (int i = 0; i < WRITE_QUEUE; i = i + 1) begin
-      if (queued[i] && write_address[i] == next_address[47:0]) next_waits = 1'b1;
-    end
+    for (int i = 0; i < WRITE_QUEUE; i = i + 1)
+      next_waits[i] = queued[i] & write_address[i][47:5] == next_sector;
   end
-  assign req_write = reads_level == 0 | next_waits;
-  assign req_valid = ~req_write | writes_level != 0;
-  assign req_address = req_write ? write_address[write_head] : next_address[47:0];
-  assign req_tag = req_write ? '0 : {next_second, look_ray};
+  assign req_write = reads_level == 0 | (|next_waits);
+  assign req_valid = reads_level != 0 | writes_level != 0;  // what a read waits for is in the queue
+  assign req_address = req_write ? write_address[write_head] : {next_sector, 5'd0};
+  assign req_tag = req_write ? '0 : {next_second, reads[reads_head]};
   assign req_mask = write_mask[write_head];
   assign req_data = write_data[write_head];
-  logic requested, write_sent;
+  logic requested, write_sent, read_sent, read_leaves;
   assign requested = req_valid & req_ready;
   assign write_sent = requested & req_write;
+  assign read_sent = requested & ~req_write;
+  assign read_leaves = read_sent & next_last;
 
   // --- Submissions.
   logic [15:0] submit_offset;
@@ -222,7 +213,27 @@ module checkpoint_unit #(
     end
   endgenerate
 
-  // --- Items: a prefix of them, as far as cfg_lanes and the room in the write queue go.
+  // Where entries lie in sectors repeats after eight of them at most. Of the eight: the first byte, whether the entry
+  // reaches the end of its sector, whether it goes beyond.
+  logic [8*5-1:0] spot_byte;
+  logic [7:0]     spot_completes, spot_straddles;
+  always_comb begin
+    for (int n = 0; n < 8; n = n + 1) begin
+      spot_byte[n*5 +: 5] = 5'(byte_of(16'(n), cfg_entry_bytes));
+      spot_completes[n] = {1'd0, spot_byte[n*5 +: 5]} + {1'd0, cfg_entry_bytes} >= 6'd32;
+      spot_straddles[n] = straddles_at(spot_byte[n*5 +: 5], cfg_entry_bytes);
+    end
+  end
+  function [4:0] byte_at(input [7:0] spot, input [8*5-1:0] bytes);
+    byte_at = 5'd0;
+    for (int n = 0; n < 8; n = n + 1) byte_at = byte_at | ({5{spot[n]}} & bytes[n*5 +: 5]);
+  endfunction
+
+  // --- Items: a prefix of them, as far as cfg_lanes and the room in the write queue go. What an item needs is worked
+  // out as if all before it were taken, for else it is not. Counts are one-hot, bit n for n so far, so that to count on
+  // is one choice. What is known last, whether a sector leaves the queue, chooses between results that are there.
+  localparam PUSHES = 2 * LANES < WRITE_QUEUE ? 2 * LANES : WRITE_QUEUE;  // most at an edge
+  localparam AHEAD_BITS = $clog2(LANES + 1);
   logic [LANES-1:0]      item_stored;              // an entry that is written
   logic [LANES*16-1:0]   new_offset;
   logic [LANES*256-1:0]  new_open;
@@ -231,86 +242,156 @@ module checkpoint_unit #(
   logic [2*LANES*32-1:0] push_mask;
   logic [2*LANES*256-1:0] push_data;
   logic [2*LANES*PLACE_BITS-1:0] push_place;
-  logic [LEVEL_BITS:0]   pushes;
-  logic [6:0]            rays_done;
-  logic [LEVEL_BITS:0]   room;
-  logic [6:0]            budget;
-  logic                  walking, same, wide, complete, open_left;
+  // Places behind the last sector in the queue, one after the other; whether n sectors have room, and had it before
+  // this edge; whether one item more may be taken after n, and two.
+  logic [PUSHES*PLACE_BITS-1:0] free_place;
+  logic [PUSHES:0]       room_for, room_before;
+  logic [LANES:0]        may_take, may_take_two;
+  always_comb begin
+    for (int n = 0; n < PUSHES; n = n + 1)
+      free_place[n*PLACE_BITS +: PLACE_BITS] =
+          place(write_head, {1'b0, writes_level} + (LEVEL_BITS+1)'(n), cfg_write_queue);
+    for (int n = 0; n <= PUSHES; n = n + 1)
+      room_before[n] = {1'b0, writes_level} + (LEVEL_BITS+1)'(n) <= {1'b0, cfg_write_queue};
+    // What leaves the queue at this edge makes room at this edge.
+    room_for = room_before | ({PUSHES+1{write_sent}} & {room_before[PUSHES-1:0], 1'b1});
+    for (int n = 0; n <= LANES; n = n + 1) begin
+      may_take[n] = 7'(n) < cfg_lanes;
+      may_take_two[n] = 7'(n) + 7'd1 < cfg_lanes;
+    end
+  end
+  function [PLACE_BITS-1:0] chosen_place(input [PUSHES:0] pushed, input [PUSHES*PLACE_BITS-1:0] places);
+    chosen_place = '0;
+    for (int n = 0; n < PUSHES; n = n + 1)
+      chosen_place = chosen_place | ({PLACE_BITS{pushed[n]}} & places[n*PLACE_BITS +: PLACE_BITS]);
+  endfunction
+  // The sector `ahead` behind one. The successor of its upper bits is there, so only the lower bits wait for `ahead`.
+  function [47:0] sector_ahead(input [47:5] sector, input [47:5+AHEAD_BITS] successor, input [AHEAD_BITS-1:0] ahead);
+    logic carry;
+    logic [AHEAD_BITS-1:0] low;
+    {carry, low} = {1'b0, sector[5 +: AHEAD_BITS]} + {1'b0, ahead};
+    sector_ahead = {carry ? successor : sector[47:5+AHEAD_BITS], low, 5'd0};
+  endfunction
+
+  logic [PUSHES:0]       pushed, between, wanted, pushes;  // sectors; pushes: whether at least n are
+  logic [LANES:0]        spent, ended, rays_done;  // items, rays that end; rays_done: whether at least n are
+  logic                  walking, same, wide, complete, open_left, sends_one, sends_other, affords, goes_on;
   logic [RAY_BITS-1:0]   ray, previous;
-  logic [15:0]           offset;
-  logic [20:0]           first_byte, end_byte;
+  logic [7:0]            spot;                      // the next entry's number modulo 8, one-hot
+  logic [15:0]           begun, offset;
+  logic [AHEAD_BITS-1:0] entries, crossed;  // of the ray at this edge: entries so far, sectors that they complete
+  logic [47:0]           start;
+  logic [47:5+AHEAD_BITS] successor;
+  logic [4:0]            at, end_at;
   logic [255:0]          opened, merged;
   logic [511:0]          placed;
   logic [63:0]           placed_mask;
-  logic [63:0]           sector;
   always_comb begin
-    // What leaves the queue at this edge makes room at this edge.
-    room = {1'b0, cfg_write_queue} - {1'b0, writes_level} + {{LEVEL_BITS{1'b0}}, write_sent};
-    budget = cfg_lanes;
-    pushes = '0;
-    rays_done = '0;
+    pushed = (PUSHES+1)'(1);
+    spent = (LANES+1)'(1);
+    ended = (LANES+1)'(1);
+    pushes = (PUSHES+1)'(1);
+    rays_done = (LANES+1)'(1);
     walking = 1'b1;
     previous = '0;
-    offset = '0;
-    opened = '0;
-    {ray, same, wide, complete, open_left, first_byte, end_byte, merged, placed, placed_mask, sector} = '0;
+    {spot, entries, crossed, opened} = '0;
+    {ray, same, wide, complete, open_left, sends_one, sends_other, affords, goes_on} = '0;
+    {begun, offset, start, successor, at, end_at, merged, placed, placed_mask, between, wanted} = '0;
     for (int i = 0; i < LANES; i = i + 1) begin
       ray = item_ray[i*RAY_BITS +: RAY_BITS];
       same = i != 0 && ray == previous;
+      previous = ray;
+      begun = destination_offset[ray];
       if (!same) begin
-        offset = destination_offset[ray];
+        spot = 8'd1 << begun[2:0];
+        entries = '0;
+        crossed = '0;
         opened = open_sectors[ray];
       end
-      previous = ray;
-      first_byte = byte_of(offset, cfg_entry_bytes);
-      wide = straddles_at(first_byte[4:0], cfg_entry_bytes);
-      // One place for each sector that an item may complete.
-      walking = walking & item_valid[i] & budget != 0 &
-                room >= (~cfg_write_combine & item_entry[i] & cfg_entry_bytes[2] ? (LEVEL_BITS+1)'(2)
-                                                                                 : (LEVEL_BITS+1)'(1));
-      item_ready[i] = walking;
+      offset = begun + 16'(entries);
+      start = (item_parity[i] ? base1[47:0] : base0[47:0]) + item_offset[i*48 +: 48] +
+              {27'd0, byte_of(begun, cfg_entry_bytes)};
+      successor = start[47:5+AHEAD_BITS] + 1'b1;
+      at = byte_at(spot, spot_byte);
+      wide = (spot & spot_straddles) != 0;
       item_stored[i] = item_entry[i] & item_beyond[i] & ~item_before[i];
-      item_straddles[i] = walking & item_stored[i] & wide;
-      placed = {288'd0, item_data[i*224 +: 224]} << {first_byte[4:0], 3'd0};
-      placed_mask = {36'd0, bytes_of_entry(cfg_entry_bytes)} << first_byte[4:0];
-      sector = (item_parity[i] ? base1 : base0) + {16'd0, item_offset[i*48 +: 48]} + {43'd0, first_byte[20:5], 5'd0};
-      merged = (opened & bits_of(below(first_byte[4:0]))) | (placed[255:0] & bits_of(placed_mask[31:0]));
-      complete = item_stored[i] & (wide | placed_mask[31]);
-      push[2*i] = walking & item_stored[i] & (~cfg_write_combine | complete) & ~(loses_entry & offset == 16'd3);
-      push_place[(2*i)*PLACE_BITS +: PLACE_BITS] = place(write_head, {1'b0, writes_level} + pushes, cfg_write_queue);
-      push_address[(2*i)*48 +: 48] = sector[47:0];
+      complete = item_stored[i] & (spot & spot_completes) != 0;
+      placed = {288'd0, item_data[i*224 +: 224]} << {at, 3'd0};
+      placed_mask = {36'd0, bytes_of_entry(cfg_entry_bytes)} << at;
+      merged = (opened & bits_of(below(at))) | (placed[255:0] & bits_of(placed_mask[31:0]));
+      // The first sector that it sends, and where.
+      sends_one = item_stored[i] & (~cfg_write_combine | complete) & ~(loses_entry & offset == 16'd3);
+      push_place[(2*i)*PLACE_BITS +: PLACE_BITS] = chosen_place(pushed, free_place);
+      push_address[(2*i)*48 +: 48] = sector_ahead(start[47:5], successor, crossed);
       push_mask[(2*i)*32 +: 32] = cfg_write_combine ? 32'hffffffff : placed_mask[31:0];
       push_data[(2*i)*256 +: 256] = cfg_write_combine ? merged : placed[255:0];
       if (item_stored[i]) begin
         opened = complete ? placed[511:256] : merged;
-        offset = offset + (wrong_offset & offset == 16'd3 ? 16'd2 : 16'd1);
+        spot = {spot[6:0], spot[7]};
+        entries = entries + 1'b1;
+        crossed = crossed + AHEAD_BITS'(complete);
       end
-      new_offset[i*16 +: 16] = offset;
+      new_offset[i*16 +: 16] = begun + 16'(entries) + {15'd0, wrong_offset & item_stored[i] & offset == 16'd3};
       new_open[i*256 +: 256] = opened;
-      end_byte = byte_of(offset, cfg_entry_bytes);
-      if (walking) begin
-        budget = budget - 7'd1;
-        room = room - {{LEVEL_BITS{1'b0}}, push[2*i]};
-        pushes = pushes + {{LEVEL_BITS{1'b0}}, push[2*i]};
-      end
+      end_at = byte_at(spot, spot_byte);
       // The second sector: the other one of an entry, or what is open at the end of the round. A ray that hands over
       // nothing else has paid for it already.
-      open_left = cfg_write_combine & item_end[i] & item_last[i] & end_byte[4:0] != 0;
-      push[2*i+1] = walking & (cfg_write_combine
-                                   ? open_left & (~item_entry[i] | (budget != 0 & room != 0))
-                                   : item_stored[i] & wide);
-      push_place[(2*i+1)*PLACE_BITS +: PLACE_BITS] = place(write_head, {1'b0, writes_level} + pushes, cfg_write_queue);
-      push_address[(2*i+1)*48 +: 48] = sector[47:0] + (item_stored[i] & wide ? 48'd32 : 48'd0);
-      push_mask[(2*i+1)*32 +: 32] = cfg_write_combine ? below(end_byte[4:0]) : placed_mask[63:32];
+      open_left = cfg_write_combine & item_end[i] & item_last[i] & end_at != 0;
+      sends_other = cfg_write_combine ? open_left : item_stored[i] & wide;
+      between = sends_one ? pushed << 1 : pushed;
+      push_place[(2*i+1)*PLACE_BITS +: PLACE_BITS] = chosen_place(between, free_place);
+      push_address[(2*i+1)*48 +: 48] = sector_ahead(start[47:5], successor, crossed);
+      push_mask[(2*i+1)*32 +: 32] = cfg_write_combine ? below(end_at) : placed_mask[63:32];
       push_data[(2*i+1)*256 +: 256] = cfg_write_combine ? opened : placed[511:256];
-      if (push[2*i+1]) begin
-        room = room - 1'b1;
-        pushes = pushes + 1'b1;
-        if (cfg_write_combine & item_entry[i]) budget = budget - 7'd1;
-      end
-      item_done[i] = walking & item_end[i] & (~open_left | push[2*i+1]);
-      rays_done = rays_done + {6'd0, item_done[i]};
-      walking = walking & (~item_end[i] | item_done[i]);
+      // One place for each sector that an item may complete.
+      wanted = ~cfg_write_combine & item_entry[i] & cfg_entry_bytes[2] ? pushed << 2 : pushed << 1;
+      walking = walking & item_valid[i] & (spent & may_take) != 0 & (wanted & room_for) != 0;
+      affords = ~item_entry[i] | ((spent & may_take_two) != 0 & ((between << 1) & room_for) != 0);
+      goes_on = walking & (~open_left | affords);
+      item_ready[i] = walking;
+      item_straddles[i] = walking & item_stored[i] & wide;
+      item_done[i] = goes_on & item_end[i];
+      push[2*i] = walking & sends_one;
+      push[2*i+1] = sends_other & goes_on;
+      pushes = pushes | ({PUSHES+1{push[2*i]}} & (pushed << 1)) | ({PUSHES+1{push[2*i+1]}} & (between << 1));
+      rays_done = rays_done | ({LANES+1{item_done[i]}} & (ended << 1));
+      pushed = sends_other ? between << 1 : between;
+      spent = open_left & item_entry[i] ? spent << 2 : spent << 1;
+      ended = item_end[i] ? ended << 1 : ended;
+      walking = goes_on;
+    end
+  end
+  // The queues after this edge: what each count would lead to, of which the count chooses.
+  logic [(PUSHES+2)*LEVEL_BITS-1:0] writes_levels;  // with one sector less, as many, one more, ...
+  logic [PUSHES:0]        exact_pushes;
+  logic [LANES:0]         exact_done;
+  logic [LEVEL_BITS-1:0]  new_writes_level;
+  logic [WRITE_QUEUE-1:0] new_queued;
+  logic [RAY_BITS-1:0]    new_submitted_head;
+  logic [RAY_BITS:0]      new_submitted_level;
+  always_comb begin
+    exact_pushes = pushes & ~(pushes >> 1);
+    exact_done = rays_done & ~(rays_done >> 1);
+    for (int n = 0; n < PUSHES + 2; n = n + 1)
+      writes_levels[n*LEVEL_BITS +: LEVEL_BITS] = writes_level + LEVEL_BITS'(n) - LEVEL_BITS'(1);
+    new_writes_level = '0;
+    for (int n = 0; n <= PUSHES; n = n + 1) begin
+      new_writes_level = new_writes_level |
+          ({LEVEL_BITS{exact_pushes[n] & write_sent}} & writes_levels[n*LEVEL_BITS +: LEVEL_BITS]) |
+          ({LEVEL_BITS{exact_pushes[n] & ~write_sent}} & writes_levels[(n+1)*LEVEL_BITS +: LEVEL_BITS]);
+    end
+    new_queued = queued & ~({WRITE_QUEUE{write_sent}} & (WRITE_QUEUE'(1) << write_head));
+    for (int n = 0; n < PUSHES; n = n + 1) begin
+      new_queued = new_queued | ({WRITE_QUEUE{pushes[n+1]}} &
+                                 (WRITE_QUEUE'(1) << free_place[n*PLACE_BITS +: PLACE_BITS]));
+    end
+    new_submitted_head = '0;
+    new_submitted_level = '0;
+    for (int n = 0; n <= LANES; n = n + 1) begin
+      new_submitted_head = new_submitted_head | ({RAY_BITS{exact_done[n]}} & (submitted_head + RAY_BITS'(n)));
+      new_submitted_level = new_submitted_level |
+          ({RAY_BITS+1{exact_done[n]}} &
+           (submitted_level + {{RAY_BITS{1'b0}}, submitting} - (RAY_BITS+1)'(n)));
     end
   end
 
@@ -327,6 +408,20 @@ module checkpoint_unit #(
   assign read_ready = ~rsp_valid;  // parts have one way out
   assign rsp_ready = 1'b1;
   assign reading = read_valid & read_ready & ~read_refused;
+  // The read that will be at the front when the one there leaves: the one behind it, or the one that comes at this
+  // edge. The sector that ends with the entry before is held, so of two only the second is requested.
+  logic ahead_queued, ahead_held, ahead_straddles;
+  logic [15:0] ahead_offset;
+  logic [4:0]  ahead_at;
+  logic [47:0] ahead_address;
+  assign ahead_queued = reads_level > 1;
+  assign look_ray = ahead_queued ? reads[reads_head + 1'b1] : read_ray;
+  assign ahead_offset = ahead_queued ? source_offset[reads[reads_head + 1'b1]] - 16'd1 : read_offset;
+  assign ahead_at = 5'(byte_of({11'd0, ahead_offset[4:0]}, cfg_entry_bytes));
+  assign ahead_held = cfg_read_buffer & ahead_at != 0;
+  assign ahead_straddles = straddles_at(ahead_at, cfg_entry_bytes);
+  assign ahead_address = (look_parity ? base0[47:0] : base1[47:0]) + look_offset +
+                         {27'd0, byte_of(ahead_offset, cfg_entry_bytes)} + {42'd0, ahead_held, 5'd0};
   // Parts: of a sector that has come, of the one that the ray holds, or of both.
   logic arrived, part_straddles, part_held, second;
   logic [255:0] held;
@@ -346,6 +441,10 @@ module checkpoint_unit #(
   assign part_valid = arrived | (reading & read_done);
   assign part_done = arrived ? ~halves[part_ray] : read_done;
 
+  logic [RAY_BITS:0] reads_with, new_reads_level;
+  assign reads_with = reads_level + {{RAY_BITS{1'b0}}, reading & ~read_done};
+  assign new_reads_level = read_leaves ? reads_with - 1'b1 : reads_with;
+
   assign busy = submitted_level != 0 | reads_level != 0 | writes_level != 0;
   assign idle = ~busy & outstanding == 0;
 
@@ -361,26 +460,16 @@ module checkpoint_unit #(
       write_head <= '0;
       writes_level <= '0;
       queued <= '0;
-      first_sent <= 1'b0;
       halves <= '0;
       outstanding <= '0;
     end else begin
-      submitted_head <= submitted_head + RAY_BITS'(rays_done);
-      submitted_level <= submitted_level + {{RAY_BITS{1'b0}}, submitting} - (RAY_BITS+1)'(rays_done);
-      if (requested & ~req_write) begin
-        first_sent <= ~next_last;
-        if (next_last) reads_head <= reads_head + 1'b1;
-      end
-      reads_level <= reads_level + {{RAY_BITS{1'b0}}, reading & ~read_done} -
-                     {{RAY_BITS{1'b0}}, requested & ~req_write & next_last};
-      if (write_sent) begin
-        write_head <= place(write_head, 1, cfg_write_queue);
-        queued[write_head] <= 1'b0;
-      end
-      writes_level <= LEVEL_BITS'({1'b0, writes_level} + pushes - {{LEVEL_BITS{1'b0}}, write_sent});
-      for (int i = 0; i < 2 * LANES; i = i + 1) begin
-        if (push[i]) queued[push_place[i*PLACE_BITS +: PLACE_BITS]] <= 1'b1;
-      end
+      submitted_head <= new_submitted_head;
+      submitted_level <= new_submitted_level;
+      if (read_leaves) reads_head <= reads_head + 1'b1;
+      reads_level <= new_reads_level;
+      if (write_sent) write_head <= place(write_head, 1, cfg_write_queue);
+      queued <= new_queued;
+      writes_level <= new_writes_level;
       if (reading & ~read_done) halves[read_ray] <= read_straddles & ~read_held;
       if (arrived & halves[part_ray]) halves[part_ray] <= 1'b0;
       outstanding <= outstanding + {15'd0, requested} - {15'd0, rsp_valid};
@@ -389,6 +478,15 @@ module checkpoint_unit #(
 
   // What reset leaves as it is.
   always_ff @(posedge clk) begin
+    if (reads_level == 0 | read_leaves) begin
+      next_sector <= ahead_address[47:5];
+      next_second <= ahead_held;
+      next_last <= ahead_held | ~ahead_straddles;
+    end else if (read_sent) begin
+      next_sector <= next_sector + 1'b1;
+      next_second <= 1'b1;
+      next_last <= 1'b1;
+    end
     if (begin_valid) begin
       source_offset[begin_ray] <= 16'd0;
       destination_offset[begin_ray] <= 16'd0;
