@@ -12,10 +12,14 @@ namespace grtx::sim {
 
 class TraceQueue {
  public:
+  /// Fewer traces are not worth another structure: that takes as long as some four small views.
+  static constexpr std::size_t kFewest = 4;
+
   void add(const SweepTrace& trace);
   bool empty() const { return scenes_.empty(); }
   /// What the next process makes, in this order: the traces of one structure. Where as many scenes wait as there are
-  /// places for processes, or more, those of a whole scene, structure after structure, so that it is read once. At most
+  /// places for processes, or more, those of a whole scene, structure after structure, so that it is read once. Where
+  /// there are more places than structures, several processes share the traces of one, kFewest each at least. At most
   /// `most`. Nothing when it is empty.
   std::vector<const SweepTrace*> take(std::size_t places, std::size_t most);
 
@@ -28,6 +32,8 @@ class TraceQueue {
     std::string file;
     std::vector<Structure> structures;
   };
+  std::size_t structures() const;
+
   std::vector<Scene> scenes_;  ///< none is empty; this order and that in each is that of the first of its traces
 };
 

@@ -119,7 +119,7 @@ TEST_F(SharedStructures, TwoCameraFilesOfASceneShareOne) {
   write_file(folder + "/plan.toml", plan +
                                         "[[scene]]\nname = 'again'\nfile = 'room.ply'\ncameras = "
                                         "'other.cameras.json'\nview = 1\nwidth = 8\nheight = 8\n");
-  EXPECT_EQ(run("a.sqlite", "--jobs 2"), (Work{6, 1}));
+  EXPECT_EQ(run("a.sqlite", "--jobs 1"), (Work{6, 1}));
   expect_traces_are_those_made_alone("a.sqlite");
 }
 

@@ -68,6 +68,20 @@ TEST_F(TraceQueueOf, StructuresOfTwoScenesOfOneNameAreTwo) {
   EXPECT_THAT(take(3), ElementsAre("2"));
 }
 
+TEST_F(TraceQueueOf, PlacesThatWouldStayFreeShareAStructure) {
+  for (int i = 10; i < 21; ++i) add(std::to_string(i), "room", "tri20");
+  add("21", "room", "tlas");
+  EXPECT_THAT(take(4), ElementsAre("10", "11", "12", "13", "14", "15")) << "eleven for two processes";
+  EXPECT_THAT(take(3), ElementsAre("16", "17", "18", "19", "20")) << "three places for two structures";
+  EXPECT_THAT(take(2), ElementsAre("21"));
+}
+
+TEST_F(TraceQueueOf, FewTracesAreNotWorthAnotherStructure) {
+  for (int i = 1; i < 7; ++i) add(std::to_string(i), "room", "tri20");
+  EXPECT_THAT(take(16), ElementsAre("1", "2", "3", "4"));
+  EXPECT_THAT(take(15), ElementsAre("5", "6"));
+}
+
 TEST_F(TraceQueueOf, TakesNoMoreThanAProcessDoes) {
   add("1", "room", "tri20");
   add("2", "room", "tlas");
