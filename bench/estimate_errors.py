@@ -4,14 +4,16 @@
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode fast
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
-    python3 bench/estimate_errors.py paper=paper.sqlite modern=modern.sqlite [--csv F.csv] [--cases]
+    python3 bench/estimate_errors.py paper=paper.sqlite modern=modern.sqlite [--csv F.csv] [--cases] [--used "playbot 0,logo 0"]
+    python3 bench/estimate_errors.py paper=F.csv modern=modern.sqlite
     python3 bench/estimate_errors.py --sampled paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
 
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
 then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
 worst case by name, and how often the interval of sampled mode held cycle mode's value. Coordinates that only an
 estimate has (a seed, a stride) make several cases of one point. --cases prints every case, with how many times as fast the
-estimate was by wall time; --csv writes them.
+estimate was by wall time; --csv writes them, and the cases of a machine can be read from such a file. --used names scenes
+with their views that took part in making the estimates: rows are then of these, of the others (held out) and of all.
 --sampled reads statistics of `grtx sim` in place of databases: FOLDER/SCENE.DESIGN.whole.json of a whole trace and
 FOLDER/SCENE.DESIGN.SEED.json of sampled mode by the same engine (bench/windows.sh makes them). So the errors are those of
 the windows alone, and the intervals, of cycles and of speed-ups, are counted with the constants that the program gave
@@ -70,6 +72,20 @@ def cases_of(rows):
             case["held"] = values["gpu.sampled.cycles_low"] <= exact <= values["gpu.sampled.cycles_high"]
         cases.append(case)
     speed_ups(cases)
+    return cases
+
+
+def recorded_cases(machine, path):
+    """The cases of the machine in a file that --csv wrote."""
+    with open(path, newline="", encoding="utf-8") as file:
+        found = [row for row in csv.DictReader(file) if row["machine"] == machine]
+    numbers = ("cycles", "estimate", "error", "speed-up error", "times as fast", "half", "speed-up half")
+    cases = []
+    for row in found:
+        case = {key: float(value) if key in numbers else value for key, value in row.items() if value}
+        case.update({"view": int(row["view"]), "at": row["at"]})
+        case.update({key: row[key] == "True" for key in ("held", "speed-up held") if row.get(key)})
+        cases.append(case)
     return cases
 
 
@@ -181,14 +197,18 @@ def main():
     options.add_argument("--constants", type=lambda text: [float(number) for number in text.split(",")])
     options.add_argument("--csv")
     options.add_argument("--cases", action="store_true")
+    options.add_argument("--used", type=lambda text: {name.strip() for name in text.split(",")}, metavar="SCENE VIEW,...")
     for name in ("mean", "worst", "speedup"):
         options.add_argument(f"--max-{name}", type=float)
     arguments = options.parse_args()
-    rows = []
+    rows, cases = [], []
     for entry in arguments.databases:
         machine, _, path = entry.rpartition("=")
-        rows += read(machine or path, path)
-    cases = cases_of(rows)
+        if path.endswith(".csv"):
+            cases += recorded_cases(machine, path)
+        else:
+            rows += read(machine or path, path)
+    cases += cases_of(rows)
     for entry in arguments.sampled:
         machine, _, folder = entry.rpartition("=")
         cases += sampled_cases(machine or folder, folder, arguments.constants)
@@ -198,13 +218,18 @@ def main():
 
     groups = defaultdict(list)
     for case in cases:
-        groups[case["mode"], case["machine"]].append(case)
-        groups[case["mode"], "all"].append(case)
-    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == "all", item[0][1]))
+        parts = ["all"]
+        if arguments.used is not None:
+            parts.append("used" if f"{case['scene']} {case['view']}" in arguments.used else "held out")
+        for part in parts:
+            groups[case["mode"], case["machine"], part].append(case)
+            groups[case["mode"], "all", part].append(case)
+    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == "all", item[0][1], -len(item[0][2])))
     for key, title in (("error", "Cycles"), ("speed-up error", "Speed-up over the baseline")):
         print(f"{title}:\n")
         print(table(["mode", "machine", "cases", "mean size", "95 % within", "worst", "which"],
-                    [[mode, machine] + distribution(group, key) for (mode, machine), group in ordered]) + "\n")
+                    [[mode, machine if part == "all" else f"{machine}, {part}"] + distribution(group, key)
+                     for (mode, machine, part), group in ordered]) + "\n")
     for key, what in (("held", "cycles"), ("speed-up held", "speed-ups")):
         held = [c[key] for c in cases if key in c]
         halves = [c[key.replace("held", "half")] for c in cases if key.replace("held", "half") in c]

@@ -44,6 +44,24 @@ class EstimateErrors(unittest.TestCase):
         self.assertIn("| fast | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
         self.assertIn("| fast | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
 
+    def test_cases_of_scenes_that_took_part_stand_apart(self):
+        for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
+            self.point("cycle", design, cycles)
+            self.point("fast", design, estimate)
+        out = self.run_script("--used", "other 0, s 0").stdout
+        self.assertIn("| fast | m, used | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertNotIn("held out", out)
+        self.assertIn("| fast | all, held out | 2 | 1.5 % |", self.run_script("--used", "s 1").stdout)
+
+    def test_cases_on_record_are_those_of_the_database(self):
+        for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
+            self.point("cycle", design, cycles)
+            self.point("fast", design, estimate)
+        path = os.path.join(self.folder, "cases.csv")
+        out = self.run_script("--cases", "--csv", path).stdout
+        recorded = subprocess.run([sys.executable, SCRIPT, f"m={path}", "--cases"], capture_output=True, text=True)
+        self.assertEqual(recorded.stdout, out)
+
     def test_seeds_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
         self.point("cycle", "grtx", 500, {"tracer.k": 8})
         for seed in (1, 2, 3):

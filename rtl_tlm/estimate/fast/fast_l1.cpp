@@ -131,8 +131,8 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
     const unsigned bank = banks_.bank(first + lowest);
     if (banks_.reserve_run(bank, at, count)) return at + count - 1;
     std::uint64_t& conflicts = counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
-    // One of the two waits, once: their banks follow each other from then on.
-    if (std::exchange(between_, !between_)) {
+    // One of the two waits, once: their banks follow each other from then on. A single bank follows none.
+    if (config_.banks > 1 && std::exchange(between_, !between_)) {
       ++conflicts;
       if (client != kNode) ++ports_[kNode].next;
       banks_.share_run(bank, at, count);
