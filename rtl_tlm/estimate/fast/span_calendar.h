@@ -21,25 +21,17 @@ class SpanCalendar {
 
   /// The first cycle from `from` on at which so many cycles are free; they are taken. Past cycles are not given.
   Cycle reserve(Cycle from) {
-    from = std::max(from, base_);
-    const Cycle end = far_.empty() ? base_ + kWindow : std::min(base_ + kWindow, far_.front());
-    unsigned free = 0;  // cycles that are free from `first` on
-    Cycle first = from;
-    for (Cycle at = from; free < span_;) {
-      if (at + 64 > end) return beyond(first);
-      const std::uint64_t busy = busy_[at % kWindow / 64] >> at % 64;
-      const auto left = static_cast<unsigned>(64 - at % 64);
-      const unsigned run = busy == 0 ? left : static_cast<unsigned>(std::countr_zero(busy));
-      free += run;
-      at += run;
-      if (run == left || free >= span_) continue;
-      at += static_cast<Cycle>(std::countr_one(busy >> run));
-      first = at;
-      free = 0;
+    const Place place = find(from);
+    if (place.far) {
+      beyond_ = place.first + span_;
+      far_.push_back(place.first);
+    } else {
+      mark(place.first, span_);
     }
-    mark(first, span_);
-    return first;
+    return place.first;
   }
+  /// What reserve() would give.
+  Cycle first_free(Cycle from) const { return find(from).first; }
   /// Cycles before `now` are past.
   void advance(Cycle now) {
     if (now >= base_ + kWindow) {  // all that is kept is past
@@ -57,6 +49,30 @@ class SpanCalendar {
   }
 
  private:
+  struct Place {
+    Cycle first;
+    bool far;  ///< beyond the window
+  };
+
+  Place find(Cycle from) const {
+    from = std::max(from, base_);
+    const Cycle end = far_.empty() ? base_ + kWindow : std::min(base_ + kWindow, far_.front());
+    unsigned free = 0;  // cycles that are free from `first` on
+    Cycle first = from;
+    for (Cycle at = from; free < span_;) {
+      if (at + 64 > end) return {std::max(first, beyond_), true};
+      const std::uint64_t busy = busy_[at % kWindow / 64] >> at % 64;
+      const auto left = static_cast<unsigned>(64 - at % 64);
+      const unsigned run = busy == 0 ? left : static_cast<unsigned>(std::countr_zero(busy));
+      free += run;
+      at += run;
+      if (run == left || free >= span_) continue;
+      at += static_cast<Cycle>(std::countr_one(busy >> run));
+      first = at;
+      free = 0;
+    }
+    return {first, false};
+  }
   void mark(Cycle first, unsigned left) {
     while (left > 0) {
       const auto offset = static_cast<unsigned>(first % 64);
@@ -67,13 +83,6 @@ class SpanCalendar {
       left -= count;
     }
   }
-  Cycle beyond(Cycle cycle) {
-    cycle = std::max(cycle, beyond_);
-    beyond_ = cycle + span_;
-    far_.push_back(cycle);
-    return cycle;
-  }
-
   unsigned span_;
   Cycle base_ = 0;  ///< first cycle that is kept, a multiple of 64
   Cycle beyond_ = 0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grtx/rtl_tlm/estimate/fast/bank_calendar.h"
+#include "grtx/rtl_tlm/estimate/fast/intersection_pipelines.h"
 #include "grtx/rtl_tlm/estimate/fast/near_cycle.h"
 #include "grtx/rtl_tlm/estimate/fast/place_calendar.h"
 #include "grtx/rtl_tlm/estimate/fast/place_ring.h"
@@ -21,6 +22,33 @@
 
 namespace grtx::sim {
 namespace {
+
+// With instances that are entered in 7 cycles each: what came with data that is there later held back what came after
+// it.
+TEST(IntersectionPipelinesTest, ATestInAGapBeforeALaterOneDoesNotWaitForIt) {
+  modules::IntersectionUnit::Config config;
+  config.count = 1;
+  config.interval = 7;
+  config.latency = 5;
+  fast::IntersectionPipelines pipelines(config);
+  EXPECT_EQ(pipelines.test(100, 1), 101U + 5);
+  EXPECT_EQ(pipelines.test(10, 1), 11U + 5);
+  EXPECT_EQ(pipelines.test(10, 2), 18U + 7 + 5) << "the second test seven cycles later";
+  EXPECT_EQ(pipelines.test(95, 1), 108U + 5) << "six cycles are too few";
+  EXPECT_EQ(pipelines.counters().queue_cycles, (18U - 11) + (108 - 96));
+  EXPECT_EQ(pipelines.counters().busy_cycles, 5U * 7);
+}
+
+TEST(IntersectionPipelinesTest, TheNextTestTakesThePipelineThatIsFreeFirst) {
+  modules::IntersectionUnit::Config config;
+  config.count = 2;
+  config.interval = 7;
+  config.latency = 5;
+  fast::IntersectionPipelines pipelines(config);
+  EXPECT_EQ(pipelines.test(10, 1), 11U + 5);
+  EXPECT_EQ(pipelines.test(12, 1), 13U + 5);
+  EXPECT_EQ(pipelines.test(12, 1), 18U + 5);
+}
 
 class SpanCalendarTest : public ::testing::TestWithParam<unsigned> {};
 
