@@ -28,6 +28,7 @@ constexpr Span kMachines[] = {
     {"l2.bytes", 262144, 101e6},
     {"l2.slices", 1, 32},
     {"l2.line_bytes", 128, 128},
+    {"l2.mshr_merges", 4, 1e9},  // no merge waits in fast mode
     {"dram.fixed_latency", 90, 1024},
     {"dram.bank_groups", 1, 4},
     {"dram.timing.ccd", 2, 16},
