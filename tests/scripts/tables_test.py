@@ -210,7 +210,9 @@ class Tables(unittest.TestCase):
 
     def test_5_sweeps(self):
         text, document = self.both("sweep plan.toml -o s.sqlite")
-        self.assertEqual(text, f"{document['points']} points: {document['status']['done']} done; s.sqlite\n")
+        self.assertEqual(text, f"{document['points']} points: {document['status']['done']} done; s.sqlite\n"
+                               "2 traces made, 1 structure built for them\n")
+        self.assertEqual((document["traces_made"], document["structures_built"]), (0, 0))  # all was there
         self.assertEqual(document["points"], 4)
         text, document = self.both("sweep plan.toml -o s.sqlite --list")
         self.assertEqual([line.split()[0] for line in text.splitlines()[:-1] if not line.startswith(" ")], [point["key"] for point in document["points"]])
