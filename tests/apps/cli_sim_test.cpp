@@ -60,6 +60,19 @@ TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
             line + "rt.box.interval = 3000, " + trace);
 }
 
+// Of two that wanted the only bank in a cycle one was told to wait, and the other had it in a cycle that was taken: fewer
+// cycles than the sectors that one bank serves.
+TEST_F(CliSim, ASingleBankOfTheL1ServesTwoClientsInACycleOfFastMode) {
+  ASSERT_EQ(folder_.run("synth --preset object --count 400 --seed 1 -o o.ply --quiet").code, 0);
+  ASSERT_EQ(folder_.run("trace --scene o.ply --cameras o.cameras.json --width 24 --height 24 --accel tlas-tri20 "
+                        "--checkpoint on -o o.grtx --quiet")
+                .code,
+            0);
+  const Outcome outcome =
+      folder_.run("sim o.grtx --quiet --mode fast --set l1.banks=1 --set gpu.sms=1 --set l1.perfect=true");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
 // They met every eight cycles of the hundreds of millions in which a shader's phase went on.
 TEST_F(CliSim, TwoThreadsTakeMinutesForAMachineThatWaits) {
   for (const char* key : {"simt.cost.any_hit_fixed", "dram.fixed_latency"}) {

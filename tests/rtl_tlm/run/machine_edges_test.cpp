@@ -11,7 +11,6 @@
 #include "grtx/base/error.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
-#include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
 namespace grtx::sim {
@@ -61,12 +60,6 @@ TEST_F(MachineEdges, TheLastTestOfASlowUnitBreaksTheLowerBound) {
 TEST_F(MachineEdges, BurstsAfterTheEndBreakTheLowerBoundOfFastMode) {
   runs({"dram.timing.ccd=10000"});
   runs({"dram.timing.ccd=10000", "l2.slices=1", "l2.bytes=8192", "l1.bytes=32768"});
-}
-
-TEST_F(MachineEdges, ASingleBankOfTheL1ServesTwoClientsInACycleOfFastMode) {
-  const auto random = traces::testing::random_trace({.seed = 11, .groups = 12, .warp_size = 32, .two_level = true});
-  traces::testing::write_trace(trace_.path(), random.header, random.groups);
-  runs({"l1.banks=1", "l2.perfect=true", "gpu.sms=1"});
 }
 
 TEST_F(MachineEdges, ALongPhaseOfAShaderIsTakenForADeadlock) { runs({"simt.cost.sh_per_coefficient=571160"}); }
