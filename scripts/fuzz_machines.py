@@ -317,9 +317,12 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         fuzzer = Fuzzer(options, folder)
         count = 0
-        while count < options.count and time.monotonic() - begin < options.seconds:
-            fuzzer.one(options.first + count)
-            count += 1
+        try:
+            while count < options.count and time.monotonic() - begin < options.seconds:
+                fuzzer.one(options.first + count)
+                count += 1
+        except KeyboardInterrupt:
+            pass  # the table is of those that are done
         fuzzer.table(count, time.monotonic() - begin)
         sys.exit(1 if fuzzer.finds else 0)
 
