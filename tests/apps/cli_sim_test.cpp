@@ -60,12 +60,13 @@ TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
             line + "rt.box.interval = 3000, " + trace);
 }
 
-// Of two that wanted the only bank in a cycle one was told to wait, and the other had it in a cycle that was taken: fewer
-// cycles than the sectors that one bank serves.
+// Of two that wanted the only bank in a cycle one was told to wait, and the other had it in a cycle that was taken:
+// fewer cycles than the sectors that one bank serves.
 TEST_F(CliSim, ASingleBankOfTheL1ServesTwoClientsInACycleOfFastMode) {
   ASSERT_EQ(folder_.run("synth --preset object --count 400 --seed 1 -o o.ply --quiet").code, 0);
-  ASSERT_EQ(folder_.run("trace --scene o.ply --cameras o.cameras.json --width 24 --height 24 --accel tlas-tri20 "
-                        "--checkpoint on -o o.grtx --quiet")
+  ASSERT_EQ(folder_
+                .run("trace --scene o.ply --cameras o.cameras.json --width 24 --height 24 --accel tlas-tri20 "
+                     "--checkpoint on -o o.grtx --quiet")
                 .code,
             0);
   const Outcome outcome =
