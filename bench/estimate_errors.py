@@ -31,6 +31,7 @@ import sys
 from collections import defaultdict
 
 ESTIMATE_KEYS = {"fast.stride", "fast.seed", "fast.spread"}  # they do not reach cycle mode
+PARTS = ("held out", "used", "all")  # of the cases, as --used tells them apart
 NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high", "gpu.sampled.share")
 
 
@@ -224,7 +225,7 @@ def main():
         for part in parts:
             groups[case["mode"], case["machine"], part].append(case)
             groups[case["mode"], "all", part].append(case)
-    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == "all", item[0][1], -len(item[0][2])))
+    ordered = sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == "all", item[0][1], PARTS.index(item[0][2])))
     for key, title in (("error", "Cycles"), ("speed-up error", "Speed-up over the baseline")):
         print(f"{title}:\n")
         print(table(["mode", "machine", "cases", "mean size", "95 % within", "worst", "which"],

@@ -23,14 +23,19 @@
 namespace grtx::sim {
 namespace {
 
+/// Pipelines that a test holds for 7 cycles, with a latency of 5.
+fast::IntersectionPipelines held_for_seven(unsigned count) {
+  modules::IntersectionUnit::Config config;
+  config.count = count;
+  config.interval = 7;
+  config.latency = 5;
+  return fast::IntersectionPipelines(config);
+}
+
 // With instances that are entered in 7 cycles each: what came with data that is there later held back what came after
 // it.
 TEST(IntersectionPipelinesTest, ATestInAGapBeforeALaterOneDoesNotWaitForIt) {
-  modules::IntersectionUnit::Config config;
-  config.count = 1;
-  config.interval = 7;
-  config.latency = 5;
-  fast::IntersectionPipelines pipelines(config);
+  fast::IntersectionPipelines pipelines = held_for_seven(1);
   EXPECT_EQ(pipelines.test(100, 1), 101U + 5);
   EXPECT_EQ(pipelines.test(10, 1), 11U + 5);
   EXPECT_EQ(pipelines.test(10, 2), 18U + 7 + 5) << "the second test seven cycles later";
@@ -40,11 +45,7 @@ TEST(IntersectionPipelinesTest, ATestInAGapBeforeALaterOneDoesNotWaitForIt) {
 }
 
 TEST(IntersectionPipelinesTest, TheNextTestTakesThePipelineThatIsFreeFirst) {
-  modules::IntersectionUnit::Config config;
-  config.count = 2;
-  config.interval = 7;
-  config.latency = 5;
-  fast::IntersectionPipelines pipelines(config);
+  fast::IntersectionPipelines pipelines = held_for_seven(2);
   EXPECT_EQ(pipelines.test(10, 1), 11U + 5);
   EXPECT_EQ(pipelines.test(12, 1), 13U + 5);
   EXPECT_EQ(pipelines.test(12, 1), 18U + 5);

@@ -19,7 +19,7 @@ TEST(MeasuredRegion, NamesKeysFarFromTheirDefaults) {
       {{"l2.latency=1"}, "l2.latency = 1"},
       {{"dram.timing.ccd=10000", "fast.stride=64"}, "dram.timing.ccd = 10000, fast.stride = 64"},
       {{"l2.line_bytes=256"}, "l2.line_bytes = 256"},  // a random machine with it was 8.7 % off without a word
-      {{"l2.mshr_merges=1"}, "l2.mshr_merges = 1"},    // one with 14 SMs 18 %
+      {{"l2.mshr_merges=1"}, "l2.mshr_merges = 1"},    // another 18 %
       {{"dram.timing.refi=500"}, "dram.timing.refi = 500"}};
   for (const auto& [settings, outside] : cases) {
     EXPECT_EQ(outside_of_measured(load_config("", settings), 128), outside);
