@@ -87,20 +87,7 @@ void RtScheduler::begin(unsigned entry) {
 Stall RtScheduler::stall_reason() const {
   if (buffer_->empty()) return Stall::empty;
   if (buffer_->ready_entries() != 0) return Stall::queue_full;
-  switch (buffer_->oldest_warp().wait()) {
-    case WarpWait::memory:
-      return Stall::memory;
-    case WarpWait::checkpoint:
-      return Stall::checkpoint;
-    case WarpWait::stack:
-      return Stall::stack;
-    case WarpWait::unit:
-      return Stall::unit;
-    case WarpWait::any_hit:
-      return Stall::any_hit;
-    default:
-      return Stall::retire;
-  }
+  return stall_of(buffer_->oldest_warp().wait());
 }
 
 void RtScheduler::schedule(Cycle now) {

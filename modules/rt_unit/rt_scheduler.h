@@ -19,22 +19,6 @@
 
 namespace grtx::modules {
 
-/// Why no warp was scheduled in a cycle. Judged on the oldest warp, first reason that applies in this order.
-enum class Stall : std::uint8_t {
-  empty,       ///< no warp in the buffer
-  queue_full,  ///< a lane is ready, but the memory scheduler's queue lacks room
-  memory,      ///< a lane waits for a node
-  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
-  stack,       ///< a lane waits for stack entries to be spilled or filled
-  unit,        ///< a lane is queued at or inside an intersection unit
-  any_hit,     ///< all unfinished lanes wait for the any-hit shader
-  retire,      ///< all lanes have finished; the SIMT core's queue of finished calls is full, or another warp retires
-};
-constexpr auto enum_names(Stall) {
-  return names_in_order<Stall>({"empty", "queue_full", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
-}
-inline constexpr std::size_t kStalls = kCountOf<Stall>;
-
 class RtScheduler final : public RtSchedulerModule {
  public:
   struct Config {

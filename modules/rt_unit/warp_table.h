@@ -16,6 +16,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/rt_unit/decide/warp_wait.h"
 
 namespace grtx::modules {
 
@@ -37,32 +38,6 @@ constexpr auto enum_names(LaneState) {
                                     "checkpoint_read", "checkpoint_write", "stack", "finished"});
 }
 inline constexpr std::size_t kLaneStates = kCountOf<LaneState>;
-
-/// What a warp of the buffer waits for: the first of these that one of its lanes does (wait_of()).
-enum class WarpWait : std::uint8_t {
-  ready,       ///< a lane is ready: to be selected by the scheduler
-  memory,      ///< a lane waits for a node
-  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
-  stack,       ///< a lane waits for stack entries to be spilled or filled
-  unit,        ///< a lane is queued at or inside an intersection unit
-  any_hit,     ///< all unfinished lanes wait for the any-hit shader
-  retire,      ///< all lanes have finished
-};
-constexpr auto enum_names(WarpWait) {
-  return names_in_order<WarpWait>({"ready", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
-}
-inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
-
-/// What a warp waits for whose lanes are in these states.
-constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
-                           LaneMask any_hit) {
-  if (ready != 0) return WarpWait::ready;
-  if (memory != 0) return WarpWait::memory;
-  if (checkpoint != 0) return WarpWait::checkpoint;
-  if (stack != 0) return WarpWait::stack;
-  if (unit != 0) return WarpWait::unit;
-  return any_hit != 0 ? WarpWait::any_hit : WarpWait::retire;
-}
 
 struct Lane {
   const traces::Event* next = nullptr;  ///< event to handle, or being handled

@@ -14,7 +14,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kSmall = std::string("--quiet --config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
+const std::string kSmallQuietly =
+    std::string("--quiet --config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
 
 class CliObserve : public ::testing::Test {
  protected:
@@ -23,7 +24,7 @@ class CliObserve : public ::testing::Test {
 };
 
 TEST_F(CliObserve, WaveformComesWithASaveFileAndFilters) {
-  ASSERT_EQ(folder_.run("sim t.grtx " + kSmall + "--vcd w.vcd --vcd-level units").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--vcd w.vcd --vcd-level units").code, 0);
   EXPECT_THAT(folder_.read("w.vcd"), HasSubstr("$comment\ntrace "));
   EXPECT_THAT(folder_.read("w.gtkw"), HasSubstr("-gpu.sm0.rt.rt_scheduler\n"));
   EXPECT_THAT(folder_.read("w.stall_reason.filter"), HasSubstr("?any_hit\n"));
@@ -31,7 +32,8 @@ TEST_F(CliObserve, WaveformComesWithASaveFileAndFilters) {
 }
 
 TEST_F(CliObserve, GtkwaveShowsTheSaveFile) {
-  ASSERT_EQ(folder_.run("sim t.grtx " + kSmall + "--vcd w.vcd --vcd-scope 'sm0.rt*' --vcd-window 200:800").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--vcd w.vcd --vcd-scope 'sm0.rt*' --vcd-window 200:800").code,
+            0);
   const int status = std::system(("timeout 100 '" + grtx::paths::source_dir() + "/scripts/gtkwave_screenshot.sh' '" +
                                   folder_.path("w.gtkw") + "' '" + folder_.path("w.png") + "' 2>/dev/null")
                                      .c_str());
@@ -48,14 +50,14 @@ TEST_F(CliObserve, GtkwaveShowsTheSaveFile) {
 }
 
 TEST_F(CliObserve, TimelineIsJsonWithTracksAndCounters) {
-  ASSERT_EQ(folder_.run("sim t.grtx " + kSmall + "--timeline t.json --timeline-window :900").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--timeline t.json --timeline-window :900").code, 0);
   const auto json = nlohmann::json::parse(folder_.read("t.json"));
   EXPECT_GT(json.at("traceEvents").size(), 50U);
   EXPECT_EQ(json.at("otherData").at("trace").get<std::string>().size(), 16U);
 }
 
 TEST_F(CliObserve, HeatMapOfCyclesHasTheRawNumbers) {
-  ASSERT_EQ(folder_.run("sim t.grtx " + kSmall + "--stats s.json --heatmap cycles=c.png").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--stats s.json --heatmap cycles=c.png").code, 0);
   const frontend::Image raw = frontend::read_image(folder_.path("c.exr"));
   EXPECT_EQ(raw.width, 32U);
   EXPECT_EQ(raw.height, 4U);
@@ -94,7 +96,7 @@ TEST_F(CliObserve, HeatMapsOfTheTracerAddUpToItsCounters) {
 }
 
 TEST_F(CliObserve, StallsPrintsBars) {
-  ASSERT_EQ(folder_.run("sim t.grtx " + kSmall + "--stats s.json").code, 0);
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--stats s.json").code, 0);
   const Outcome outcome = folder_.run("stalls s.json --columns 20");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("gpu.rt: every cycle of every RT scheduler"));

@@ -9,25 +9,25 @@ namespace grtx::traces {
 namespace {
 
 template <NamedEnum Enum>
-void expect_names(const std::vector<std::string>& expected) {
+void expect_spelling(const std::vector<std::string>& expected) {
   EXPECT_EQ(names_of<Enum>(), expected);
   std::set<Enum> values;
   for (const std::string& name : expected) {
     const auto value = from_name<Enum>(name);
     ASSERT_TRUE(value.has_value()) << name;
-    EXPECT_EQ(name_of(*value), name);
+    EXPECT_EQ(grtx::name_of(*value), name);
     EXPECT_TRUE(values.insert(*value).second) << name;
   }
 }
 
 TEST(Modes, AreSpeltAsInTraceFiles) {
-  expect_names<AccelKind>(
+  expect_spelling<AccelKind>(
       {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
-  expect_names<Tracing>({"multi", "single", "closest", "stochastic", "list"});
-  expect_names<CheckpointOrder>({"fifo", "lifo", "nearest"});
-  expect_names<ChildOrder>({"near_first", "slot", "vulkan_sim"});
-  expect_names<PopTest>({"on", "off"});
-  expect_names<WarpMapping>({"tile8x4", "linear"});
+  expect_spelling<Tracing>({"multi", "single", "closest", "stochastic", "list"});
+  expect_spelling<CheckpointOrder>({"fifo", "lifo", "nearest"});
+  expect_spelling<ChildOrder>({"near_first", "slot", "vulkan_sim"});
+  expect_spelling<PopTest>({"on", "off"});
+  expect_spelling<WarpMapping>({"tile8x4", "linear"});
 }
 
 TEST(Modes, StructuresOfSpheresAndBoxesHaveProceduralLeaves) {

@@ -37,7 +37,7 @@ RayGroup restarting_ray(unsigned restarts, bool last_hits) {
   return group;
 }
 
-Header small_header() {
+Header plain_header() {
   Header header = testing::random_trace({}).header;
   header.two_level = false;
   header.root = kNodeUnit;
@@ -46,7 +46,7 @@ Header small_header() {
 }
 
 TEST(PredictedPops, AreCountedAtEveryLength) {
-  const Header header = small_header();
+  const Header header = plain_header();
   struct Case {
     unsigned restarts;
     Bytes gaps;               ///< when nothing else follows
@@ -77,7 +77,7 @@ TEST(PredictedPops, AreCountedAtEveryLength) {
 }
 
 TEST(PredictedPops, GapsThatDoNotFitAreRefused) {
-  const Header header = small_header();
+  const Header header = plain_header();
   const RayGroup group = restarting_ray(300, true);
   Bytes payload;
   encode_group(header, group, payload);

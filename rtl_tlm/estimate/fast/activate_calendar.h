@@ -24,6 +24,7 @@ class ActivateCalendar {
 
   /// The first clock from `from` on in which a bank of `group` can open a row; it is taken. Past clocks are not given.
   Cycle reserve(Cycle from, unsigned group) {
+    if (faw_ == 0 && distance_[0] == distance_[1]) return reserve_apart(from);
     Activate first{std::max(from, clocks_.begin()), group, from};
     while (first.at < clocks_.end()) {
       look_back(first.at);
@@ -55,6 +56,20 @@ class ActivateCalendar {
     void add(const Activate& next) { newest[count++ % 4] = next; }
   };
 
+  /// The same with one distance for all, which none moves for.
+  Cycle reserve_apart(Cycle from) {
+    const Cycle distance = distance_[0];
+    Cycle at = std::max(from, clocks_.begin());
+    while (at < clocks_.end()) {
+      const Cycle near = clocks_.first_taken(at - std::min(at, distance - 1), at + distance);
+      if (near == CycleBits::kNone) {
+        clocks_.take(at);
+        return at;
+      }
+      at = near + distance;
+    }
+    return clocks_.take_beyond(at, distance);
+  }
   Activate get(Cycle at) const { return {at, group_[at % CycleBits::kWindow], at - late_[at % CycleBits::kWindow]}; }
   void put(const Activate& a) {
     clocks_.take(a.at);
@@ -62,13 +77,12 @@ class ActivateCalendar {
     late_[a.at % CycleBits::kWindow] = static_cast<std::uint16_t>(std::min<Cycle>(a.at - a.due, 0xffff));
   }
   void look_back(Cycle at) {
-    std::array<Cycle, 4> clocks{};
+    std::array<Cycle, 4> clocks;
     std::size_t found = 0;
-    for (Cycle to = at + 1; found < 4; ++found) {
-      to = clocks_.last_taken(at - std::min(at, reach_), to);
-      if (to == CycleBits::kNone) break;
-      clocks[found] = to;
-    }
+    clocks_.for_each_taken_back(at - std::min(at, reach_), at + 1, [&](Cycle clock) {
+      clocks[found] = clock;
+      return ++found < 4;
+    });
     before_.count = 0;
     while (found > 0) before_.add(get(clocks[--found]));
   }

@@ -34,8 +34,7 @@ class ColumnCalendar {
   /// all: as those behind them have been told when they come, it takes the time that it costs these from the next that
   /// is free. Else reads go first: the bus turns around behind the last that has a place.
   Cycle write(Cycle from, unsigned group) {
-    for (Cycle at = from / ccd_; (at = places_.first_taken(at, last_write_ + 1)) != CycleBits::kNone; ++at) {
-      if (bursts_[at % CycleBits::kWindow].way != Way::write) continue;
+    if (const Cycle at = writes_.first_taken(from / ccd_, last_write_ + 1); at != CycleBits::kNone) {
       reserve(at, {group, Way::joined});
       return std::max(from, at * ccd_);
     }
@@ -48,27 +47,41 @@ class ColumnCalendar {
   /// Nothing begins before clock `now` any more; what began shortly before it still counts.
   void advance(Cycle now) {
     now /= ccd_;
-    places_.advance(now - std::min({now, reach_, CycleBits::kWindow / 2}));
+    now -= std::min({now, reach_, CycleBits::kWindow / 2});
+    places_.advance(now);
+    writes_.advance(now);
   }
 
  private:
   enum class Way : std::uint8_t { read, write, joined };
   struct Burst {
-    unsigned group = 0;
+    Burst() = default;
+    Burst(unsigned number, Way direction) : group(static_cast<std::uint8_t>(number)), way(direction) {}
+    std::uint8_t group = 0;
     Way way = Way::read;
   };
 
   Cycle reserve(Cycle from, Burst burst) {
     Cycle at = std::max(from, places_.begin());
+    if (burst.way != Way::write && same_way_[1] == 1 && !others_) {  // only writes keep it from a free place
+      const Cycle free = places_.first_free(at);
+      const Cycle begin = at - std::min(at, reach_ - 1);
+      const bool alone = burst.way == Way::joined || begin > last_write_ ||
+                         writes_.first_taken(begin, free + reach_) == CycleBits::kNone;
+      if (alone && free < places_.end()) return take(free, burst);
+    }
     for (Cycle free = at; at < places_.end(); at = free) {
       free = others_.takes(at) ? at + 1 : allowed(at, burst);
-      if (free != at) continue;
-      places_.take(at);
-      bursts_[at % CycleBits::kWindow] = burst;
-      end_ = std::max(end_, at + 1);
-      return at;
+      if (free == at) return take(at, burst);
     }
     at = places_.take_beyond(at);
+    end_ = std::max(end_, at + 1);
+    return at;
+  }
+  Cycle take(Cycle at, Burst burst) {
+    places_.take(at);
+    if (burst.way == Way::write) writes_.take(at);
+    bursts_[at % CycleBits::kWindow] = burst;
     end_ = std::max(end_, at + 1);
     return at;
   }
@@ -76,12 +89,13 @@ class ColumnCalendar {
   Cycle allowed(Cycle at, Burst burst) const {
     const Cycle begin = at - std::min(at, reach_ - 1);
     Cycle free = at;
-    for (Cycle other = begin; (other = places_.first_taken(other, at + reach_)) != CycleBits::kNone; ++other) {
+    places_.for_each_taken(begin, at + reach_, [&](Cycle other) {
       const Burst& its = bursts_[other % CycleBits::kWindow];
       if (other <= at ? other + distance(its, burst) > at : at + distance(burst, its) > other) {
         free = std::max(free, other + distance(its, burst));
       }
-    }
+      return true;
+    });
     return free;
   }
   Cycle distance(const Burst& first, const Burst& then) const {
@@ -101,8 +115,8 @@ class ColumnCalendar {
   Cycle reach_;    ///< the longest distance
   Cycle end_ = 0;  ///< behind the last place taken
   Cycle last_read_ = 0;
-  Cycle last_write_ = 0;  ///< none that the bus was turned around for is later
-  CycleBits places_;
+  Cycle last_write_ = 0;                            ///< none that the bus was turned around for is later
+  CycleBits places_, writes_;                       ///< those taken; of these, for which the bus turns around
   std::array<Burst, CycleBits::kWindow> bursts_{};  ///< of places taken
 };
 

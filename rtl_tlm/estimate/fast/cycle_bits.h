@@ -42,34 +42,42 @@ class CycleBits {
     }
     return from;
   }
-  /// The first cycle from `from` on and before `to` that is taken, and kept; kNone: none is.
-  Cycle first_taken(Cycle from, Cycle to) const {
+  /// f(cycle) for those that are taken, and kept, from `from` on and before `to`, in order, until it returns false.
+  template <typename F>
+  void for_each_taken(Cycle from, Cycle to, F&& f) const {
     from = std::max(from, begin_);
     to = std::min(to, end());
-    while (from < to) {
-      const std::uint64_t taken = bits_[from % kWindow / 64] >> from % 64;
-      if (taken != 0) {
-        from += static_cast<Cycle>(std::countr_zero(taken));
-        return from < to ? from : kNone;
+    for (; from < to; from += 64 - from % 64) {
+      for (std::uint64_t taken = bits_[from % kWindow / 64] >> from % 64; taken != 0; taken &= taken - 1) {
+        const Cycle at = from + static_cast<Cycle>(std::countr_zero(taken));
+        if (at >= to || !f(at)) return;
       }
-      from += 64 - from % 64;
     }
-    return kNone;
   }
-  /// The last cycle before `to` and not before `from` that is taken, and kept; kNone: none is.
-  Cycle last_taken(Cycle from, Cycle to) const {
+  /// The first of them; kNone: none is.
+  Cycle first_taken(Cycle from, Cycle to) const {
+    Cycle first = kNone;
+    for_each_taken(from, to, [&](Cycle at) {
+      first = at;
+      return false;
+    });
+    return first;
+  }
+  /// The same as for_each_taken(), the last first.
+  template <typename F>
+  void for_each_taken_back(Cycle from, Cycle to, F&& f) const {
     from = std::max(from, begin_);
     to = std::min(to, end());
     while (from < to) {
-      const Cycle last = to - 1;
-      const std::uint64_t taken = bits_[last % kWindow / 64] << (63 - last % 64);
-      if (taken != 0) {
-        to = last - static_cast<Cycle>(std::countl_zero(taken));
-        return to >= from ? to : kNone;
+      const Cycle word = (to - 1) / 64 * 64;
+      for (std::uint64_t taken = bits_[word % kWindow / 64] << (63 - (to - 1) % 64); taken != 0;) {
+        const auto back = static_cast<unsigned>(std::countl_zero(taken));
+        const Cycle at = to - 1 - back;
+        if (at < from || !f(at)) return;
+        taken &= ~(std::uint64_t{1} << (63 - back));
       }
-      to = last - last % 64;
+      to = word;
     }
-    return kNone;
   }
   /// A cycle from `from` on, not before end(): they are given in order, `distance` apart.
   Cycle take_beyond(Cycle from, Cycle distance = 1) {

@@ -122,7 +122,7 @@ void FastMemory::warm(const Request& request) {
   SectorCacheTags::Victim victim;
   const SectorCacheTags::Slot slot = find_or_insert(slice, interleave_.local(request.line), victim);
   slice.tags.set_valid(slot, request.sectors);
-  slice.come(slot, request.sectors, 0);
+  slice.arrivals.are_there(slot, request.sectors);
   if (!request.write) return;
   slice.tags.set_dirty(slot, request.sectors);
   slice.written_by[slot] = request.region;
@@ -147,7 +147,7 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
   const auto present = static_cast<std::uint8_t>(request.sectors & slice.tags.valid(slot));
   slice.tags.set_valid(slot, request.sectors);
   if (request.write) {
-    slice.come(slot, request.sectors, 0);
+    slice.arrivals.are_there(slot, request.sectors);
     region.write_hits += count_of(present);
     slice.tags.set_dirty(slot, request.sectors);
     slice.written_by[slot] = request.region;
@@ -155,11 +155,9 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
     return now;
   }
   Cycle last = now;
-  for (std::uint8_t rest = present; rest != 0; rest = static_cast<std::uint8_t>(rest & (rest - 1))) {
-    const Cycle comes = slice.comes[slot][static_cast<std::size_t>(std::countr_zero(rest))];
-    ++(comes > now ? region.hits_on_miss : region.hits);
-    last = std::max(last, comes);
-  }
+  const unsigned late = slice.arrivals.count_late(slot, present, now, last);
+  region.hits_on_miss += late;
+  region.hits += count_of(present) - late;
   const auto missing = static_cast<std::uint8_t>(request.sectors & ~present);
   if (missing == 0) return last;
   const unsigned misses = count_of(missing);
@@ -173,7 +171,7 @@ Cycle FastMemory::look_up(unsigned index, const Request& request, Cycle now) {
     const Cycle done = read_dram(index, looked_up, local + sector * sector_bytes_);
     counters.mshr_cycles += done - looked_up;
     counters.miss_latency.add(done - looked_up);
-    slice.comes[slot][sector] = done;
+    slice.arrivals.come(slot, static_cast<unsigned>(sector), done);
     last = std::max(last, done);
   }
   write_back(index, last, victim, written_by);  // the line's place is taken when it comes
@@ -252,6 +250,7 @@ void FastMemory::advance(Cycle now) {
     slice.lookup.advance(now);
     slice.reply.advance(now);
     slice.responses.advance(clock);
+    slice.arrivals.advance(now);
   }
   for (FastDramChannel& dram : dram_channels_) dram.advance(clock);
 }

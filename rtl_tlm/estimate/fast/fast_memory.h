@@ -2,7 +2,6 @@
 // when they leave an SM. A request is for sectors of one line, which cross one after the other.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/rtl_tlm/estimate/fast/arrivals.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/estimate/fast/place_ring.h"
 #include "grtx/rtl_tlm/estimate/fast/port_calendar.h"
@@ -40,7 +40,12 @@ class FastMemory {
   };
   /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
   Trip access(const Request& request, Cycle sent);
-  /// The same for the tags, at once and uncounted.
+  /// Asks the host for what access() and warm() of that line read first.
+  void prefetch(std::uint64_t line) const {
+    const Slice& slice = slices_[interleave_.slice(line)];
+    slice.tags.prefetch(interleave_.local(line));
+  }
+  /// As access() for the tags, at once and uncounted.
   void warm(const Request& request);
   /// To be called when all has been sent, before counts are read.
   void finish();
@@ -71,19 +76,14 @@ class FastMemory {
     Slice(const modules::L2Slice::Config& c, std::size_t capacity, unsigned response)
         : tags(c.geometry),
           written_by(tags.slots()),
-          comes(tags.slots()),
+          arrivals(tags.slots(), c.geometry.sectors()),
           looked_up(capacity),
           queue(c.dram_queue),
           mshrs(c.mshr_entries),
           responses(response) {}
-    void come(modules::SectorCacheTags::Slot slot, std::uint8_t sectors, Cycle at) {
-      for (std::size_t i = 0; i < comes[slot].size(); ++i) {
-        if ((sectors >> i & 1) != 0) comes[slot][i] = at;
-      }
-    }
     modules::SectorCacheTags tags;
     std::vector<modules::Region> written_by;  ///< by line of the tags: of its dirty sectors
-    std::vector<std::array<Cycle, 8>> comes;  ///< by line of the tags and sector: when its data is there
+    Arrivals arrivals;                        ///< by line of the tags
     TurnCalendar input;
     PortCalendar lookup, reply;
     PlaceRing looked_up;               ///< of as many requests as fit between the crossbar and the tags

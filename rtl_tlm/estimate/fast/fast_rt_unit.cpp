@@ -140,18 +140,7 @@ void RtUnit::count_wait(Cycle now, Call& call) {
 /// To be called before the state of the unit changes: no cycle before `until` that is not counted yet had a selection.
 void RtUnit::count_stall(Cycle until) {
   if (until <= accounted_) return;
-  Stall reason = Stall::retire;
-  if (occupied_ == 0) {
-    reason = Stall::empty;
-  } else if (ready_ != 0) {
-    reason = Stall::queue_full;
-  } else {
-    const WarpWait wait = calls_[oldest_].wait;
-    if (wait == WarpWait::memory) reason = Stall::memory;
-    if (wait == WarpWait::checkpoint) reason = Stall::checkpoint;
-    if (wait == WarpWait::stack) reason = Stall::stack;
-    if (wait == WarpWait::any_hit) reason = Stall::any_hit;
-  }
+  const Stall reason = occupied_ == 0 ? Stall::empty : ready_ != 0 ? Stall::queue_full : stall_of(calls_[oldest_].wait);
   counters_.scheduler.stall[static_cast<std::size_t>(reason)] += until - accounted_;
   accounted_ = until;
   last_stall_ = reason;

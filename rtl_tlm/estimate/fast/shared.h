@@ -23,10 +23,6 @@ struct Shared {
     drawn = drawn * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX
     return drawn >> 33;
   }
-  /// Whether a line's requests take time: one in so many lines, others for each key.
-  bool chosen(std::uint64_t line, std::uint64_t key) const {
-    return stride == 1 || ((line ^ key << 33) * 0x9E3779B97F4A7C15u >> 40) % stride == 0;
-  }
 
   GpuConfig config;
   const traces::Header& header;

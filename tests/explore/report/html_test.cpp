@@ -46,10 +46,10 @@ TEST(Html, TextIsEscaped) {
 }
 
 TEST(Html, JsonCannotEndItsScript) {
-  const ordered_json json = {{"</script>", "<!--"}};
-  const std::string text = script_json(json);
+  const ordered_json value = {{"</script>", "<!--"}};
+  const std::string text = script_json(value);
   EXPECT_EQ(text.find('<'), std::string::npos);
-  EXPECT_EQ(ordered_json::parse(text), json);
+  EXPECT_EQ(ordered_json::parse(text), value);
   EXPECT_NO_THROW(script_json("\xff no UTF-8"));
 }
 

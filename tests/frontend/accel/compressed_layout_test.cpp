@@ -12,7 +12,7 @@ namespace grtx::frontend {
 namespace {
 
 template <typename T>
-T at(const NodeImage& image, std::uint64_t address) {
+T number_at(const NodeImage& image, std::uint64_t address) {
   T value;
   std::memcpy(&value, image.node(address), sizeof value);
   return value;
@@ -37,11 +37,11 @@ TEST(CompressedLayout, BytesLieWhereTheDocsSay) {
     children[i].kind = i == 1 || i == 6 ? NodeKind::instance : NodeKind::internal;
   }
   image.write_internal(64, 192, children, 8);
-  EXPECT_EQ(at<glm::vec3>(image, 64), glm::vec3(0.0f));
-  EXPECT_EQ(at<std::int32_t>(image, 76), 2);  // child base, in units from the node
-  EXPECT_EQ(image.node(64)[16], 1u);          // leaves are instances
+  EXPECT_EQ(number_at<glm::vec3>(image, 64), glm::vec3(0.0f));
+  EXPECT_EQ(number_at<std::int32_t>(image, 76), 2);  // child base, in units from the node
+  EXPECT_EQ(image.node(64)[16], 1u);                 // leaves are instances
   EXPECT_EQ(image.node(64)[17], 0xFFu);
-  EXPECT_EQ(at<std::int8_t>(image, 82), 4);  // eight units in 128 steps of 2^(4 - 7)
+  EXPECT_EQ(number_at<std::int8_t>(image, 82), 4);  // eight units in 128 steps of 2^(4 - 7)
   EXPECT_EQ(image.node(64)[21], 0b01000010u);
   for (unsigned i = 0; i < 8; ++i) {
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -61,9 +61,9 @@ TEST(CompressedLayout, BytesLieWhereTheDocsSay) {
   const glm::vec3 to_object[3] = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
   const glm::vec3 to_world[3] = {{10, 11, 12}, {13, 14, 15}, {16, 17, 18}};
   image.write_instance(256, 77, 640, 704, to_object, to_world, {0.5f, 0.25f, 0.125f});
-  EXPECT_EQ(at<glm::vec3>(image, 256 + 24), glm::vec3(7, 8, 9));
-  EXPECT_EQ(at<glm::vec3>(image, 256 + 36), glm::vec3(0.5f, 0.25f, 0.125f));
-  EXPECT_EQ(at<std::uint64_t>(image, 256 + 48), 704u);  // BLAS root
+  EXPECT_EQ(number_at<glm::vec3>(image, 256 + 24), glm::vec3(7, 8, 9));
+  EXPECT_EQ(number_at<glm::vec3>(image, 256 + 36), glm::vec3(0.5f, 0.25f, 0.125f));
+  EXPECT_EQ(number_at<std::uint64_t>(image, 256 + 48), 704u);  // BLAS root
   EXPECT_EQ(image.instance_index(256), 77u);
   EXPECT_EQ(image.leaf_index(4), 77u);
 }

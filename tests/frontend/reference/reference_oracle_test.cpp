@@ -207,13 +207,13 @@ Camera camera(double distance) {
   return c;
 }
 
-struct Case {
+struct SceneCase {
   ReferenceOptions options;
   double distance;
 };
 
-std::vector<Case> cases() {
-  std::vector<Case> list;
+std::vector<SceneCase> cases() {
+  std::vector<SceneCase> list;
   for (const ReferenceProxy proxy :
        {ReferenceProxy::icosahedron20, ReferenceProxy::icosphere80, ReferenceProxy::sphere}) {
     for (const double distance : {6.0, 0.0}) {
@@ -237,7 +237,7 @@ std::vector<Case> cases() {
 TEST(ReferenceOracle, EveryOptionAgreesWithLongDouble) {
   std::size_t blended = 0;
   unsigned seed = 1;
-  for (const Case& c : cases()) {
+  for (const SceneCase& c : cases()) {
     const Scene scene = random_scene(seed, 60, seed % 5, 0.02f, 1.5f);
     SCOPED_TRACE(::testing::Message() << "seed " << seed << " proxy " << static_cast<int>(c.options.proxy) << " peak "
                                       << c.options.sort_by_peak << " distance " << c.distance);

@@ -18,7 +18,11 @@
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/scene/scene_io.h"
 
+namespace grtx::test {}
+
 namespace grtx::frontend::test {
+
+using namespace grtx::test;  // test:: is one place, whoever says it
 
 /// Bytes of numbers in the machine's (little-endian) order, one after the other.
 class Bytes {

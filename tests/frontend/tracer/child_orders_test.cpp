@@ -22,8 +22,8 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr AccelKind kKinds[] = {AccelKind::tri20,       AccelKind::tlas_tri20, AccelKind::ellipsoid,
-                                AccelKind::tlas_sphere, AccelKind::tri80,      AccelKind::tlas_tri80};
+constexpr AccelKind kOrderedKinds[] = {AccelKind::tri20,       AccelKind::tlas_tri20, AccelKind::ellipsoid,
+                                       AccelKind::tlas_sphere, AccelKind::tri80,      AccelKind::tlas_tri80};
 
 struct Sums {
   std::uint64_t visits = 0, culls = 0, checkpoints = 0, overflows = 0, taken = 0;
@@ -138,7 +138,7 @@ TEST(ChildOrders, GiveTheEventsOfASecondImplementation) {
   const Camera camera = test::front_camera(12, 8, 1.2);  // inside the scene
   unsigned variant = 0;
   Sums with_test, without_test;
-  for (const AccelKind kind : kKinds) {
+  for (const AccelKind kind : kOrderedKinds) {
     const AccelerationStructure accel(gaussians, {kind, kind == AccelKind::tri20 ? 8u : 6u, false});
     for (const auto& order : enum_names(ChildOrder{})) {
       for (const bool checkpoint : {false, true}) {
@@ -176,7 +176,7 @@ TEST(ChildOrders, ChangeNoImage) {
   const Camera camera = test::front_camera(8, 8, 1.2);
   for (std::size_t proxy = 0; proxy < 6; proxy += 2) {
     RenderResult expected;
-    for (const AccelKind kind : {kKinds[proxy], kKinds[proxy + 1]}) {
+    for (const AccelKind kind : {kOrderedKinds[proxy], kOrderedKinds[proxy + 1]}) {
       const AccelerationStructure accel(gaussians, {kind, 6, false});
       if (expected.image.pixels.empty()) expected = test::trace_scene(scene, camera, accel, gaussians, {});
       for (const auto& order : enum_names(ChildOrder{})) {

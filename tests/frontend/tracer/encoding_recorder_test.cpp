@@ -33,18 +33,18 @@ EncodedGroup trace_group(RayTracer& tracer, Recorder& recorder, const Camera& ca
 }
 
 /// What the groups came to.
-struct Sums {
+struct RecordedSums {
   traces::Totals totals;
   std::uint64_t misses = 0;  ///< rays that miss the scene
 };
 
-Sums compare(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
-             const Camera& camera, const TracerOptions& options, const RenderOptions& render) {
+RecordedSums compare(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
+                     const Camera& camera, const TracerOptions& options, const RenderOptions& render) {
   const traces::Header header = trace_header(scene, camera, accel, options, render);
   RayTracer encoding(scene, gaussians, accel, options), recording(scene, gaussians, accel, options);
   EncodingRecorder encoder(accel.image(), header);
   GroupRecorder recorder(accel.image(), &header);
-  Sums sums;
+  RecordedSums sums;
   const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
   for (std::uint32_t i = 0; i < groups.size(); ++i) {
     const EncodedGroup got = trace_group(encoding, encoder, camera, groups[i], i);
@@ -96,7 +96,7 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     // From within the scene, and from where a part of the rays miss it.
     const Camera camera = test::front_camera(12, 12, variant % 4 == 2 ? 30.0 : 1.2);
     SCOPED_TRACE(accel_name(kind) + " variant " + std::to_string(variant));
-    const Sums sums = compare(scene, gaussians, accel, camera, options, render);
+    const RecordedSums sums = compare(scene, gaussians, accel, camera, options, render);
     add_totals(all, sums.totals);
     misses += sums.misses;
   }

@@ -17,11 +17,11 @@ using ::tlm::TLM_UPDATED;
 sc_core::sc_time ns(double count) { return {count, sc_core::SC_NS}; }
 
 /// Answers a call as it is told to.
-struct ToldTarget final : sc_core::sc_module {
-  explicit ToldTarget(const sc_core::sc_module_name& name) : sc_module(name), socket("socket") {
-    socket.register_nb_transport_fw(this, &ToldTarget::forward);
-    socket.register_b_transport(this, &ToldTarget::blocking);
-    socket.register_transport_dbg(this, &ToldTarget::debug);
+struct AnsweringTarget final : sc_core::sc_module {
+  explicit AnsweringTarget(const sc_core::sc_module_name& name) : sc_module(name), socket("socket") {
+    socket.register_nb_transport_fw(this, &AnsweringTarget::forward);
+    socket.register_b_transport(this, &AnsweringTarget::blocking);
+    socket.register_transport_dbg(this, &AnsweringTarget::debug);
   }
   ::tlm::tlm_sync_enum forward(Payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay) {
     if (phase != ::tlm::BEGIN_REQ) return TLM_ACCEPTED;
@@ -40,7 +40,7 @@ struct ToldTarget final : sc_core::sc_module {
   ::tlm::tlm_sync_enum call(Payload& payload, ::tlm::tlm_phase phase, sc_core::sc_time delay = ns(0)) {
     return socket->nb_transport_bw(payload, phase, delay);
   }
-  tlm_utils::simple_target_socket<ToldTarget, 32> socket;
+  tlm_utils::simple_target_socket<AnsweringTarget, 32> socket;
   ::tlm::tlm_sync_enum answer = TLM_ACCEPTED;
   ::tlm::tlm_phase answer_phase = ::tlm::END_REQ;
   sc_core::sc_time answer_delay = ns(0);
@@ -90,7 +90,7 @@ class AtMonitorTest : public SystemCTest {
 
   ToldInitiator initiator{"initiator"};
   AtMonitor monitor{"monitor"};
-  ToldTarget target{"target"};
+  AnsweringTarget target{"target"};
   Payload payload;
 };
 

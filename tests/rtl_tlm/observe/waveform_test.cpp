@@ -47,7 +47,7 @@ class WaveformTest : public ::testing::Test {
   std::string path_ = ::testing::TempDir() + "grtx_waveform_" + std::to_string(::getpid()) + ".vcd";
 };
 
-constexpr std::uint64_t kPeriodFs = 732601;  // 1 / 1365 MHz
+constexpr std::uint64_t kCorePeriodFs = 732601;  // 1 / 1365 MHz
 
 std::uint64_t largest(const std::vector<VcdFile::Change>& changes) {
   std::uint64_t value = 0;
@@ -61,7 +61,7 @@ TEST_F(WaveformTest, ShowsTheWholeRun) {
   const VcdFile file = read();
   EXPECT_NE(file.comment.find("trace "), std::string::npos);
   EXPECT_NE(file.comment.find("config "), std::string::npos);
-  EXPECT_GE(file.end, cycles * kPeriodFs);  // until write-backs and prefetches are done
+  EXPECT_GE(file.end, cycles * kCorePeriodFs);  // until write-backs and prefetches are done
   for (const char* name :
        {"gpu.cycle", "gpu.sm0.rt.warp_buffer.occupancy", "gpu.sm1.rt.warp_buffer.w3.state", "gpu.sm0.rt.ray_box.busy",
         "gpu.sm0.rt.rt_scheduler.stall_reason", "gpu.sm0.l1d.mshr", "gpu.l2_slice1.dram_outstanding",
@@ -97,11 +97,11 @@ TEST_F(WaveformTest, AWindowHoldsOnlyItsCycles) {
   const VcdFile file = read();
   for (const auto& [name, changes] : file.changes) {
     for (const auto& change : changes) {
-      EXPECT_GE(change.time, 300 * kPeriodFs) << name;
-      EXPECT_LE(change.time, 600 * kPeriodFs) << name;
+      EXPECT_GE(change.time, 300 * kCorePeriodFs) << name;
+      EXPECT_LE(change.time, 600 * kCorePeriodFs) << name;
     }
   }
-  EXPECT_EQ(file.end, 600 * kPeriodFs);
+  EXPECT_EQ(file.end, 600 * kCorePeriodFs);
 }
 
 TEST_F(WaveformTest, AScopeSelectsSignalsByNameOrEnclosingScope) {

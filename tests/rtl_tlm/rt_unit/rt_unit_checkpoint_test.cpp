@@ -13,8 +13,8 @@ using modules::Region;
 
 class RtUnitCheckpointTest : public modules::SystemCTest {};
 
-constexpr Cycle kFirst = 2;
-constexpr Cycle kBox = 2 + 20 + 1 + 13;
+constexpr Cycle kFirstVisit = 2;
+constexpr Cycle kBoxTest = 2 + 20 + 1 + 13;
 constexpr std::uint64_t kCapacity = 64;  // 1280 B a buffer: every buffer begins on a sector boundary
 
 /// A lane's open sector and the sector that it has read last are held in the unit.
@@ -218,11 +218,11 @@ TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
     RtBench bench(small_header("tri20", kCapacity), options);
     bench.run(group);
     // Seven items: six entries and the open sector (120 B end inside sector 3).
-    EXPECT_EQ(bench.dones[0].cycle, kFirst + kBox + (7 + lanes - 1) / lanes - 1);
+    EXPECT_EQ(bench.dones[0].cycle, kFirstVisit + kBoxTest + (7 + lanes - 1) / lanes - 1);
     // Sectors leave from the cycle after their completion, one a cycle.
     ASSERT_EQ(bench.requests[1].size(), 4u);
     if (lanes >= 7) {
-      for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(bench.requests[1][i].cycle, kFirst + kBox + 1 + i);
+      for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(bench.requests[1][i].cycle, kFirstVisit + kBoxTest + 1 + i);
     }
   }
 }
@@ -240,7 +240,7 @@ TEST_F(RtUnitCheckpointTest, AFullWriteQueueBlocksTheLane) {
   // Entry 0 completes no sector, 1 and 3 complete sectors 0 and 1; entry 4 finds the queue full. One sector leaves a
   // cycle: entry 4 completes sector 2 one cycle later; entry 5 completes none but needs room, as does the open
   // sector 3.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + kBox + 2);
+  EXPECT_EQ(bench.dones[0].cycle, kFirstVisit + kBoxTest + 2);
   EXPECT_EQ(bench.counters().checkpoint.blocked_cycles, 2u);
 }
 
@@ -258,7 +258,7 @@ TEST_F(RtUnitCheckpointTest, ReplayReadsThenFetchesTheNodeOnly) {
   // Round 1: done seen by the SIMT core one cycle after retirement, call sent, visible, accepted; scheduled the cycle
   // after.
   const Cycle scheduled = bench.dones[0].cycle + 1 + 1 + 1;
-  EXPECT_EQ(bench.dones[1].cycle, scheduled + 1 + 20 + kBox);
+  EXPECT_EQ(bench.dones[1].cycle, scheduled + 1 + 20 + kBoxTest);
   EXPECT_EQ(bench.counters().memory.node_visits(), 2u);
 }
 

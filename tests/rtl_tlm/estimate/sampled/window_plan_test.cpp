@@ -8,27 +8,27 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kSlots = 16;
-const std::uint64_t kLength = settling_groups(kSlots) + measured_groups(kSlots);
+constexpr std::uint64_t kWarpSlots = 16;
+const std::uint64_t kLength = settling_groups(kWarpSlots) + measured_groups(kWarpSlots);
 
 TEST(WindowPlan, StrataAreTheTraceAndEachHasItsWindow) {
   for (const std::uint64_t groups : {2000U, 2001U, 36464U}) {
-    const std::vector<Window> windows = plan_windows(groups, kSlots, 0.25, 3);
+    const std::vector<Window> windows = plan_windows(groups, kWarpSlots, 0.25, 3);
     ASSERT_EQ(windows.size(), groups / 4 / kLength);
     std::uint64_t next = 0;
     for (const Window& w : windows) {
       EXPECT_EQ(w.stratum_first, next);
       EXPECT_LE(w.stratum_first, w.first);
-      const std::uint64_t settling = &w == &windows.front() ? kSlots : settling_groups(kSlots);
+      const std::uint64_t settling = &w == &windows.front() ? kWarpSlots : settling_groups(kWarpSlots);
       EXPECT_EQ(w.measured - w.first, settling);
-      EXPECT_EQ(w.end - w.measured, measured_groups(kSlots));
+      EXPECT_EQ(w.end - w.measured, measured_groups(kWarpSlots));
       EXPECT_LE(w.end, w.stratum_end);
       next = w.stratum_end;
     }
     EXPECT_EQ(next, groups);
     EXPECT_EQ(windows.back().end, groups);
     const std::vector<std::uint64_t> all = groups_of(windows);
-    EXPECT_EQ(all.size(), windows.size() * kLength + kSlots - settling_groups(kSlots));
+    EXPECT_EQ(all.size(), windows.size() * kLength + kWarpSlots - settling_groups(kWarpSlots));
     EXPECT_TRUE(std::is_sorted(all.begin(), all.end()));
     EXPECT_EQ(std::adjacent_find(all.begin(), all.end()), all.end());
   }
@@ -36,22 +36,22 @@ TEST(WindowPlan, StrataAreTheTraceAndEachHasItsWindow) {
 
 TEST(WindowPlan, ThereIsNoneWhereWindowsAreTooFew) {
   const std::uint64_t enough = 4 * kFewestWindows * kLength;
-  EXPECT_EQ(plan_windows(enough, kSlots, 0.25, 1).size(), kFewestWindows);
-  EXPECT_TRUE(plan_windows(enough - 1, kSlots, 0.25, 1).empty());
+  EXPECT_EQ(plan_windows(enough, kWarpSlots, 0.25, 1).size(), kFewestWindows);
+  EXPECT_TRUE(plan_windows(enough - 1, kWarpSlots, 0.25, 1).empty());
   EXPECT_TRUE(plan_windows(512, 256, 0.1, 1).empty());  // 128 x 128 rays on 8 SMs
 }
 
 TEST(WindowPlan, TheFirstWindowSettlesNoLongerThanItsStratumHasRoomFor) {
-  const std::vector<Window> windows = plan_windows(2 * kFewestWindows * kLength, kSlots, 0.5, 1);
+  const std::vector<Window> windows = plan_windows(2 * kFewestWindows * kLength, kWarpSlots, 0.5, 1);
   ASSERT_EQ(windows.size(), kFewestWindows);
   EXPECT_EQ(windows.front().first, 0U);
   EXPECT_EQ(windows.front().end, windows.front().stratum_end);
-  EXPECT_GT(windows.front().measured, settling_groups(kSlots));
+  EXPECT_GT(windows.front().measured, settling_groups(kWarpSlots));
 }
 
 TEST(WindowPlan, SeedsDrawThePlacesOfAllButTheLast) {
-  const std::vector<Window> one = plan_windows(5000, kSlots, 0.1, 1), same = plan_windows(5000, kSlots, 0.1, 1),
-                            other = plan_windows(5000, kSlots, 0.1, 2);
+  const std::vector<Window> one = plan_windows(5000, kWarpSlots, 0.1, 1), same = plan_windows(5000, kWarpSlots, 0.1, 1),
+                            other = plan_windows(5000, kWarpSlots, 0.1, 2);
   EXPECT_EQ(groups_of(one), groups_of(same));
   ASSERT_EQ(one.size(), other.size());
   std::size_t moved = 0;
@@ -64,7 +64,7 @@ TEST(WindowPlan, WindowsAreAnywhereInTheirStrata) {
   double place = 0.0;
   constexpr unsigned kSeeds = 200;
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
-    const Window w = plan_windows(5000, kSlots, 0.1, seed)[1];
+    const Window w = plan_windows(5000, kWarpSlots, 0.1, seed)[1];
     place += static_cast<double>(w.first - w.stratum_first) /
              static_cast<double>(w.stratum_end - w.stratum_first - kLength) / kSeeds;
   }

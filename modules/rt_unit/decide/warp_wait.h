@@ -1,0 +1,72 @@
+// What a warp in the warp buffer waits for, and why then no warp is scheduled.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/warp_messages.h"
+
+namespace grtx::modules {
+
+/// What a warp of the buffer waits for: the first of these that one of its lanes does (wait_of()).
+enum class WarpWait : std::uint8_t {
+  ready,       ///< a lane is ready: to be selected by the scheduler
+  memory,      ///< a lane waits for a node
+  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
+  unit,        ///< a lane is queued at or inside an intersection unit
+  any_hit,     ///< all unfinished lanes wait for the any-hit shader
+  retire,      ///< all lanes have finished
+};
+constexpr auto enum_names(WarpWait) {
+  return names_in_order<WarpWait>({"ready", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
+}
+inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
+
+/// What a warp waits for whose lanes are in these states.
+constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
+                           LaneMask any_hit) {
+  if (ready != 0) return WarpWait::ready;
+  if (memory != 0) return WarpWait::memory;
+  if (checkpoint != 0) return WarpWait::checkpoint;
+  if (stack != 0) return WarpWait::stack;
+  if (unit != 0) return WarpWait::unit;
+  return any_hit != 0 ? WarpWait::any_hit : WarpWait::retire;
+}
+
+/// Why no warp was scheduled in a cycle. Judged on the oldest warp, first reason that applies in this order.
+enum class Stall : std::uint8_t {
+  empty,       ///< no warp in the buffer
+  queue_full,  ///< a lane is ready, but the memory scheduler's queue lacks room
+  memory,      ///< a lane waits for a node
+  checkpoint,  ///< a lane waits to read or hand over checkpoint entries
+  stack,       ///< a lane waits for stack entries to be spilled or filled
+  unit,        ///< a lane is queued at or inside an intersection unit
+  any_hit,     ///< all unfinished lanes wait for the any-hit shader
+  retire,      ///< all lanes have finished; the SIMT core's queue of finished calls is full, or another warp retires
+};
+constexpr auto enum_names(Stall) {
+  return names_in_order<Stall>({"empty", "queue_full", "memory", "checkpoint", "stack", "unit", "any_hit", "retire"});
+}
+inline constexpr std::size_t kStalls = kCountOf<Stall>;
+
+/// The same where no warp is ready. oldest: what the oldest waits for.
+constexpr Stall stall_of(WarpWait oldest) {
+  switch (oldest) {
+    case WarpWait::memory:
+      return Stall::memory;
+    case WarpWait::checkpoint:
+      return Stall::checkpoint;
+    case WarpWait::stack:
+      return Stall::stack;
+    case WarpWait::unit:
+      return Stall::unit;
+    case WarpWait::any_hit:
+      return Stall::any_hit;
+    default:
+      return Stall::retire;
+  }
+}
+
+}  // namespace grtx::modules
