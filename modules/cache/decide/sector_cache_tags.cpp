@@ -179,7 +179,6 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
 // Neither insert_at() nor touch_large() grows into the flattened ticks of the caches, whichever files are compiled
 // together: that costs more than the call.
 [[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert_at(Slot slot, std::uint64_t address, Victim* evicted) {
-  assert(find(address) == kNone);
   *evicted = victim_in(slot);
   std::uint32_t& line = number(slot);
   if (line == kNoLine) {

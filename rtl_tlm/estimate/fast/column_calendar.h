@@ -62,17 +62,15 @@ class ColumnCalendar {
   };
 
   Cycle reserve(Cycle from, Burst burst) {
+    // Where bank groups do not matter, a read or what joins meets only writes beyond its place.
+    const bool apart = same_way_[1] == 1 && burst.way != Way::write;
     Cycle at = std::max(from, places_.begin());
-    if (burst.way != Way::write && same_way_[1] == 1 && !others_) {  // only writes keep it from a free place
-      const Cycle free = places_.first_free(at);
-      const Cycle begin = at - std::min(at, reach_ - 1);
-      const bool alone = burst.way == Way::joined || begin > last_write_ ||
-                         writes_.first_taken(begin, free + reach_) == CycleBits::kNone;
-      if (alone && free < places_.end()) return take(free, burst);
-    }
-    for (Cycle free = at; at < places_.end(); at = free) {
-      free = others_.takes(at) ? at + 1 : allowed(at, burst);
+    for (;;) {
+      if (apart) at = places_.first_free(at);
+      if (at >= places_.end()) break;
+      const Cycle free = others_.takes(at) ? at + 1 : allowed(at, burst, apart ? writes_ : places_);
       if (free == at) return take(at, burst);
+      at = free;
     }
     at = places_.take_beyond(at);
     end_ = std::max(end_, at + 1);
@@ -85,11 +83,11 @@ class ColumnCalendar {
     end_ = std::max(end_, at + 1);
     return at;
   }
-  /// `at` if it may be taken, else a later place before which none may.
-  Cycle allowed(Cycle at, Burst burst) const {
+  /// `at` if these bursts allow it, else a later place before which they do not allow any.
+  Cycle allowed(Cycle at, Burst burst, const CycleBits& bursts) const {
     const Cycle begin = at - std::min(at, reach_ - 1);
     Cycle free = at;
-    places_.for_each_taken(begin, at + reach_, [&](Cycle other) {
+    bursts.for_each_taken(begin, at + reach_, [&](Cycle other) {
       const Burst& its = bursts_[other % CycleBits::kWindow];
       if (other <= at ? other + distance(its, burst) > at : at + distance(burst, its) > other) {
         free = std::max(free, other + distance(its, burst));

@@ -210,7 +210,6 @@ L1::Taken L1::try_head(Cycle now) {
       missing ^= on_the_way;
     }
   }
-  if (missing != 0) shared_.memory.prefetch(r.line);
   const bool replaces = effect.keep && slot == SectorCacheTags::kNone;
   if (missing != 0 || replaces) {
     Cycle sends = missing != 0 ? crossed_.room() : 0;
@@ -445,7 +444,6 @@ void L1::deliver(const Request& r, Cycle seen) {
 // What a prefetch brings in here has no mark: the marks are counted.
 void L1::warm_caches(Client client, std::uint64_t line, std::uint8_t sectors, Region region, bool write) {
   if (config_.perfect) return;
-  shared_.memory.prefetch(line);
   SectorCacheTags::Slot slot = tags_.find(line);
   std::uint8_t missing = sectors;
   if (slot != SectorCacheTags::kNone) {

@@ -40,12 +40,7 @@ class FastMemory {
   };
   /// A miss or write that may leave the L1 in cycle `sent`; those of an SM cross in the order of the calls.
   Trip access(const Request& request, Cycle sent);
-  /// Asks the host for what access() and warm() of that line read first.
-  void prefetch(std::uint64_t line) const {
-    const Slice& slice = slices_[interleave_.slice(line)];
-    slice.tags.prefetch(interleave_.local(line));
-  }
-  /// As access() for the tags, at once and uncounted.
+  /// The same for the tags, at once and uncounted.
   void warm(const Request& request);
   /// To be called when all has been sent, before counts are read.
   void finish();

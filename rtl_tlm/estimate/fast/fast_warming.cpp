@@ -117,10 +117,8 @@ void RtUnit::touch(Cycle now, LaneId id) {
   Lane& lane = lanes_[id];
   lane.touching = false;
   if (lane.next == lane.end || lane.touched >= lane.touch_end) return;
-  const Call& call = call_of(id);
-  touch_next(id, lane, call);
+  touch_next(id, lane, call_of(id));
   if (lane.touched >= lane.touch_end) return;
-  prefetch_for_read(call.group->nodes.data() + lane.touched->node);
   lane.touching = true;
   shared_.agenda.add(now + lane.pace, {What::touch, sm_, id});
 }
