@@ -6,7 +6,6 @@
 // Error: PSNR and largest channel error against the fp64 reference of the same proxy that never terminates early, with
 // the adaptive radius. Time: processor time of one thread over that of tri20 with the defaults, in interleaved runs.
 #include <fmt/format.h>
-#include <time.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include <memory>
 #include <tuple>
 
+#include "bench/processor_time.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/reference/reference.h"
@@ -44,10 +44,12 @@ struct Setting {
   ResponsePrecision response = ResponsePrecision::fp32;
 
   std::string name() const {
-    static const char* const responses[] = {"fp32", "fp16", "bf16"};
     return fmt::format("{} k={} {} ert={:g} {} {}-bit {}", accel_name(accel), k, checkpoint ? "ckpt" : "restart",
-                       static_cast<double>(ert), adaptive ? "adaptive" : "3sigma", box_bits,
-                       responses[static_cast<int>(response)]);
+                       static_cast<double>(ert), adaptive ? "adaptive" : "3sigma", box_bits, name_of(response));
+  }
+  /// Factors that are not at their defaults, besides structure and checkpointing.
+  int changed() const {
+    return (k != 8) + (ert != 0.001f) + !adaptive + (box_bits != 8) + (response != ResponsePrecision::fp32);
   }
 };
 
@@ -69,20 +71,13 @@ std::vector<Setting> settings(bool full) {
   std::vector<Setting> all;
   for (std::size_t a = 0; a < names_of<AccelKind>().size(); ++a) {
     for (const bool checkpoint : {false, true}) {
-      Setting base;
-      base.accel = static_cast<AccelKind>(a);
-      base.checkpoint = checkpoint;
       for (const unsigned k : ks) {
         for (const float ert : erts) {
           for (const bool adaptive : {true, false}) {
             for (const unsigned b : bits) {
               for (const ResponsePrecision r : responses) {
-                const int changed =
-                    (k != base.k) + (ert != base.ert) + !adaptive + (b != 8) + (r != ResponsePrecision::fp32);
-                if (!full && changed > 1) continue;
-                Setting s = base;
-                std::tie(s.k, s.ert, s.adaptive, s.box_bits, s.response) = std::tie(k, ert, adaptive, b, r);
-                all.push_back(s);
+                const Setting s{static_cast<AccelKind>(a), k, checkpoint, ert, adaptive, b, r};
+                if (full || s.changed() <= 1) all.push_back(s);
               }
             }
           }
@@ -91,12 +86,6 @@ std::vector<Setting> settings(bool full) {
     }
   }
   return all;
-}
-
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 ReferenceProxy reference_proxy(AccelKind kind) {
@@ -147,9 +136,9 @@ void run(const Options& options) {
   RenderOptions one_thread;
   one_thread.threads = 1;
   const auto timed = [&](const PreparedGaussians& g, const AccelerationStructure& accel, const TracerOptions& tracer) {
-    const double start = processor_seconds();
+    const double start = cpu_seconds();
     RenderResult result = render(scene, g, accel, camera, tracer, one_thread, nullptr);
-    return std::pair(processor_seconds() - start, std::move(result));
+    return std::pair(cpu_seconds() - start, std::move(result));
   };
   for (std::size_t i = 0; i < list.size();) {
     const Setting& first = list[i];
@@ -198,11 +187,10 @@ void run(const Options& options) {
       "accel,k,checkpoint,ert,kernel_radius,box_bits,response,relative_time,psnr_db,max_error,visits,front\n";
   for (const Measured& m : all) {
     const Setting& s = m.setting;
-    static const char* const responses[] = {"fp32", "fp16", "bf16"};
     csv += fmt::format("{},{},{},{:g},{},{},{},{:.4f},{:.2f},{:.3g},{},{}\n", accel_name(s.accel), s.k,
                        s.checkpoint ? "on" : "off", static_cast<double>(s.ert), s.adaptive ? "adaptive" : "3sigma",
-                       s.box_bits, responses[static_cast<int>(s.response)], m.seconds, m.error.psnr, m.error.max_error,
-                       m.visits, m.front ? 1 : 0);
+                       s.box_bits, name_of(s.response), m.seconds, m.error.psnr, m.error.max_error, m.visits,
+                       m.front ? 1 : 0);
   }
   write_file(options.output + "/" + name + ".csv", csv);
   fmt::print("\n{}: {} Gaussians, {}x{}, {} settings; the Pareto front:\n\n", name, scene.size(), camera.width,
@@ -218,9 +206,7 @@ void run(const Options& options) {
       "|\n|---|---|---|---|\n");
   for (const Measured& m : all) {
     const Setting& s = m.setting;
-    const int changed =
-        (s.k != 8) + (s.ert != 0.001f) + !s.adaptive + (s.box_bits != 8) + (s.response != ResponsePrecision::fp32);
-    if (s.accel != AccelKind::tlas_tri20 || !s.checkpoint || changed > 1) continue;
+    if (s.accel != AccelKind::tlas_tri20 || !s.checkpoint || s.changed() > 1) continue;
     fmt::print("| {} | {:.2f} | {:.1f} | {} |\n", s.name(), m.seconds, m.error.psnr, m.visits);
   }
 }

@@ -4,7 +4,6 @@
 //   build/bench/bench/peers SCENE CAMERAS.json [SCENE CAMERAS.json ...] [--view I --sizes N,N,... --k K --runs N]
 //                           [--only NAME,NAME,...]
 #include <fmt/format.h>
-#include <time.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <memory>
 
 #include "bench/embree_peers.h"
+#include "bench/processor_time.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/tiles/tile_tracer.h"
@@ -26,12 +26,6 @@ namespace {
 using namespace grtx::frontend;
 
 constexpr double kRequiredPsnr = 60.0;
-
-double processor_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct Options {
   std::vector<std::string> files;
@@ -83,9 +77,9 @@ class Match {
     for (Contender& c : contenders_) c.seconds.clear();
     for (unsigned run = 0; run < options_.runs; ++run) {
       for (Contender& c : contenders_) {
-        const double start = processor_seconds();
+        const double start = cpu_seconds();
         c.image = c.render(camera);
-        c.seconds.push_back(processor_seconds() - start);
+        c.seconds.push_back(cpu_seconds() - start);
       }
     }
     print(camera);
@@ -103,9 +97,9 @@ class Match {
       const std::string name = accel_name(kind) + (checkpoint ? " checkpoint" : "");
       if (!wanted(name)) continue;
       if (accel == nullptr) {
-        const double start = processor_seconds();
+        const double start = cpu_seconds();
         accels_.push_back(std::make_unique<AccelerationStructure>(gaussians_, AccelOptions{kind, 6, false}));
-        build_seconds = processor_seconds() - start;
+        build_seconds = cpu_seconds() - start;
         accel = accels_.back().get();
       }
       TracerOptions tracer = tracer_options();
@@ -124,13 +118,13 @@ class Match {
 
   void add_tiles(ProxyKind proxy, const std::string& name) {
     if (!wanted(name)) return;
-    const double start = processor_seconds();
+    const double start = cpu_seconds();
     tiles_.push_back(std::make_unique<TileStructure>(scene_, gaussians_, proxy));
     Contender& c = contenders_.emplace_back();
     c.name = name;
     c.ours = true;
     c.triangles = proxy != ProxyKind::sphere;
-    c.build_seconds = processor_seconds() - start;
+    c.build_seconds = cpu_seconds() - start;
     c.render = [this, tiles = tiles_.back().get()](const Camera& camera) {
       return render_tiles(scene_, gaussians_, *tiles, camera, tracer_options(), one_thread()).image;
     };
@@ -138,12 +132,12 @@ class Match {
 
   void add_peer(Peer peer, const std::string& name) {
     if (!wanted(name)) return;
-    const double start = processor_seconds();
+    const double start = cpu_seconds();
     embree_.push_back(std::make_unique<EmbreePeer>(peer, scene_, gaussians_));
     Contender& c = contenders_.emplace_back();
     c.name = name;
     c.triangles = has_triangles(peer);
-    c.build_seconds = processor_seconds() - start;
+    c.build_seconds = cpu_seconds() - start;
     c.render = [this, e = embree_.back().get()](const Camera& camera) { return e->render(camera, options_.k, 0.001f); };
   }
 

@@ -20,6 +20,7 @@
 #include <systemc>
 #include <vector>
 
+#include "bench/processor_time.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
@@ -31,12 +32,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-double thread_cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 /// The yardstick: dependent reads over 1 MB with arithmetic in between, like a model whose state lies in the host's
 /// second-level cache. Never change it: it would make older entries of the history meaningless. Returns seconds of CPU.
 double reference_loop() {
@@ -47,7 +42,7 @@ double reference_loop() {
     state = state * 6364136223846793005u + 1442695040888963407u;
     std::swap(next[i], next[(state >> 33) % i]);
   }
-  const double start = thread_cpu_seconds();
+  const double start = grtx::bench::cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
   std::uint32_t at = 0;
   std::uint64_t sum = 0;
   for (unsigned i = 0; i < 20'000'000; ++i) {
@@ -55,7 +50,7 @@ double reference_loop() {
     sum = (sum ^ at) * 0x9E3779B97F4A7C15u;
     sum ^= sum >> 29;
   }
-  const double seconds = thread_cpu_seconds() - start;
+  const double seconds = grtx::bench::cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - start;
   volatile std::uint64_t keep = sum;
   static_cast<void>(keep);
   return seconds;

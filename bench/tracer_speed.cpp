@@ -10,12 +10,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "bench/processor_time.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/camera/camera.h"
@@ -32,12 +32,7 @@
 namespace {
 
 using namespace grtx;
-
-double cpu_seconds(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
+using bench::cpu_seconds;
 
 /// The yardstick: dependent multiplications and additions in fp32. Never change it: ratios would lose their meaning.
 /// Returns seconds of CPU for 2^26 steps.

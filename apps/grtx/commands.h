@@ -10,9 +10,11 @@
 
 #include "grtx/apps/grtx/command_files.h"
 
-namespace grtx::sim {
+namespace grtx::frontend {
+class SceneTracer;
+}
 
-class KeptScene;
+namespace grtx::sim {
 
 /// What main and the commands share.
 struct CommonOptions {
@@ -27,7 +29,7 @@ void add_synth(CLI::App& app, CommonOptions& common);
 void add_convert(CLI::App& app, CommonOptions& common);
 void add_info(CLI::App& app, CommonOptions& common);
 /// kept: what the trace before has left, and this one leaves; none: nothing.
-void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<KeptScene> kept = nullptr);
+void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::SceneTracer> kept = nullptr);
 void add_reference(CLI::App& app, CommonOptions& common);
 void add_compare(CLI::App& app, CommonOptions& common);
 void add_trace_check(CLI::App& app, CommonOptions& common);

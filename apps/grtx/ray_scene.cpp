@@ -9,9 +9,10 @@
 #include <optional>
 #include <utility>
 
-#include "grtx/apps/grtx/object_scene.h"
+#include "grtx/apps/grtx/scene_cli.h"
 #include "grtx/apps/grtx/secondary_cli.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 
 namespace grtx::sim {
@@ -72,37 +73,33 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
     throw Error(scene, fmt::format("{} x {} pixels", camera_.width, camera_.height),
                 fmt::format("the trace has {} x {}", header.width, header.height));
   }
-  if (header.three_level()) {
-    if (!is_object_list(scene)) throw Error(scene, "", "must be the list of objects that the trace was made of");
-    objects_ = object_view(scene, {camera_}, cli_, header.accel, files);
-    const auto& found = objects_->world().objects();
+  if (header.three_level() && !is_object_list(scene)) {
+    throw Error(scene, "", "must be the list of objects that the trace was made of");
+  }
+  load_scene(scene_, scene, header.three_level(), {camera_}, cli_, header.accel, files, true);
+  if (const MultiObjectWorld* const world = scene_.world()) {
+    const auto& found = world->objects();
     for (std::size_t i = 0; i < found.size(); ++i) {
       require_same(scene, "object", header, "object_hash." + std::to_string(i), found[i]->scene.hash);
     }
   } else {
-    Scene loaded = load_flat_scene(scene, files, true);
-    require_same(scene, "scene", header, "scene_hash", loaded.hash);
-    view_ = std::make_unique<ViewTracer>(std::move(loaded), camera_, options_.kernel);
-    view_->build(accel_options(cli_, header.accel));
-    const OpticalObjects optical = optical_objects(cli_.secondary, view_->scene(), camera_);
+    const ViewTracer& tracer = *scene_.view();
+    require_same(scene, "scene", header, "scene_hash", tracer.scene().hash);
+    scene_.build(accel_options(cli_, header.accel), true);
+    const OpticalObjects optical = optical_objects(cli_.secondary, tracer.scene(), camera_);
     if (!optical.empty()) {
-      plan_ = plan_secondary(view_->scene(), view_->gaussians(), view_->accel(), camera_, options_, optical,
+      plan_ = plan_secondary(tracer.scene(), tracer.gaussians(), tracer.accel(), camera_, options_, optical,
                              header.warp_mapping == traces::WarpMapping::linear, cli_.threads, header.warp_size);
     }
   }
-  if (structure().image.size() != header.node_image_bytes) {
+  if (scene_.structure().image.size() != header.node_image_bytes) {
     throw Error(scene, "structure", "is not that of the trace: another version built it");
   }
 }
 
-TracedStructure RayScene::structure() const {
-  return objects_ ? TracedStructure(objects_->world())
-                  : TracedStructure(view_->scene(), view_->gaussians(), view_->accel());
-}
-
 RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   const traces::Ray& recorded = group.rays[lane];
-  const TracedStructure traced = structure();
+  const TracedStructure traced = scene_.structure();
   TraceRay ray;
   float limit = std::numeric_limits<float>::infinity(), transmittance = 1.0f;
   if (group.kind == traces::RayKind::primary) {
@@ -166,7 +163,7 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
 }
 
 void RayScene::describe(std::vector<RayNode>& nodes) const {
-  const TracedStructure traced = structure();
+  const TracedStructure traced = scene_.structure();
   const NodeImage& image = traced.image;
   const std::uint64_t unit = image.sizes().unit();
   const std::uint64_t objects_end = header_.objects_base();
@@ -174,7 +171,7 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
     const std::uint64_t address = node.units * unit;
     if (node.kind == traces::NodeKind::instance) {
       const std::uint32_t index = image.leaf_index(node.units);
-      node.gaussian = objects_ && address < objects_end ? objects_->world().placed()[index].first_gaussian : index;
+      node.gaussian = scene_.world() && address < objects_end ? scene_.world()->placed()[index].first_gaussian : index;
     } else if (node.kind != traces::NodeKind::internal && (!header_.two_level || address < header_.blas_base)) {
       const std::uint32_t leaves = traced.proxy.is_sphere()                                ? 1
                                    : image.sizes().layout() == traces::NodeLayout::compact ? traced.patches.count()
@@ -182,7 +179,7 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
       node.gaussian = image.leaf_index(node.units) / leaves;
     }
     if (node.first_child == 0 || node.kind != traces::NodeKind::internal) continue;
-    if (objects_ && address >= objects_end && address < header_.blas_base) continue;  // in the space of an object
+    if (scene_.world() && address >= objects_end && address < header_.blas_base) continue;  // in the space of an object
     const DecodedInternal decoded = image.decode_internal(address);
     for (unsigned slot = 0; slot < decoded.child_count; ++slot) {
       RayNode& child = nodes[node.first_child - 1 + slot];
@@ -197,10 +194,10 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
 DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
   DrawnGaussian drawn;
   drawn.number = number;
-  const PlacedObject* const placed = objects_ ? &objects_->world().owner(number) : nullptr;
+  const PlacedObject* const placed = scene_.world() ? &scene_.world()->owner(number) : nullptr;
   const std::uint32_t local = placed != nullptr ? number - placed->first_gaussian : number;
-  const Scene& scene = placed != nullptr ? placed->object->scene : view_->scene();
-  const PreparedGaussians& gaussians = placed != nullptr ? placed->object->gaussians : view_->gaussians();
+  const Scene& scene = placed != nullptr ? placed->object->scene : scene_.view()->scene();
+  const PreparedGaussians& gaussians = placed != nullptr ? placed->object->gaussians : scene_.view()->gaussians();
   // World differences to object space, undone.
   const glm::dmat3 to_world = placed != nullptr ? glm::inverse(placed->to_object) : glm::dmat3(1.0);
   const glm::dvec3 position = placed != nullptr ? placed->position : glm::dvec3(0.0);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,9 +10,8 @@
 #include "grtx/base/files_read.h"
 #include "grtx/explore/ray/ray_page.h"
 #include "grtx/frontend/tracer/ray_watch.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
-#include "grtx/frontend/tracer/traced_structure.h"
-#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
@@ -36,16 +34,13 @@ class RayScene {
   DrawnGaussian gaussian(std::uint32_t number) const;
 
  private:
-  frontend::TracedStructure structure() const;
-
   const std::string trace_;
   const traces::Header& header_;
   const std::string path_;
   const TracerCli cli_;
   const frontend::TracerOptions options_;
   frontend::Camera camera_;
-  std::unique_ptr<frontend::ViewTracer> view_;           ///< of one scene,
-  std::unique_ptr<frontend::ObjectViewTracer> objects_;  ///< or of several objects
+  frontend::SceneTracer scene_;
   frontend::SecondaryPlan plan_;
 };
 

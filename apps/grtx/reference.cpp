@@ -3,12 +3,12 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/secondary_cli.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 
 namespace grtx::sim {
 namespace {
@@ -58,7 +58,7 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   }
   FilesRead files;
   const frontend::Camera camera = select_camera(options.view, files);
-  const frontend::Scene scene = load_flat_scene(options.scene, files, common.quiet);
+  const frontend::Scene scene = frontend::load_flat_scene(options.scene, files, common.quiet);
   common.files.check(files);
   render.objects = optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);

@@ -19,9 +19,9 @@
 #include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
-#include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/apps/grtx/scene_cli.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
 #include "grtx/base/atomic_file.h"
@@ -31,8 +31,8 @@
 #include "grtx/base/hash.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/report/report.h"
+#include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
@@ -113,25 +113,31 @@ struct TracedDesigns {
   std::string files_hash;               ///< of what cameras and scene were read from
 };
 
-/// trace(design, render options, trace file) gives a view; statistics(view) and host(view) what is said of it.
-template <typename Trace, typename Statistics, typename Host>
-TracedDesigns trace_each(const RunArguments& options, const Comparison& comparison, const FilesRead& files, bool quiet,
-                         Trace&& trace, Statistics&& statistics, Host&& host) {
+TracedDesigns trace_designs(const RunArguments& options, const Comparison& comparison, bool several_objects,
+                            const CommonOptions& common) {
+  FilesRead files;
+  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
+  frontend::SceneTracer scene;
+  // All designs of several objects share one structure, which is built with them.
+  load_scene(scene, options.scene, several_objects, cameras, options.tracer, comparison.designs().front().accel, files,
+             common.quiet);
+  common.files.check(files);
   TracedDesigns all;
   all.files_hash = files.hash();
   for (const Design& design : comparison.designs()) {
-    frontend::RenderOptions render = render_options(options.tracer, quiet);
+    frontend::RenderOptions render = render_options(options.tracer, common.quiet);
     render.count_unique = true;
     render.count_hits = !all.counters.hits;  // the same rays meet the same proxies in each design
     Traced& result = all.designs[design.name];
     result.path = options.output + "/" + design.name + ".grtx";
-    frontend::TracedView view = trace(design, render, result.path);
-    frontend::RenderResult& rendered = view.result;
+    frontend::TracedView traced =
+        trace_scene(scene, options.tracer, design.checkpoint, design.accel, render, result.path, files);
+    frontend::RenderResult& rendered = traced.result;
     if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
     all.counters = rendered.counters;
-    result.statistics = statistics_object(statistics(view));
-    result.statistics.update(statistics_object(host(view)));
-    std::vector<frontend::Image> images = std::move(view.further);
+    result.statistics = statistics_object(tracer_statistics(scene, traced));
+    result.statistics.update(statistics_object(tracer_host_statistics(scene, rendered)));
+    std::vector<frontend::Image> images = std::move(traced.further);
     images.insert(images.begin(), std::move(rendered.image));
     if (all.images.empty()) {
       all.images = std::move(images);
@@ -142,44 +148,6 @@ TracedDesigns trace_each(const RunArguments& options, const Comparison& comparis
     }
   }
   return all;
-}
-
-TracedDesigns trace_scene(const RunArguments& options, const Comparison& comparison, const CommonOptions& common) {
-  FilesRead files;
-  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
-  frontend::ViewTracer view(load_flat_scene(options.scene, files, common.quiet), cameras,
-                            kernel_of(options.tracer.kernel_radius, options.tracer.kernel_degree));
-  common.files.check(files);
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
-  view.place(objects);
-  return trace_each(
-      options, comparison, files, common.quiet,
-      [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
-        build_view(view, accel_options(options.tracer, design.accel), common.quiet);
-        std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, design.accel);
-        inputs.merge(object_inputs(objects));
-        inputs.merge(files.inputs());
-        return view.trace(tracer_options(options.tracer, design.checkpoint, design.accel), render, path, inputs);
-      },
-      [&](const frontend::TracedView& traced) { return tracer_statistics(view, traced); },
-      [&](const frontend::TracedView& traced) { return tracer_host_statistics(view.accel(), traced.result); });
-}
-
-TracedDesigns trace_objects(const RunArguments& options, const Comparison& comparison, const CommonOptions& common) {
-  const frontend::AccelKind kind = comparison.designs().front().accel;  // that of all
-  FilesRead files;
-  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
-  const auto view = object_view(options.scene, cameras, options.tracer, kind, files);
-  common.files.check(files);
-  return trace_each(
-      options, comparison, files, common.quiet,
-      [&](const Design& design, const frontend::RenderOptions& render, const std::string& path) {
-        std::map<std::string, std::string> inputs = option_inputs(options.tracer, design.checkpoint, kind);
-        inputs.merge(files.inputs());
-        return view->trace(tracer_options(options.tracer, design.checkpoint, kind), render, path, inputs);
-      },
-      [&](const frontend::TracedView& traced) { return tracer_statistics(view->world(), traced); },
-      [&](const frontend::TracedView& traced) { return tracer_host_statistics(view->world(), traced.result); });
 }
 
 constexpr std::chrono::milliseconds kLook{200};                     ///< how often the parent looks at its simulations
@@ -380,8 +348,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   if (failed) throw Error(options.output, "", "cannot be made a folder: " + failed.message());
   const FileLock lock(options.output + "/" + kLock, options.output, "another grtx run is filling it");
 
-  const TracedDesigns traced =
-      objects ? trace_objects(options, comparison, common) : trace_scene(options, comparison, common);
+  const TracedDesigns traced = trace_designs(options, comparison, objects, common);
   const std::size_t frames = traced.images.size();
   for (std::size_t i = 0; i < frames; ++i) {
     const std::string image = options.output + "/image.png";

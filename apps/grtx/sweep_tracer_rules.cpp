@@ -4,13 +4,14 @@
 
 #include <algorithm>
 
-#include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 
 namespace grtx::sim {
 namespace {
@@ -83,7 +84,7 @@ SceneInput CliTracerRules::input(const std::string& scene, const std::string& ca
   if (is_new) {
     FilesRead files;
     (void)frontend::load_cameras(cameras, files);
-    find_files_of_scene(scene, files);
+    frontend::find_files_of_scene(scene, files);
     at->second = {files.hash(), frontend::is_object_list(scene)};
   }
   return at->second;

@@ -7,17 +7,16 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/kept_scene.h"
 #include "grtx/apps/grtx/machine.h"
-#include "grtx/apps/grtx/object_scene.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/scene_cli.h"
 #include "grtx/apps/grtx/tile_view.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/frontend/tracer/view_tracer.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
@@ -67,59 +66,19 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   return render_tile_view(options.scene, options.view, kind, options.tracer, options.image, options.statistics, common);
 }
 
-/// A traced view, and what is said of it.
-struct Traced {
-  frontend::TracedView view;
-  modules::StatisticList statistics, host;
-  double bytes_per_gaussian = 0.0;
-  std::string remark;  ///< for people; "": none
-};
-
-Traced trace_scene(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
-                   frontend::AccelKind kind, const frontend::TracerOptions& tracer,
-                   const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
-                   const CommandFiles& named, KeptScene& kept) {
-  frontend::ViewTracer& view = kept.view(options.scene, cameras, tracer.kernel, files, render.quiet);
-  named.check(files);
-  const frontend::AccelerationStructure& accel = kept.build(accel_options(options.tracer, kind), render.quiet);
-  const frontend::OpticalObjects objects = optical_objects(options.tracer.secondary, view.scene(), view.camera());
-  view.place(objects);
-  inputs.merge(object_inputs(objects));
-  inputs.merge(files.inputs());
-  Traced traced;
-  traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
-  traced.statistics = tracer_statistics(view, traced.view);
-  traced.host = tracer_host_statistics(accel, traced.view.result);
-  traced.bytes_per_gaussian =
-      static_cast<double>(accel.image().size()) / static_cast<double>(std::max<std::size_t>(1, view.scene().size()));
-  if (!objects.empty()) {
-    const frontend::TracerCounters& c = traced.view.result.secondary;
-    traced.remark = fmt::format("secondary: {} rays in {} groups, {} rounds, {} visits; {}", c.rays,
-                                traced.view.plan.groups.size(), c.rounds, c.visits(), describe(objects));
+/// What a scene of several objects or with glass and mirror is worth saying to people; "": nothing.
+std::string remark(const frontend::SceneTracer& scene, const frontend::TracedView& traced) {
+  if (const frontend::MultiObjectWorld* const world = scene.world()) {
+    return fmt::format("{} objects of {} files; moving them writes {} of {} B of nodes", world->placed().size(),
+                       world->objects().size(), world->update_bytes(), world->image().size());
   }
-  return traced;
+  if (scene.view()->objects().empty()) return "";
+  const frontend::TracerCounters& c = traced.result.secondary;
+  return fmt::format("secondary: {} rays in {} groups, {} rounds, {} visits; {}", c.rays, traced.plan.groups.size(),
+                     c.rounds, c.visits(), describe(scene.view()->objects()));
 }
 
-Traced trace_objects(const TraceArguments& options, const std::vector<frontend::Camera>& cameras,
-                     frontend::AccelKind kind, const frontend::TracerOptions& tracer,
-                     const frontend::RenderOptions& render, std::map<std::string, std::string> inputs, FilesRead& files,
-                     const CommandFiles& named, KeptScene& kept) {
-  const frontend::ObjectViewTracer& view = kept.objects(options.scene, cameras, options.tracer, kind, files);
-  named.check(files);
-  inputs.merge(files.inputs());
-  const frontend::MultiObjectWorld& world = view.world();
-  Traced traced;
-  traced.view = view.trace(tracer, render, options.no_trace ? "" : options.output, inputs);
-  traced.statistics = tracer_statistics(world, traced.view);
-  traced.host = tracer_host_statistics(world, traced.view.result);
-  traced.bytes_per_gaussian =
-      static_cast<double>(world.image().size()) / static_cast<double>(std::max<std::uint64_t>(1, world.gaussians()));
-  traced.remark = fmt::format("{} objects of {} files; moving them writes {} of {} B of nodes", world.placed().size(),
-                              world.objects().size(), world.update_bytes(), world.image().size());
-  return traced;
-}
-
-int trace(const TraceArguments& options, const CommonOptions& common, KeptScene& kept) {
+int trace(const TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
@@ -127,7 +86,7 @@ int trace(const TraceArguments& options, const CommonOptions& common, KeptScene&
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
-  const frontend::TracerOptions tracer = tracer_options(options.tracer, checkpoint, kind);
+  tracer_options(options.tracer, checkpoint, kind);
   frontend::RenderOptions render = render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;
@@ -138,18 +97,20 @@ int trace(const TraceArguments& options, const CommonOptions& common, KeptScene&
     throw Error("--heatmap", "", "is of one view: not with --views");
   FilesRead files;
   const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
-  const std::map<std::string, std::string> chosen = option_inputs(options.tracer, checkpoint, kind);
-  const Traced traced = frontend::is_object_list(options.scene) && !options.flatten
-                            ? trace_objects(options, cameras, kind, tracer, render, chosen, files, common.files, kept)
-                            : trace_scene(options, cameras, kind, tracer, render, chosen, files, common.files, kept);
-  const frontend::RenderResult& result = traced.view.result;
-  if (!options.image.empty()) write_images(options.image, traced.view);
+  load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras, options.tracer,
+             kind, files, common.quiet);
+  common.files.check(files);
+  const frontend::TracedView traced =
+      trace_scene(scene, options.tracer, checkpoint, kind, render, options.no_trace ? "" : options.output, files);
+  const frontend::RenderResult& result = traced.result;
+  if (!options.image.empty()) write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
   if (statistics) {
     nlohmann::ordered_json config;
-    for (const auto& [name, value] : chosen) config[name] = value;
-    nlohmann::ordered_json document = statistics_document(config, traced.view.inputs, traced.statistics, traced.host);
+    for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
+    nlohmann::ordered_json document = statistics_document(config, traced.inputs, tracer_statistics(scene, traced),
+                                                          tracer_host_statistics(scene, result));
     document["inputs"]["machine"] = machine_name(options.machine);
     if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
     if (common.json) print_json(document);
@@ -159,19 +120,20 @@ int trace(const TraceArguments& options, const CommonOptions& common, KeptScene&
     say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",
         options.accel, c.rays, c.rounds,
         static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
-        traced.bytes_per_gaussian, static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
-        traced.view.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.view.trace->bytes) * 1e-6)
-                          : "");
+        static_cast<double>(scene.structure().image.size()) /
+            static_cast<double>(std::max<std::uint64_t>(1, scene.gaussians())),
+        static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
+        traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
     say("{}", describe_end(result.counters));
-    if (!traced.remark.empty()) say("{}", traced.remark);
+    if (const std::string more = remark(scene, traced); !more.empty()) say("{}", more);
   }
   return 0;
 }
 
 }  // namespace
 
-void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<KeptScene> kept) {
-  if (kept == nullptr) kept = std::make_shared<KeptScene>();
+void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::SceneTracer> kept) {
+  if (kept == nullptr) kept = std::make_shared<frontend::SceneTracer>();
   const auto options = std::make_shared<TraceArguments>();
   CLI::App* command = make_command(app, common, "trace", "Traces a view: trace file, image and counters",
                                    [options, &common, kept] { return trace(*options, common, *kept); });

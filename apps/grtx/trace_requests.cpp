@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
-#include "grtx/apps/grtx/kept_scene.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 
 namespace grtx::sim {
 namespace {
 
-void trace_request(std::vector<std::string> arguments, const std::shared_ptr<KeptScene>& kept) {
+void trace_request(std::vector<std::string> arguments, const std::shared_ptr<frontend::SceneTracer>& kept) {
   CLI::App app;
   CommonOptions common;
   add_trace(app, common, kept);
@@ -33,11 +33,11 @@ void trace_request(std::vector<std::string> arguments, const std::shared_ptr<Kep
 }  // namespace
 
 int answer_trace_requests(std::istream& requests, std::FILE* answers) {
-  const auto kept = std::make_shared<KeptScene>();
+  const auto kept = std::make_shared<frontend::SceneTracer>();
   for (std::string line; std::getline(requests, line);) {
-    const KeptScene::Work before = kept->work();
+    const frontend::SceneTracer::Work before = kept->work();
     trace_request(nlohmann::json::parse(line).get<std::vector<std::string>>(), kept);
-    const KeptScene::Work& after = kept->work();
+    const frontend::SceneTracer::Work& after = kept->work();
     fmt::print(answers, "{}\n",
                nlohmann::json{{"scenes_read", after.scenes_read - before.scenes_read},
                               {"structures_built", after.structures_built - before.structures_built}}

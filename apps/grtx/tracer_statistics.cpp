@@ -78,21 +78,6 @@ void add_secondary_statistics(modules::StatisticList& list, const frontend::Seco
            "Gaussians they skipped because the proxy holds their origin");
 }
 
-void add_trace_statistics(modules::StatisticList& list, const frontend::TraceFile& trace) {
-  list.add("trace.bytes", trace.bytes, "B", "size of the trace file");
-  list.add("trace.bytes_per_visit", ratio(trace.bytes, trace.visits), "B", "trace.bytes / node visits");
-}
-
-modules::StatisticList host_statistics(const frontend::RenderResult& result) {
-  modules::StatisticList list;
-  const double seconds = std::max(result.seconds, 1e-9);
-  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
-  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
-  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
-           "node visits / wall_seconds");
-  return list;
-}
-
 }  // namespace
 
 void write_images(const std::string& path, const frontend::TracedView& traced) {
@@ -109,37 +94,40 @@ std::string describe_end(const frontend::TracerCounters& c) {
   return text;
 }
 
-modules::StatisticList tracer_statistics(const frontend::ViewTracer& view, const frontend::TracedView& traced) {
+modules::StatisticList tracer_statistics(const frontend::SceneTracer& scene, const frontend::TracedView& traced) {
   modules::StatisticList list;
   frontend::TracerCounters::table().describe(traced.result.counters, list, "tracer");
-  add_accel_statistics(list, view, traced.result);
-  add_secondary_statistics(list, traced.plan, traced.result);
-  if (traced.trace) add_trace_statistics(list, *traced.trace);
+  if (scene.view() != nullptr) {
+    add_accel_statistics(list, *scene.view(), traced.result);
+    add_secondary_statistics(list, traced.plan, traced.result);
+  } else {
+    add_object_statistics(list, *scene.world(), traced.result);
+  }
+  if (traced.trace) {
+    list.add("trace.bytes", traced.trace->bytes, "B", "size of the trace file");
+    list.add("trace.bytes_per_visit", ratio(traced.trace->bytes, traced.trace->visits), "B",
+             "trace.bytes / node visits");
+  }
   return list;
 }
 
-modules::StatisticList tracer_statistics(const frontend::MultiObjectWorld& world, const frontend::TracedView& traced) {
+modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene,
+                                              const frontend::RenderResult& result) {
   modules::StatisticList list;
-  frontend::TracerCounters::table().describe(traced.result.counters, list, "tracer");
-  add_object_statistics(list, world, traced.result);
-  if (traced.trace) add_trace_statistics(list, *traced.trace);
-  return list;
-}
-
-modules::StatisticList tracer_host_statistics(const frontend::AccelerationStructure& accel,
-                                              const frontend::RenderResult& result) {
-  modules::StatisticList list = host_statistics(result);
-  list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
-  list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
-  return list;
-}
-
-modules::StatisticList tracer_host_statistics(const frontend::MultiObjectWorld& world,
-                                              const frontend::RenderResult& result) {
-  modules::StatisticList list = host_statistics(result);
-  list.add("accel.build_seconds", world.build_seconds(), "s", "host time of building all structures");
-  list.add("accel.update.seconds", world.update_seconds(), "s",
-           "host time of building the scene TLAS alone, as when objects move");
+  const double seconds = std::max(result.seconds, 1e-9);
+  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+  list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
+  list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
+           "node visits / wall_seconds");
+  if (scene.view() != nullptr) {
+    const frontend::AccelerationStructure& accel = scene.view()->accel();
+    list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
+    list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
+  } else {
+    list.add("accel.build_seconds", scene.world()->build_seconds(), "s", "host time of building all structures");
+    list.add("accel.update.seconds", scene.world()->update_seconds(), "s",
+             "host time of building the scene TLAS alone, as when objects move");
+  }
   return list;
 }
 

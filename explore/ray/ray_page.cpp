@@ -10,6 +10,7 @@
 
 #include "grtx/explore/report/assets.h"
 #include "grtx/explore/report/html.h"
+#include "grtx/explore/report/page.h"
 #include "grtx/traces/dump.h"
 
 namespace grtx::sim {
@@ -211,12 +212,7 @@ std::string facts(const RayPage& page) {
 
 std::string ray_page(const RayPage& page) {
   const bool timeline = !page.timeline.empty();
-  std::string out = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"grtx {}\">\n"
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n<style>\n",
-      GRTX_VERSION, escape(page.title));
+  std::string out = page_head(page.title);
   out += page_style();
   out += ray_style();
   out += fmt::format(

@@ -23,13 +23,17 @@ std::string navigation(const std::string& body) {
 
 }  // namespace
 
-std::string html_page(const std::string& title, const std::string& command, const std::string& body) {
-  std::string page = fmt::format(
+std::string page_head(const std::string& title) {
+  return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"grtx {}\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n<style>\n",
       GRTX_VERSION, escape(title));
+}
+
+std::string html_page(const std::string& title, const std::string& command, const std::string& body) {
+  std::string page = page_head(title);
   page += page_style();
   page += "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#content\">To the content</a>\n<header><h1>" +
           escape(title) + "</h1>\n" + navigation(body) + "</header>\n<main id=\"content\">\n" + body +

@@ -14,6 +14,16 @@
 
 namespace grtx::sim {
 
+/// Of a task that left no result of its own.
+inline TaskOutcome without_result(const Task& task, const std::string& status, const std::string& reason) {
+  TaskOutcome outcome;
+  outcome.key = task.key;
+  outcome.is_trace = task.is_trace;
+  outcome.status = status;
+  outcome.reason = reason;
+  return outcome;
+}
+
 /// The sweep's folder for what is under way: descriptions, results, scratch. All paths absolute.
 class WorkFolder {
  public:
@@ -95,7 +105,8 @@ class SlurmLauncher final : public Launcher {
     unsigned missing = 0;   ///< looks at the queue that did not show it
   };
   void cancel_left_over() const;
-  bool finished_task(Waiting& waiting, TaskOutcome& outcome) const;
+  /// Nothing while it is under way.
+  std::optional<TaskOutcome> outcome_of(const Waiting& waiting) const;
   void look_at_queue();
   TaskOutcome lost(const Waiting& waiting) const;
   std::string command(const std::vector<std::string>& arguments, int& code) const;

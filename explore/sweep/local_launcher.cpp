@@ -14,13 +14,8 @@ constexpr std::size_t kMostTasks = 500;  ///< each has two paths on a command li
 
 /// Of a task whose process has ended without a result.
 TaskOutcome lost(const Task& task, const ProgramEnd& end) {
-  TaskOutcome outcome;
-  outcome.key = task.key;
-  outcome.is_trace = task.is_trace;
-  outcome.status = end.signal != 0 ? "killed" : "failed";
-  outcome.reason = end.signal != 0 ? "its process ended by " + signal_name(end.signal)
-                                   : "its process ended with exit code " + std::to_string(end.code);
-  return outcome;
+  if (end.signal != 0) return without_result(task, "killed", "its process ended by " + signal_name(end.signal));
+  return without_result(task, "failed", "its process ended with exit code " + std::to_string(end.code));
 }
 
 }  // namespace
@@ -31,12 +26,7 @@ std::optional<TaskOutcome> WorkFolder::outcome(const Task& task) const {
   try {
     return read_outcome(file);
   } catch (const Error& error) {
-    TaskOutcome damaged;
-    damaged.key = task.key;
-    damaged.is_trace = task.is_trace;
-    damaged.status = task.is_trace ? "failed" : "pending";
-    damaged.reason = error.what();
-    return damaged;
+    return without_result(task, task.is_trace ? "failed" : "pending", error.what());
   }
 }
 

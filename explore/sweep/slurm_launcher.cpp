@@ -108,14 +108,10 @@ void SlurmLauncher::launch(const std::vector<Job>& jobs) {
   next_look_ = std::chrono::steady_clock::now() + kBetweenLooks;
 }
 
-bool SlurmLauncher::finished_task(Waiting& waiting, TaskOutcome& outcome) const {
-  if (const auto left = work_.outcome(waiting.task)) {
-    outcome = *left;
-    return true;
-  }
-  if (waiting.missing < kLooksUntilLost) return false;
-  outcome = lost(waiting);
-  return true;
+std::optional<TaskOutcome> SlurmLauncher::outcome_of(const Waiting& waiting) const {
+  if (auto left = work_.outcome(waiting.task)) return left;
+  if (waiting.missing < kLooksUntilLost) return std::nullopt;
+  return lost(waiting);
 }
 
 /// Counts the looks at which a task was no longer in the queue.
@@ -135,18 +131,17 @@ void SlurmLauncher::look_at_queue() {
 }
 
 TaskOutcome SlurmLauncher::lost(const Waiting& waiting) const {
-  TaskOutcome outcome;
-  outcome.key = waiting.task.key;
-  outcome.is_trace = waiting.task.is_trace;
   int code = 0;
   const std::string job = command({"scontrol", "show", "job", fmt::format("{}_{}", job_, waiting.index), "-o"}, code);
   std::string state = "unknown";
   if (const std::size_t at = job.find("JobState="); code == 0 && at != std::string::npos) {
     state = job.substr(at + 9, job.find(' ', at) - at - 9);
   }
-  outcome.status = state == "TIMEOUT" ? "timeout" : state == "FAILED" ? "failed" : "killed";
-  outcome.reason = fmt::format("Slurm ended its job without a result (state {})", state);
-  return outcome;
+  return without_result(waiting.task,
+                        state == "TIMEOUT"  ? "timeout"
+                        : state == "FAILED" ? "failed"
+                                            : "killed",
+                        fmt::format("Slurm ended its job without a result (state {})", state));
 }
 
 std::vector<TaskOutcome> SlurmLauncher::collect() {
@@ -155,15 +150,11 @@ std::vector<TaskOutcome> SlurmLauncher::collect() {
     look_at_queue();
     next_look_ = std::chrono::steady_clock::now() + kBetweenLooks;
   }
-  for (auto waiting = waiting_.begin(); waiting != waiting_.end();) {
-    TaskOutcome outcome;
-    if (finished_task(*waiting, outcome)) {
-      outcomes.push_back(std::move(outcome));
-      waiting = waiting_.erase(waiting);
-    } else {
-      ++waiting;
-    }
-  }
+  std::erase_if(waiting_, [&](const Waiting& waiting) {
+    std::optional<TaskOutcome> outcome = outcome_of(waiting);
+    if (outcome) outcomes.push_back(std::move(*outcome));
+    return outcome.has_value();
+  });
   if (outcomes.empty()) std::this_thread::sleep_for(kPause);
   return outcomes;
 }

@@ -256,10 +256,8 @@ std::vector<std::string> cost_arguments(const MachineUse& use) {
                                         "--layout",   std::string(name_of(use.layout)),
                                         "--leaves",   std::string(name_of(use.leaves))};
   if (use.checkpoint_bins != 0) {
-    for (std::string text : {std::string("--checkpoint-bins"), std::to_string(use.checkpoint_bins),
-                             std::string("--checkpoint-capacity"), std::to_string(use.checkpoint_capacity)}) {
-      arguments.push_back(std::move(text));
-    }
+    arguments.insert(arguments.end(), {"--checkpoint-bins", std::to_string(use.checkpoint_bins),
+                                       "--checkpoint-capacity", std::to_string(use.checkpoint_capacity)});
   }
   return arguments;
 }
