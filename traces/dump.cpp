@@ -14,28 +14,6 @@
 namespace grtx::traces {
 namespace {
 
-const char* name_of(LeafOutcome outcome) {
-  switch (outcome) {
-    case LeafOutcome::miss:
-      return "miss";
-    case LeafOutcome::behind:
-      return "behind";
-    case LeafOutcome::beyond:
-      return "beyond";
-    case LeafOutcome::inserted:
-      return "inserted";
-    case LeafOutcome::displaced:
-      return "displaced";
-    case LeafOutcome::rejected:
-      return "rejected";
-    case LeafOutcome::ignored:
-      return "ignored";
-    case LeafOutcome::nearest:
-      return "nearest";
-  }
-  return "unknown";
-}
-
 class Dumper {
  public:
   Dumper(const RayGroup& group, const NodeSizes& sizes, const InstanceLevels& levels)
@@ -230,18 +208,6 @@ class JsonLine {
 };
 
 }  // namespace
-
-const char* name_of(RayKind kind) {
-  switch (kind) {
-    case RayKind::primary:
-      return "primary";
-    case RayKind::glass:
-      return "glass";
-    case RayKind::mirror:
-      return "mirror";
-  }
-  return "unknown";
-}
 
 void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group, std::optional<unsigned> lane) {
   const Groups groups(reader, group, lane);

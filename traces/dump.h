@@ -5,9 +5,18 @@
 #include <iosfwd>
 #include <optional>
 
+#include "grtx/base/declare/named_enum.h"
+#include "grtx/traces/event.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::traces {
+
+/// As dumps and pages call them.
+constexpr auto enum_names(LeafOutcome) {
+  return names_in_order<LeafOutcome>(
+      {"miss", "behind", "beyond", "inserted", "displaced", "rejected", "ignored", "nearest"});
+}
+constexpr auto enum_names(RayKind) { return names_in_order<RayKind>({"primary", "glass", "mirror"}); }
 
 /// Prints the header and totals, then every round and event, one a line, with byte addresses in the node image.
 /// `group` and `lane` restrict it to one group and to one ray of each group. Throws Error when they are out of range.
@@ -17,8 +26,5 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
 /// "As JSON").
 void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
                std::optional<unsigned> lane);
-
-/// primary, glass, mirror.
-const char* name_of(RayKind kind);
 
 }  // namespace grtx::traces

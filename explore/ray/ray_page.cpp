@@ -90,7 +90,7 @@ ordered_json round_summary(const RayRound& r) {
 
 std::string ray_name(const DrawnRay& ray, const traces::Header& header) {
   std::string name = fmt::format("pixel {},{}", ray.pixel % header.width, ray.pixel / header.width);
-  if (ray.kind != traces::RayKind::primary) name += fmt::format(", {}", traces::name_of(ray.kind));
+  if (ray.kind != traces::RayKind::primary) name += fmt::format(", {}", name_of(ray.kind));
   if (!header.frame_groups.empty()) name += fmt::format(", frame {}", ray.frame);
   return name + fmt::format(" (warp {}, lane {})", ray.group, ray.lane);
 }

@@ -1,9 +1,9 @@
 #include "grtx/frontend/scene/readers.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <map>
@@ -31,17 +31,7 @@ constexpr int kMostDepth = 64;  // of nodes
 // Signs of the SH coefficients from k1 on under half a turn about z: those of an odd order m change.
 constexpr std::array<float, 15> kShSign{-1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1};
 
-// A scale of exactly 0 has no finite logarithm; this one is clamped to the smallest scale like any other tiny one.
-constexpr float kLogOfZeroScale = -100.0f;
-
 enum Component : unsigned { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, f32 = 5126 };
-
-template <typename T>
-T load(std::string_view bytes, std::size_t at) {
-  T value;
-  std::memcpy(&value, bytes.data() + at, sizeof(T));
-  return value;
-}
 
 /// What a .glb's chunks or a .gltf's text hold.
 struct Container {
@@ -187,23 +177,19 @@ class Gltf {
   }
 
   static float number(std::string_view buffer, std::size_t at, unsigned component, bool normalised) {
+    const auto integer = [&]<typename T>(T value) {
+      const auto number = static_cast<float>(value);
+      return normalised ? std::max(number / static_cast<float>(std::numeric_limits<T>::max()), -1.0f) : number;
+    };
     switch (component) {
-      case i8: {
-        const float value = load<std::int8_t>(buffer, at);
-        return normalised ? std::max(value / 127.0f, -1.0f) : value;
-      }
-      case u8: {
-        const float value = load<std::uint8_t>(buffer, at);
-        return normalised ? value / 255.0f : value;
-      }
-      case i16: {
-        const float value = load<std::int16_t>(buffer, at);
-        return normalised ? std::max(value / 32767.0f, -1.0f) : value;
-      }
-      case u16: {
-        const float value = load<std::uint16_t>(buffer, at);
-        return normalised ? value / 65535.0f : value;
-      }
+      case i8:
+        return integer(load<std::int8_t>(buffer, at));
+      case u8:
+        return integer(load<std::uint8_t>(buffer, at));
+      case i16:
+        return integer(load<std::int16_t>(buffer, at));
+      case u16:
+        return integer(load<std::uint16_t>(buffer, at));
       default:
         return load<float>(buffer, at);
     }
@@ -313,7 +299,7 @@ void read_primitive(Gltf& gltf, const json& primitive, const Placement& placemen
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double s = static_cast<double>(scale[i * 3 + axis]) * placement.scale;
       if (s < 0.0) throw Error(file, own("SCALE"), "must not be negative");
-      rows.log_scale.push_back(s == 0.0 ? kLogOfZeroScale : static_cast<float>(std::log(s)));
+      rows.log_scale.push_back(log_of_scale(s));
     }
     if (opacity[i] < 0.0f || opacity[i] > 1.0f) throw Error(file, own("OPACITY"), "must be 0 to 1");
     rows.opacity_logit.push_back(logit_of(static_cast<double>(opacity[i])));

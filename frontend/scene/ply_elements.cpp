@@ -42,24 +42,7 @@ void copy_rows(const PlyColumn& column, PlyType type, const char* first, std::si
   std::visit(
       [&](auto* out) {
         auto* to = out + row * column.stride;
-        switch (type) {
-          case PlyType::i8:
-            return copy_column<std::int8_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::u8:
-            return copy_column<std::uint8_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::i16:
-            return copy_column<std::int16_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::u16:
-            return copy_column<std::uint16_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::i32:
-            return copy_column<std::int32_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::u32:
-            return copy_column<std::uint32_t>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::f32:
-            return copy_column<float>(first, row_bytes, rows, swap, to, column.stride);
-          case PlyType::f64:
-            return copy_column<double>(first, row_bytes, rows, swap, to, column.stride);
-        }
+        with_type(type, [&]<typename T>(T) { copy_column<T>(first, row_bytes, rows, swap, to, column.stride); });
       },
       column.out);
 }
@@ -101,25 +84,10 @@ bool parse_number(std::string_view word, double& value) {
 }
 
 bool fits(PlyType type, double value) {
-  const auto within = [value](double low, double high) {
-    return value >= low && value <= high && value == std::floor(value);
-  };
-  switch (type) {
-    case PlyType::i8:
-      return within(-128.0, 127.0);
-    case PlyType::u8:
-      return within(0.0, 255.0);
-    case PlyType::i16:
-      return within(-32768.0, 32767.0);
-    case PlyType::u16:
-      return within(0.0, 65535.0);
-    case PlyType::i32:
-      return within(-2147483648.0, 2147483647.0);
-    case PlyType::u32:
-      return within(0.0, 4294967295.0);
-    default:
-      return true;
-  }
+  return with_type(type, [value]<typename T>(T) {
+    using Limits = std::numeric_limits<T>;
+    return !Limits::is_integer || (value >= Limits::min() && value <= Limits::max() && value == std::floor(value));
+  });
 }
 
 void store(const PlyColumn& column, PlyType type, std::size_t row, double value) {

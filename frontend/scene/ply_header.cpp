@@ -155,21 +155,7 @@ class HeaderParser {
 }  // namespace
 
 std::size_t size_in_bytes(PlyType type) {
-  switch (type) {
-    case PlyType::i8:
-    case PlyType::u8:
-      return 1;
-    case PlyType::i16:
-    case PlyType::u16:
-      return 2;
-    case PlyType::i32:
-    case PlyType::u32:
-    case PlyType::f32:
-      return 4;
-    case PlyType::f64:
-      return 8;
-  }
-  return 0;
+  return with_type(type, []<typename T>(T) { return sizeof(T); });
 }
 
 bool is_integer(PlyType type) { return type != PlyType::f32 && type != PlyType::f64; }

@@ -13,6 +13,29 @@ namespace grtx::frontend {
 enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 enum class PlyType { i8, u8, i16, u16, i32, u32, f32, f64 };
 
+/// Calls `f` with a number of the C++ type that stands for `type`.
+template <typename F>
+auto with_type(PlyType type, F&& f) {
+  switch (type) {
+    case PlyType::i8:
+      return f(std::int8_t{});
+    case PlyType::u8:
+      return f(std::uint8_t{});
+    case PlyType::i16:
+      return f(std::int16_t{});
+    case PlyType::u16:
+      return f(std::uint16_t{});
+    case PlyType::i32:
+      return f(std::int32_t{});
+    case PlyType::u32:
+      return f(std::uint32_t{});
+    case PlyType::f32:
+      return f(float{});
+    default:
+      return f(double{});
+  }
+}
+
 std::size_t size_in_bytes(PlyType type);
 bool is_integer(PlyType type);
 

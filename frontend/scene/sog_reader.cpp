@@ -368,6 +368,13 @@ class Archive {
   std::unique_ptr<zip_t, CloseArchive> archive_;
 };
 
+/// The unit that a whole archive holds.
+void read_archive(std::string_view bytes, const std::string& file, RawRows& rows) {
+  const Archive archive(bytes, file);
+  const Load load = [&](const std::string& name) { return archive.read(name); };
+  read_unit(parse(archive.read("meta.json"), file), load, file, rows);
+}
+
 /// Which units hold a level, and how many Gaussians of it: file -> count.
 void collect_level(const json& node, const std::string& level, std::size_t files, int depth, const std::string& file,
                    std::map<std::size_t, std::uint64_t>& units) {
@@ -401,10 +408,7 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
     const std::string path = (std::filesystem::path(file).parent_path() / name).string();
     const std::string unit = load(name);
     if (is_sog_archive(unit)) {
-      const Archive archive(unit, path);
-      read_unit(
-          parse(archive.read("meta.json"), path), [&](const std::string& inside) { return archive.read(inside); }, path,
-          scene.rows);
+      read_archive(unit, path, scene.rows);
     } else {
       read_unit(parse(unit, path), beside(path, scene.content, files), path, scene.rows);
     }
@@ -437,12 +441,9 @@ bool is_sog_meta(std::string_view bytes) {
 }
 
 SogRows read_sog_archive(std::string_view bytes, const std::string& file) {
-  const Archive archive(bytes, file);
   SogRows scene;
   scene.content = bytes;
-  read_unit(
-      parse(archive.read("meta.json"), file), [&](const std::string& name) { return archive.read(name); }, file,
-      scene.rows);
+  read_archive(bytes, file, scene.rows);
   return scene;
 }
 

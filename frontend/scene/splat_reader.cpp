@@ -1,7 +1,7 @@
 #include "grtx/frontend/scene/readers.h"
 
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 
 #include "grtx/frontend/scene/raw_encoding.h"
 
@@ -13,22 +13,11 @@ constexpr std::size_t kScaleAt = 12;
 constexpr std::size_t kColourAt = 24;
 constexpr std::size_t kRotationAt = 28;
 
-// A scale of exactly 0 has no finite logarithm; this one is clamped to the smallest scale like any other tiny one.
-constexpr float kLogOfZeroScale = -100.0f;
-
-float load_float(const char* at) {
-  float value;
-  std::memcpy(&value, at, sizeof(value));
-  return value;
-}
-
-unsigned load_byte(const char* at) { return static_cast<unsigned char>(*at); }
-
 // Text read as floats has magnitudes of 1e-19 or 1e12 and more; random bits are plausible in one row of eight or fewer.
-bool is_plausible_row(const char* row) {
+bool is_plausible_row(std::string_view row) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float position = load_float(row + axis * 4);
-    const float scale = load_float(row + kScaleAt + axis * 4);
+    const float position = load<float>(row, axis * 4);
+    const float scale = load<float>(row, kScaleAt + axis * 4);
     if (!(std::abs(position) < 1e9f) || !(scale >= 0.0f && scale < 1e6f)) return false;
   }
   return true;
@@ -40,7 +29,7 @@ bool is_splat(std::string_view bytes) {
   if (bytes.empty() || bytes.size() % kRowBytes != 0) return false;
   const std::size_t rows = bytes.size() / kRowBytes;
   std::size_t plausible = 0;
-  for (std::size_t row = 0; row < rows; ++row) plausible += is_plausible_row(bytes.data() + row * kRowBytes);
+  for (std::size_t row = 0; row < rows; ++row) plausible += is_plausible_row(bytes.substr(row * kRowBytes));
   return plausible * 2 > rows;
 }
 
@@ -55,21 +44,19 @@ RawRows read_splat(std::string_view bytes) {
   rows.rotation.reserve(n * 4);
   rows.sh.reserve(n * 3);
   for (std::size_t i = 0; i < n; ++i) {
-    const char* row = bytes.data() + i * kRowBytes;
-    rows.x.push_back(static_cast<double>(load_float(row)));
-    rows.y.push_back(static_cast<double>(load_float(row + 4)));
-    rows.z.push_back(static_cast<double>(load_float(row + 8)));
+    const std::string_view row = bytes.substr(i * kRowBytes);
+    rows.x.push_back(static_cast<double>(load<float>(row, 0)));
+    rows.y.push_back(static_cast<double>(load<float>(row, 4)));
+    rows.z.push_back(static_cast<double>(load<float>(row, 8)));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float scale = load_float(row + kScaleAt + axis * 4);
-      rows.log_scale.push_back(scale == 0.0f ? kLogOfZeroScale
-                                             : static_cast<float>(std::log(static_cast<double>(scale))));
+      rows.log_scale.push_back(log_of_scale(static_cast<double>(load<float>(row, kScaleAt + axis * 4))));
     }
     for (std::size_t c = 0; c < 3; ++c) {
-      rows.sh.push_back(static_cast<float>((load_byte(row + kColourAt + c) / 255.0 - 0.5) / kShC0));
+      rows.sh.push_back(static_cast<float>((load<std::uint8_t>(row, kColourAt + c) / 255.0 - 0.5) / kShC0));
     }
-    rows.opacity_logit.push_back(logit_of(load_byte(row + kColourAt + 3) / 255.0));
+    rows.opacity_logit.push_back(logit_of(load<std::uint8_t>(row, kColourAt + 3) / 255.0));
     for (std::size_t c = 0; c < 4; ++c) {  // the original writer's code: 128 is 0
-      rows.rotation.push_back((static_cast<float>(load_byte(row + kRotationAt + c)) - 128.0f) / 128.0f);
+      rows.rotation.push_back((static_cast<float>(load<std::uint8_t>(row, kRotationAt + c)) - 128.0f) / 128.0f);
     }
   }
   return rows;

@@ -165,29 +165,16 @@ StressScene params(const SynthOptions& options) {
   };
   const std::size_t coefficients = std::size_t{3} * (options.sh_degree + 1) * (options.sh_degree + 1);
   for (const float special : specials) {
-    for (int i = 0; i < 3; ++i) {
+    const auto add_special = [&](auto&& field) {
       SynthRow row = next();
-      row.position[i] = special;
+      field(row) = special;
       rows.add_raw(row);
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-      SynthRow row = next();
-      row.log_scale[i] = special;
-      rows.add_raw(row);
-    }
-    for (std::size_t i = 0; i < 4; ++i) {
-      SynthRow row = next();
-      row.rotation[i] = special;
-      rows.add_raw(row);
-    }
-    SynthRow opacity = next();
-    opacity.opacity_logit = special;
-    rows.add_raw(opacity);
-    for (std::size_t i = 0; i < coefficients; ++i) {
-      SynthRow row = next();
-      row.sh[i] = special;
-      rows.add_raw(row);
-    }
+    };
+    for (int i = 0; i < 3; ++i) add_special([i](SynthRow& row) -> float& { return row.position[i]; });
+    for (std::size_t i = 0; i < 3; ++i) add_special([i](SynthRow& row) -> float& { return row.log_scale[i]; });
+    for (std::size_t i = 0; i < 4; ++i) add_special([i](SynthRow& row) -> float& { return row.rotation[i]; });
+    add_special([](SynthRow& row) -> float& { return row.opacity_logit; });
+    for (std::size_t i = 0; i < coefficients; ++i) add_special([i](SynthRow& row) -> float& { return row.sh[i]; });
   }
   // Scales up to the end of float, in all axes and in one. The centres lie off the view, else little else would show.
   for (const float log_scale : {40.0f, 45.0f, 60.0f, 80.0f, 85.0f, 86.0f, 88.0f, 89.0f, -40.0f, -80.0f, -104.0f}) {

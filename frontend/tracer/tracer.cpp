@@ -38,13 +38,17 @@ struct Worker {
   std::optional<VisitTracker> tracker;
 };
 
-/// Traces a group's rays, and gives the writer its trace.
+/// Traces a group's rays, and gives the writer, if any, its trace.
 template <typename F>
-void write_group(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer& writer, F&& trace_rays) {
+void trace_group_of(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer* writer, F&& trace_rays) {
+  if (writer == nullptr) {
+    NullRecorder recorder;
+    return trace_rays(recorder, [](std::uint32_t) {});
+  }
   const auto write = [&](auto& recorder) {
     recorder.begin_group(static_cast<std::uint32_t>(index), kind);
     trace_rays(recorder, [&](std::uint32_t pixel) { recorder.begin_ray(pixel); });
-    writer.append(recorder.end_group());
+    writer->append(recorder.end_group());
   };
   if (worker.encoding_recorder) {
     write(*worker.encoding_recorder);
@@ -204,12 +208,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
         });
       }
     };
-    if (writer != nullptr) {
-      write_group(worker, render.first_group + index, traces::RayKind::primary, *writer, trace_rays);
-    } else {
-      NullRecorder recorder;
-      trace_rays(recorder, [](std::uint32_t) {});
-    }
+    trace_group_of(worker, render.first_group + index, traces::RayKind::primary, writer, trace_rays);
     progress.add(pixels.size());
   };
 
@@ -231,12 +230,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
         });
       }
     };
-    if (writer != nullptr) {
-      write_group(worker, render.first_group + groups.size() + index, group.kind, *writer, trace_rays);
-    } else {
-      NullRecorder recorder;
-      trace_rays(recorder, [](std::uint32_t) {});
-    }
+    trace_group_of(worker, render.first_group + groups.size() + index, group.kind, writer, trace_rays);
     if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
     progress.add(group.count);
   };

@@ -478,8 +478,7 @@ TEST(Check, CatchesEveryMutation) {
 
 TEST(Check, ReturnsTheStoredTotals) {
   const RandomTrace trace = overflowing();
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
+  const testing::TraceFile file(trace.header, trace.groups);
   const Reader reader(file.path());
   EXPECT_EQ(check(reader, true), reader.totals());
   EXPECT_GT(reader.totals().overflows, 0U);

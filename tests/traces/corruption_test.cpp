@@ -24,8 +24,7 @@ using testing::TemporaryFile;
 std::string small_file() {
   testing::RandomOptions options{.groups = 2, .warp_size = 3, .two_level = true};
   const auto trace = testing::random_trace(options);
-  const TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
+  const testing::TraceFile file(trace.header, trace.groups);
   return read_file(file.path());
 }
 

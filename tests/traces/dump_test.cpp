@@ -120,8 +120,7 @@ TEST(Dump, TextNamesEveryEventAndOutcome) {
       {LeafOutcome::ignored, " ignored"},     {LeafOutcome::nearest, " nearest"}};
   std::map<std::string, std::size_t> seen;
   for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
-    const testing::TemporaryFile file;
-    testing::write_trace(file.path(), trace.header, trace.groups);
+    const testing::TraceFile file(trace.header, trace.groups);
     std::ostringstream out;
     dump(Reader(file.path()), out, std::nullopt, std::nullopt);
     std::map<std::string, std::size_t> expected;
@@ -147,8 +146,7 @@ TEST(Dump, TextNamesEveryEventAndOutcome) {
 
 TEST(Dump, JsonHoldsEveryEvent) {
   for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
-    const testing::TemporaryFile file;
-    testing::write_trace(file.path(), trace.header, trace.groups);
+    const testing::TraceFile file(trace.header, trace.groups);
     const Reader reader(file.path());
     std::ostringstream out;
     dump_json(reader, out, std::nullopt, std::nullopt);

@@ -15,8 +15,7 @@ using testing::RandomOptions;
 void expect_round_trip(const RandomOptions& options) {
   SCOPED_TRACE(testing::describe(options));
   const auto trace = testing::random_trace(options);
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
+  const testing::TraceFile file(trace.header, trace.groups);
   const Reader reader(file.path());
   EXPECT_EQ(header_to_json(reader.header()), header_to_json(trace.header));
   ASSERT_EQ(reader.group_count(), trace.groups.size());
@@ -82,8 +81,7 @@ TEST(RoundTrip, RaysThatMeetNothing) {
     group.nodes.clear();
     group.rays.assign(3, Ray{});
   }
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
+  const testing::TraceFile file(trace.header, trace.groups);
   const Reader reader(file.path());
   RayGroup group;
   reader.read(1, group);
@@ -220,8 +218,7 @@ TEST(RoundTrip, AStackOfHundredsOfEntriesIsKept) {
   Round round;
   round.event_count = static_cast<std::uint32_t>(ray.events.size());
   ray.rounds = {round};
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), header, {group});
+  const testing::TraceFile file(header, {group});
   const Reader reader(file.path());
   EXPECT_NO_THROW(check(reader, true));
   RayGroup found;

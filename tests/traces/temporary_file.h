@@ -35,4 +35,10 @@ inline void write_trace(const std::string& path, const Header& header, const std
   writer.finish();
 }
 
+/// One that holds a trace.
+class TraceFile : public TemporaryFile {
+ public:
+  TraceFile(const Header& header, const std::vector<RayGroup>& groups) { write_trace(path(), header, groups); }
+};
+
 }  // namespace grtx::traces::testing

@@ -25,15 +25,18 @@ constexpr Case kCases[] = {{ChildOrder::near_first, PopTest::on, 4}, {ChildOrder
                            {ChildOrder::vulkan_sim, PopTest::on, 5}, {ChildOrder::near_first, PopTest::off, 5},
                            {ChildOrder::slot, PopTest::off, 5},      {ChildOrder::vulkan_sim, PopTest::off, 5}};
 
+/// As the file says.
+std::uint32_t version_of(const testing::TraceFile& file) {
+  return load_u32(reinterpret_cast<const std::uint8_t*>(read_file(file.path()).data()) + 8);
+}
+
 TEST(Versions, AreTheOldestThatWillDo) {
   for (const Case& c : kCases) {
     testing::RandomOptions options{.child_order = c.child_order, .pop_test = c.pop_test};
     SCOPED_TRACE(testing::describe(options));
     const auto trace = testing::random_trace(options);
-    const testing::TemporaryFile file;
-    testing::write_trace(file.path(), trace.header, trace.groups);
-    const std::string bytes = read_file(file.path());
-    EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), c.version);
+    const testing::TraceFile file(trace.header, trace.groups);
+    EXPECT_EQ(version_of(file), c.version);
     const Reader reader(file.path());
     EXPECT_EQ(reader.header().child_order, c.child_order);
     EXPECT_EQ(reader.header().pop_test, c.pop_test);
@@ -55,10 +58,8 @@ TEST(Versions, ASceneTlasNeedsTheSixth) {
   for (const unsigned objects : {0U, 2U}) {
     options.objects = objects;
     const auto trace = testing::random_trace(options);
-    const testing::TemporaryFile file;
-    testing::write_trace(file.path(), trace.header, trace.groups);
-    const std::string bytes = read_file(file.path());
-    EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), objects == 0 ? 4 : 6);
+    const testing::TraceFile file(trace.header, trace.groups);
+    EXPECT_EQ(version_of(file), objects == 0 ? 4 : 6);
     const Reader reader(file.path());
     EXPECT_EQ(reader.header().object_roots, trace.header.object_roots);
     EXPECT_EQ(reader.header().scene_leaves, trace.header.scene_leaves);
@@ -94,10 +95,8 @@ TEST(Versions, ASequenceOfFramesNeedsTheSeventh) {
   auto trace = testing::random_trace({});
   ASSERT_GE(trace.groups.size(), 3u);
   trace.header.frame_groups = {1, trace.groups.size() - 2, 1};
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
-  const std::string bytes = read_file(file.path());
-  EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 7u);
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 7u);
   const Reader reader(file.path());
   EXPECT_EQ(reader.header().frame_groups, trace.header.frame_groups);
   EXPECT_NO_THROW(check(reader, true));
@@ -127,10 +126,8 @@ TEST(Versions, StructuresOfBoxesNeedTheEighth) {
         }
       }
     }
-    const testing::TemporaryFile file;
-    testing::write_trace(file.path(), trace.header, trace.groups);
-    const std::string bytes = read_file(file.path());
-    EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 8u);
+    const testing::TraceFile file(trace.header, trace.groups);
+    EXPECT_EQ(version_of(file), 8u);
     const Reader reader(file.path());
     EXPECT_EQ(reader.header().accel, kind);
     EXPECT_NO_THROW(check(reader, true));
@@ -142,10 +139,8 @@ TEST(Versions, StructuresOfBoxesNeedTheEighth) {
 TEST(Versions, ListsNeedTheTenth) {
   testing::RandomOptions options{.k = 5, .checkpoint = false, .tracing = Tracing::list};
   const auto trace = testing::random_trace(options);
-  const testing::TemporaryFile file;
-  testing::write_trace(file.path(), trace.header, trace.groups);
-  const std::string bytes = read_file(file.path());
-  EXPECT_EQ(load_u32(reinterpret_cast<const std::uint8_t*>(bytes.data()) + 8), 10u);
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 10u);
   const Reader reader(file.path());
   EXPECT_EQ(reader.header().tracing, Tracing::list);
   EXPECT_EQ(reader.header().k, 5u);

@@ -45,8 +45,7 @@ RayGroup empty_group(std::uint32_t index) {
 
 TEST(Writer, SameBytesFromThreadsInShuffledOrder) {
   const auto trace = testing::random_trace(many_groups());
-  const TemporaryFile in_order;
-  testing::write_trace(in_order.path(), trace.header, trace.groups);
+  const testing::TraceFile in_order(trace.header, trace.groups);
   const std::string expected = read_file(in_order.path());
   for (const unsigned seed : {1U, 2U, 3U}) {
     std::vector<std::size_t> order(trace.groups.size());
