@@ -86,7 +86,7 @@ int trace(const TraceArguments& options, const CommonOptions& common, frontend::
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
-  tracer_options(options.tracer, checkpoint, kind);
+  tracer_options(options.tracer, checkpoint, kind);  // what it refuses is refused before anything is read
   frontend::RenderOptions render = render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;
