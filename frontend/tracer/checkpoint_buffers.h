@@ -30,6 +30,7 @@ class CheckpointBuffers {
   void begin_ray() {
     source_.clear();
     bins_.clear();
+    reached_ = far_from_ = 0;  // how a round reads is in the trace, also where there is nothing to read
   }
   /// Bins count distances from where the ray enters the scene: no entry has a lower t.
   void measure_from(float t) { scene_enter_ = t; }

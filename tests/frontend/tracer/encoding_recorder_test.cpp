@@ -52,6 +52,10 @@ RecordedSums compare(const Scene& scene, const PreparedGaussians& gaussians, con
     EXPECT_EQ(got.index, expected.index);
     EXPECT_EQ(got.totals, expected.totals) << "group " << i;
     EXPECT_TRUE(got.chunk == expected.chunk) << "group " << i;
+    // A group is the same whichever its thread traced before it.
+    RayTracer first(scene, gaussians, accel, options);
+    EncodingRecorder alone(accel.image(), header);
+    EXPECT_TRUE(trace_group(first, alone, camera, groups[i], i).chunk == got.chunk) << "group " << i << " alone";
     add_totals(sums.totals, got.totals);
   }
   sums.misses = encoding.counters().skipped_scene_misses;
