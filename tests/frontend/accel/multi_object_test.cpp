@@ -6,7 +6,6 @@
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <set>
 
@@ -20,6 +19,7 @@
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
+#include "temporary_folder.h"
 
 namespace grtx::frontend {
 namespace {
@@ -285,11 +285,8 @@ TEST(MultiObject, BadInputIsRefused) {
 }
 
 TEST(ObjectList, ReadsPlacementsAndRefusesWhatItDoesNotKnow) {
-  const std::string path = testing::TempDir() + "/objects.json";
-  const auto load = [&](const std::string& text) {
-    std::ofstream(path) << text;
-    return load_object_list(path);
-  };
+  const test::TemporaryFolder folder;
+  const auto load = [&](const std::string& text) { return load_object_list(folder.write("objects.json", text)); };
   const ObjectList list = load(
       R"([{"file": "a.ply"}, {"file": "b.ply", "translate": [1, 2, 3], "rotate": [2, 0, 0, 0], "scale": 0.5},
           {"file": "a.ply", "scale": 2}])");

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <glm/geometric.hpp>
-#include <iterator>
 #include <set>
 
 #include "frontend/tracer/random_scene.h"
@@ -17,6 +15,7 @@
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
+#include "temporary_folder.h"
 
 namespace grtx::frontend {
 namespace {
@@ -215,9 +214,10 @@ TEST(SecondaryRays, TraceIsConsistentAndDoesNotDependOnThreads) {
     TracerOptions options;
     options.checkpoint = checkpoint;
     options.checkpoint_capacity = checkpoint ? 40 : 1024;  // some rays overflow
+    const test::TemporaryFolder folder;
     std::vector<std::string> bytes;
     for (const unsigned threads : {1u, 3u}) {
-      const std::string path = testing::TempDir() + "/secondary_" + std::to_string(threads) + ".grtx";
+      const std::string path = folder.path(std::to_string(threads) + ".grtx");
       const Traced traced = trace_with(both(), scene, camera(), AccelKind::tlas_tri20, options, threads, path);
       const traces::Reader reader(path);
       EXPECT_EQ(traces::check(reader, true).blended, traced.result.counters.blended);
@@ -231,8 +231,7 @@ TEST(SecondaryRays, TraceIsConsistentAndDoesNotDependOnThreads) {
         if (i >= 24) secondary_rays += group.rays.size();
       }
       EXPECT_EQ(secondary_rays, traced.result.secondary.rays);
-      std::ifstream file(path, std::ios::binary);
-      bytes.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+      bytes.push_back(folder.read(std::to_string(threads) + ".grtx"));
     }
     EXPECT_EQ(bytes[0], bytes[1]);
   }
