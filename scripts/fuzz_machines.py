@@ -50,8 +50,8 @@ NOTICES = rf"grtx: (.*{OUTSIDE}|sim: one thread |sim: \d+ of \d+ threads |sim: .
 class Key:
     """A row of --list-config."""
 
-    def __init__(self, name, default, values):
-        self.name = name
+    def __init__(self, name, default, values, unit):
+        self.name, self.unit = name, unit
         ends = re.fullmatch(r"(\S+) to (\S+)", values)
         self.names = None if ends else values.split(", ")
         if ends:
@@ -94,7 +94,7 @@ def keys_of(program):
             continue
         if "implementation" in cells[1] or cells[1] == "`dram.model`":
             continue  # what a build may not have
-        keys.append(Key(cells[1].strip("`"), cells[2], cells[3]))
+        keys.append(Key(cells[1].strip("`"), cells[2], cells[3], cells[4]))
     return keys
 
 

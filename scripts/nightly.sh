@@ -6,6 +6,7 @@
 #   coverage   all tests in that build, then the lines that none of them ran
 #   mutations  seeded mutations of all inputs, an hour
 #   faults     each call fails once; a hundred kills a command; power loss at each moment
+#   relations  two hundred random cases of each relation of scripts/metamorphic.py, others each night
 #   model      two hundred changes of the model
 #   pages      a quarter of the artifact's quick pages, another each night: figures within tolerance of those on record
 #   compilers  g++ -O3, g++ -O0 and clang++ give the same bytes
@@ -44,6 +45,10 @@ coverage() {
 }
 mutations() { scripts/build.sh release reader_tests explore_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
 faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }
+relations() {
+  scripts/build.sh release grtx &&
+    scripts/metamorphic.py --cases 200 --seed $((10#$(date +%j) * 1000)) --keep build/nightly/relations
+}
 model() { scripts/mutate_model.py --jobs "$jobs"; }
 pages() {
   scripts/build.sh release grtx || return 1
@@ -58,7 +63,7 @@ pages() {
 compilers() { scripts/compare_builds.sh; }
 
 code=0
-for job in "${@:-asan tsan readers coverage mutations faults model pages compilers}"; do
+for job in "${@:-asan tsan readers coverage mutations faults relations model pages compilers}"; do
   for one in $job; do
     start=$(date +%s)
     if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi

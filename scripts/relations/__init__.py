@@ -1,0 +1,3 @@
+"""The relations of scripts/metamorphic.py, a file a kind."""
+from . import costs, images, laws, resources, surroundings, sweeps  # noqa: F401
+from .case import RELATIONS, Broken, Case, Image  # noqa: F401
