@@ -42,7 +42,7 @@ MAY_BE_SLOWER = {
     "gpu.sms": (0.5, "each begins with a cold L1, which fewer warps share"),
     "gpu.resident_warps": (0.25, "more warps thrash an L1 that holds the nodes of few"),
 }
-SLOWER = 0.05  # all others: another order of events, no more
+SLOWER = 0.10  # all others: warps meet in another order, and of a few the last one decides
 
 
 def resources(program):
@@ -70,7 +70,7 @@ def two_values(rng, key):
 
 @relation()
 def more_is_not_slower(case):
-    """More of a resource, or less latency, takes at most 5 % more time; MAY_BE_SLOWER names the keys that may take more, and why."""
+    """More of a resource, or less latency, takes at most 10 % more time; MAY_BE_SLOWER names the keys that may take more, and why."""
     rng = case.rng
     known = resources(case.program)
     name = rng.choice(sorted(known))
@@ -174,7 +174,8 @@ def warm_is_warm(case):
               "-o", "first.grtx", "--quiet")
     case.grtx("trace", "--scene", "s.ply", "--cameras", "s.cameras.json", "--view", 0, *views.size(rng), "--accel", "tlas-tri20",
               "-o", "then.grtx", "--quiet")
-    machine = ["--machine", rng.choice(views.MACHINES), *views.settings(rng), "--mode", rng.choice(["cycle", "fast"])]
+    mode = rng.choice(["cycle", "fast"])
+    machine = ["--machine", rng.choice(views.MACHINES), *views.settings(rng, mode), "--mode", mode]
     case.grtx("sim", "then.grtx", *machine, "--warm", "first.grtx", "--stats", "a.json", "--quiet")
     case.grtx("sim", "first.grtx", *machine, "--save-state", "state", "--quiet")
     case.grtx("sim", "then.grtx", *machine, "--warm-state", "state", "--stats", "b.json", "--quiet")
