@@ -28,14 +28,15 @@ def fp32(value):
 
 
 def read_ply(path):
-    """Rows of a binary .ply of floats, as grtx synth writes it."""
+    """Rows of a .ply as grtx synth and write_ply() write it."""
     with open(path, "rb") as file:
         head, body = file.read().split(b"end_header\n", 1)
-    names = [line.split()[-1].decode() for line in head.splitlines() if line.startswith(b"property float ")]
+    properties = [line.decode().split()[1:] for line in head.splitlines() if line.startswith(b"property ")]
+    names, record = [name for _, name in properties], struct.Struct("<" + "".join(kind[0] for kind, _ in properties))
     count = next(int(line.split()[-1]) for line in head.splitlines() if line.startswith(b"element vertex"))
     rows, rest = [], sum(name.startswith("f_rest_") for name in names) // 3
     for i in range(count):
-        value = dict(zip(names, struct.unpack_from(f"<{len(names)}f", body, 4 * len(names) * i)))
+        value = dict(zip(names, record.unpack_from(body, record.size * i)))
         sh = [[value[f"f_dc_{c}"] for c in range(3)]]
         sh += [[value[f"f_rest_{c * rest + j}"] for c in range(3)] for j in range(rest)]
         rows.append(Row([value[a] for a in "xyz"], sh, value["opacity"], [value[f"scale_{a}"] for a in range(3)],
@@ -56,6 +57,11 @@ def write_ply(path, rows):
         for row in rows:
             colours = row.sh[0] + [row.sh[1 + j][c] for c in range(3) for j in range(rest)]
             file.write(struct.pack(f"<3d{len(names)}f", *row.place, *colours, row.opacity, *row.scale, *row.turn))
+
+
+def of_degree_4(rows, rng):
+    """The rows with harmonics of the highest degree, which grtx synth does not make."""
+    return [row.with_(sh=row.sh + [[rng.gauss(0, 0.1) for _ in range(3)] for _ in range(25 - len(row.sh))]) for row in rows]
 
 
 def read_cameras(path):
@@ -105,20 +111,25 @@ def matrix_of(q):
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
 
 
-# Spherical harmonics, degrees 1 to 3, in the order of 3DGS; constant factors and signs are left out, as they cancel.
+# Spherical harmonics of a unit direction, degrees 1 to 4, in the order of 3DGS, without the factors below.
 
 def harmonics(degree, d):
     x, y, z = d
+    if degree == 4:
+        return [x * y * (x * x - y * y), y * z * (3 * x * x - y * y), x * y * (7 * z * z - 1), y * z * (7 * z * z - 3),
+                z * z * (35 * z * z - 30) + 3, x * z * (7 * z * z - 3), (x * x - y * y) * (7 * z * z - 1), x * z * (x * x - 3 * y * y),
+                x * x * (x * x - 3 * y * y) - y * y * (3 * x * x - y * y)]
     return {1: [y, z, x], 2: [x * y, y * z, 2 * z * z - x * x - y * y, x * z, x * x - y * y],
             3: [y * (3 * x * x - y * y), x * y * z, y * (4 * z * z - x * x - y * y), z * (2 * z * z - 3 * x * x - 3 * y * y),
                 x * (4 * z * z - x * x - y * y), z * (x * x - y * y), x * (x * x - 3 * y * y)]}[degree]
 
 
-# What these factors are in 3DGS.
 FACTORS = {1: [-0.4886025119029199, 0.4886025119029199, -0.4886025119029199],
            2: [1.0925484305920792, -1.0925484305920792, 0.31539156525252005, -1.0925484305920792, 0.5462742152960396],
            3: [-0.5900435899266435, 2.890611442640554, -0.4570457994644658, 0.3731763325901154, -0.4570457994644658,
-               1.445305721320277, -0.5900435899266435]}
+               1.445305721320277, -0.5900435899266435],
+           4: [2.5033429417967046, -1.7701307697799304, 0.9461746957575601, -0.6690465435572892, 0.10578554691520431,
+               -0.6690465435572892, 0.47308734787878004, -1.7701307697799304, 0.6258357354491761]}
 
 
 def solved(matrix, right):
@@ -165,7 +176,7 @@ def unit(d):
 
 def flipped_harmonics(signs):
     """The same for a mirror of axes: every basis function keeps its value or changes its sign. Exact."""
-    probe, flips = (0.3, 0.5, 0.7), []
+    probe, flips = unit((0.3, 0.5, 0.7)), []
     for degree in FACTORS:
         for a, b in zip(harmonics(degree, probe), harmonics(degree, [s * v for s, v in zip(signs, probe)])):
             flips.append(-1.0 if a * b < 0 else 1.0)

@@ -24,13 +24,16 @@ def settings(rng, mode="cycle"):
     return [word for key in some for word in ("--set", f"{key}={rng.choice(SETTINGS[key])}")]
 
 
-def scene(case, name="s", presets=None, most=500, degree=None):
+def scene(case, name="s", presets=None, most=500):
     """Makes NAME.ply and NAME.cameras.json; gives the preset."""
     rng = case.rng
     preset = rng.choice(presets or gaussians.PRESETS)
     count = rng.randrange(60, most)
     case.grtx("synth", "--preset", preset, "--count", count, "--seed", rng.randrange(1 << 30), "--sh-degree",
-              rng.randrange(4) if degree is None else degree, "-o", f"{name}.ply", "--quiet")
+              rng.randrange(4), "-o", f"{name}.ply", "--quiet")
+    if preset in gaussians.PRESETS and rng.random() < 0.15:
+        path = case.path(f"{name}.ply")
+        gaussians.write_ply(path, gaussians.of_degree_4(gaussians.read_ply(path), rng))
     return preset
 
 
