@@ -1,6 +1,7 @@
 """Scenes and cameras as Python values: read what grtx synth made, move, turn, scale, cut, write."""
 import json
 import math
+import random
 import struct
 
 # What an image may lose where fp32 rounds otherwise: hits that trade places, Gaussians on the edge of what counts.
@@ -59,8 +60,9 @@ def write_ply(path, rows):
             file.write(struct.pack(f"<3d{len(names)}f", *row.place, *colours, row.opacity, *row.scale, *row.turn))
 
 
-def of_degree_4(rows, rng):
+def of_degree_4(rows, seed):
     """The rows with harmonics of the highest degree, which grtx synth does not make."""
+    rng = random.Random(seed)
     return [row.with_(sh=row.sh + [[rng.gauss(0, 0.1) for _ in range(3)] for _ in range(25 - len(row.sh))]) for row in rows]
 
 

@@ -33,7 +33,7 @@ def scene(case, name="s", presets=None, most=500):
               rng.randrange(4), "-o", f"{name}.ply", "--quiet")
     if preset in gaussians.PRESETS and rng.random() < 0.15:
         path = case.path(f"{name}.ply")
-        gaussians.write_ply(path, gaussians.of_degree_4(gaussians.read_ply(path), rng))
+        gaussians.write_ply(path, gaussians.of_degree_4(gaussians.read_ply(path), rng.random()))
     return preset
 
 
