@@ -10,8 +10,9 @@ Exit code 1 when nothing can be compared.
 """
 import argparse
 import json
-import sqlite3
 import sys
+
+from sweep_database import open_plan
 
 COUNTS = {"gpu.rt.node_visits": "visits", "gpu.rt.checkpoint.entries_written": "entries written",
           "gpu.rt.checkpoint.entries_read": "read", "gpu.rt.checkpoint.sectors_written": "sectors written",
@@ -48,9 +49,9 @@ def read(paths):
     """{(design, view): {label: {statistic: value}}} of the points that are done."""
     found = {}
     for path in paths:
-        database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        database = open_plan(path)
         for number, scene, design, coordinates in database.execute(
-                "SELECT id, scene, design, coordinates FROM point WHERE status = 'done' ORDER BY id"):
+                "SELECT id, scene, design, coordinates FROM of_plan WHERE status = 'done' ORDER BY id"):
             at = json.loads(coordinates)
             names = ("gpu.cycles", *COUNTS)
             values = dict(database.execute("SELECT name, value FROM value WHERE point_id = ? AND name IN "

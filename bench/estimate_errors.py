@@ -26,9 +26,10 @@ import glob
 import json
 import math
 import os
-import sqlite3
 import sys
 from collections import defaultdict
+
+from sweep_database import open_plan
 
 ESTIMATE_KEYS = {"fast.stride", "fast.seed", "fast.spread"}  # they do not reach cycle mode
 PARTS = ("held out", "used", "all")  # of the cases, as --used tells them apart
@@ -37,10 +38,10 @@ NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high", "gpu
 
 def read(machine, path):
     """[(machine, mode, scene, view, coordinates, design, values, seconds)] of the points that are done."""
-    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    database = open_plan(path)
     rows = []
     for number, mode, scene, design, coordinates, seconds in database.execute(
-            "SELECT id, mode, scene, design, coordinates, seconds FROM point WHERE status = 'done'"):
+            "SELECT id, mode, scene, design, coordinates, seconds FROM of_plan WHERE status = 'done'"):
         at = json.loads(coordinates)
         values = dict(database.execute(
             f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",

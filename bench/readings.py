@@ -21,9 +21,10 @@ import csv
 import json
 import math
 import re
-import sqlite3
 import sys
 from collections import defaultdict
+
+from sweep_database import open_plan
 
 PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "L2 accesses": 4.75, "latency": 1.77, "node fetches": 3.03, "fetches on sw": 2.37}
 SIX = list(PAPER)[:6]
@@ -45,12 +46,12 @@ def class_of(scene):
 
 def read(path, mode):
     """[(coordinates without view, scene, view, design, {name: value})] of the points of that mode that are done."""
-    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    database = open_plan(path)
     rows = []
     # A view that the plan does not vary is in the options of the trace alone.
     for number, scene, design, coordinates, view in database.execute(
-            "SELECT id, point.scene, design, coordinates, json_extract(options, '$.view') FROM point "
-            "LEFT JOIN trace ON trace.key = trace_key WHERE point.status = 'done' AND mode = ?", (mode,)):
+            "SELECT id, of_plan.scene, design, coordinates, json_extract(options, '$.view') FROM of_plan "
+            "LEFT JOIN trace ON trace.key = trace_key WHERE of_plan.status = 'done' AND mode = ?", (mode,)):
         at = json.loads(coordinates)
         values = defaultdict(float, database.execute("SELECT name, value FROM value WHERE point_id = ? AND name LIKE 'gpu.%'", (number,)))
         for short, name in NAMES.items():

@@ -15,8 +15,9 @@ import csv
 import json
 import math
 import os
-import sqlite3
 import sys
+
+from sweep_database import open_plan
 
 NAMES = {"tlas-tri20": "shared icosahedron", "tlas-tri80": "shared, 80 triangles", "tlas-box": "shared box, shader",
          "tlas-sphere": "shared sphere"}
@@ -28,9 +29,9 @@ def mean(values):
 
 def read(path):
     """[(view, coordinates, cycles)] of the points that are done."""
-    database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+    database = open_plan(path)
     return [(scene, json.loads(at), cycles) for scene, at, cycles in database.execute(
-        "SELECT scene, coordinates, value FROM point JOIN value ON point_id = id "
+        "SELECT scene, coordinates, value FROM of_plan JOIN value ON point_id = id "
         "WHERE status = 'done' AND name = 'gpu.cycles' ORDER BY id")]
 
 

@@ -1,4 +1,4 @@
-// Makes a small sweep database (schema grtx.sweep/2, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
+// Makes a small sweep database (schema grtx.sweep/3, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
 // follow from the coordinates by the formulas below, so that a test knows them.
 #pragma once
 
@@ -32,12 +32,13 @@ inline const char* const kSchema = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT) STRICT;
 CREATE TABLE trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER, status TEXT, reason TEXT,
                    seconds REAL) STRICT;
-CREATE TABLE point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT, scene TEXT, design TEXT,
-                   coordinates TEXT, config TEXT, status TEXT, reason TEXT, seconds REAL, document TEXT) STRICT;
+CREATE TABLE point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, machine TEXT, mode TEXT, scene TEXT,
+                   design TEXT, coordinates TEXT, config TEXT, status TEXT, reason TEXT, seconds REAL, document TEXT) STRICT;
 CREATE TABLE value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL, PRIMARY KEY(point_id, name)) WITHOUT ROWID,
                    STRICT;
 CREATE TABLE quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT) STRICT;
-INSERT INTO meta VALUES ('schema', 'grtx.sweep/2'), ('plan', '[sweep]' || char(10) || 'kind = "grid"'),
+CREATE TABLE present(point_id INTEGER PRIMARY KEY REFERENCES point(id)) STRICT;
+INSERT INTO meta VALUES ('schema', 'grtx.sweep/3'), ('plan', '[sweep]' || char(10) || 'kind = "grid"'),
                         ('program', 'grtx test'), ('created', '2026');
 )";
 
@@ -84,12 +85,13 @@ WITH warps(w) AS (VALUES (4), (8), (12), (16), (20)), lanes(l) AS (VALUES (1), (
 SELECT row_number() OVER (ORDER BY w, l, b, k) AS id, w, l, b, k, 1000 + 6000.0 / w + 300.0 / l + 20000.0 / b + 40 * abs(k - 8) AS time,
        10 + 0.2 * w + 0.05 * l + 0.02 * b AS area
 FROM warps, lanes, bytes, buffers;
-INSERT INTO point SELECT id, printf('key%02d', id), 't' || k, 'cycle', 'pizza', 'grtx',
+INSERT INTO point SELECT id, printf('key%02d', id), 't' || k, 'paper', 'cycle', 'pizza', 'grtx',
   json_object('rt.warp_buffer.entries', w, 'rt.checkpoint.lanes', l, 'l1.bytes', b * 1024, 'k', k),
   json_set()" + quoted(config) +
                     R"(, '$."rt.warp_buffer.entries"', w, '$."rt.checkpoint.lanes"', l, '$."l1.bytes"', b * 1024),
   CASE id WHEN 7 THEN 'failed' WHEN 31 THEN 'timeout' ELSE 'done' END,
   CASE id WHEN 7 THEN 'watchdog: <no progress>' WHEN 31 THEN 'longer than 20 s' END, 1.5, '{}' FROM grid;
+INSERT INTO present SELECT id FROM grid;
 INSERT INTO value SELECT id, 'gpu.time_us', time FROM grid WHERE id NOT IN (7, 31);
 INSERT INTO value SELECT id, 'gpu.cycles', round(time * 1365) FROM grid WHERE id NOT IN (7, 31);
 INSERT INTO value SELECT id, 'cost.mm2', area FROM grid WHERE id NOT IN (7, 31);
@@ -108,15 +110,17 @@ COMMIT;
   write_documents(path);
 }
 
-/// One point a row: {id, design, scene, coordinates, values{}, status, reason}; missing members have defaults.
+/// One point a row: {id, machine, mode, design, scene, coordinates, earlier_plan, values{}, status, reason}; missing
+/// members have defaults.
 inline void make_points(const std::string& path, const nlohmann::json& points) {
   std::string sql = std::string(kSchema) + "BEGIN;\n";
   for (const nlohmann::json& p : points) {
     const std::string id = std::to_string(p.at("id").get<int>());
-    sql += "INSERT INTO point VALUES (" + id + ", 'key" + id + "', 't', 'cycle', " + quoted(p.value("scene", "room")) +
-           ", " + quoted(p.value("design", "grtx")) + ", " +
-           quoted(p.value("coordinates", nlohmann::json::object()).dump()) + ", '{}', " +
-           quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
+    sql += "INSERT INTO point VALUES (" + id + ", 'key" + id + "', 't', " + quoted(p.value("machine", "paper")) + ", " +
+           quoted(p.value("mode", "cycle")) + ", " + quoted(p.value("scene", "room")) + ", " +
+           quoted(p.value("design", "grtx")) + ", " + quoted(p.value("coordinates", nlohmann::json::object()).dump()) +
+           ", '{}', " + quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
+    if (!p.value("earlier_plan", false)) sql += "INSERT INTO present VALUES (" + id + ");\n";
     const nlohmann::json values = p.value("values", nlohmann::json::object());
     for (const auto& [name, value] : values.items()) {
       sql += "INSERT INTO value VALUES (" + id + ", " + quoted(name) + ", " + value.dump() + ");\n";

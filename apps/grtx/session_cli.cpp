@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 
@@ -9,9 +11,11 @@ namespace grtx::sim {
 
 void add_session_options(CLI::App* command, SessionOptions& options) {
   command
-      ->add_option("-o,--output", options.database,
-                   "Database to fill; points that it holds are not run again; traces go to the folder traces beside it "
-                   "(no default)")
+      ->add_option(
+          "-o,--output", options.database,
+          "Database to fill; points that it holds are not run again, and those that this call does not ask "
+          "for are of an earlier plan: marked, and compared with nothing; traces go to the folder traces beside "
+          "it (no default)")
       ->type_name(kOutputFile);
   command->add_option("--launcher", options.launcher, "Processes of this machine, or a job array of Slurm")
       ->check(one_of({"local", "slurm"}));
@@ -31,6 +35,8 @@ std::string describe(const TraceWork& work) {
 
 void put_on_machine(SweepPlan& plan, const std::string& machine) {
   if (machine.empty()) return;
+  plan.on.name = machine_name(machine);
+  plan.on.option = machine.ends_with(".toml") ? std::filesystem::absolute(machine).string() : machine;
   plan.machine = load_machine_config(machine, plan.base, {});
   Coordinates settings;
   for (const auto& [name, value] : machine_tracer(machine)) settings.emplace_back("tracer." + name, value);

@@ -5,8 +5,10 @@
 
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
+#include <unordered_set>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -17,6 +19,7 @@
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/session.h"
+#include "grtx/explore/sweep/stored_points.h"
 
 namespace grtx::sim {
 namespace {
@@ -36,19 +39,32 @@ struct SweepArguments {
   bool tracer = false;
 };
 
+/// What a database holds besides the points of its plan; "" for nothing.
+std::string earlier_text(const std::string& database, std::size_t points) {
+  if (points == 0) return "";
+  return fmt::format("{}: {} {} of an earlier plan {} no part", database, points, points == 1 ? "point" : "points",
+                     points == 1 ? "takes" : "take");
+}
+
 int compare(const SweepArguments& options, const CommonOptions& common) {
   for (const std::string& path : options.compare) {
     if (!fs::exists(path)) throw Error(path, "", "no such file");
   }
-  const std::vector<std::string> differences = compare_sweeps(options.compare.at(0), options.compare.at(1));
+  const auto [differences, earlier_plan] = compare_sweeps(options.compare.at(0), options.compare.at(1));
   if (common.json) {
     nlohmann::ordered_json json = json_document("sweep");
     json["differences"] = differences;
+    json["earlier_plan"] = earlier_plan;
     print_json(json);
     return differences.empty() ? 0 : 1;
   }
   for (const std::string& line : differences) fmt::print("{}\n", line);
-  if (!common.quiet && differences.empty()) fmt::print("the same results\n");
+  if (!common.quiet) {
+    if (differences.empty()) fmt::print("the same results\n");
+    for (std::size_t i = 0; i < earlier_plan.size(); ++i) {
+      if (earlier_plan[i] != 0) fmt::print("{}\n", earlier_text(options.compare.at(i), earlier_plan[i]));
+    }
+  }
   return differences.empty() ? 0 : 1;
 }
 
@@ -68,32 +84,87 @@ SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
   return plan;
 }
 
-void list_points(const SweepPoints& all, const std::string& database_path, bool as_json) {
-  std::vector<std::string> statuses(all.points.size());
-  if (fs::exists(database_path)) statuses = SweepDatabase(database_path).statuses_of(all.points);
-  std::optional<JsonListPrinter> list;
-  if (as_json) list.emplace(json_document("sweep"), "points");
-  for (std::size_t i = 0; i < statuses.size(); ++i) {
-    const SweepPoint& point = all.points[i];
-    const std::string status = statuses[i].empty() ? "new" : statuses[i];
-    if (list) {
-      list->add({{"key", point.key},
-                 {"status", status},
-                 {"mode", point.mode},
-                 {"scene", point.scene},
-                 {"design", point.design},
-                 {"coordinates", point.coordinates}});
-    } else {
-      fmt::print("{} {:<8} {} {} {}\n    {}\n", point.key, status, point.mode, point.scene, point.design,
-                 point.coordinates.dump());
-    }
-  }
-  if (list) {
-    list->end({{"traces", all.traces.size()}});
-    return;
-  }
-  fmt::print("{} points, {} traces\n", all.points.size(), all.traces.size());
+/// As the database would hold it.
+StoredPoint stored(const SweepPoint& point, const std::shared_ptr<const nlohmann::ordered_json>& trace) {
+  StoredPoint stored;
+  stored.key = point.key;
+  stored.machine = point.machine;
+  stored.mode = point.mode;
+  stored.scene = point.scene;
+  stored.design = point.design;
+  stored.coordinates = point.coordinates;
+  stored.config = point.config.json();
+  stored.trace = trace;
+  return stored;
 }
+
+/// The points of a plan, and those of its database that the plan does not ask for.
+class PointList {
+ public:
+  PointList(const SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
+    if (!fs::exists(database)) return;
+    SweepDatabase opened(database);
+    statuses_ = opened.statuses_of(all.points);
+    std::unordered_set<std::string> asked;
+    for (const std::string& mode : opened.modes()) {
+      for (const SweepPoint& point : all.points) asked.insert(key_in_mode(point, mode, program_version()));
+    }
+    Sqlite reader(database, Sqlite::Open::read_only);
+    earlier_ = read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
+    if (!earlier_.empty()) tell_apart_from_earlier();
+  }
+
+  void print(bool as_json) const {
+    std::optional<JsonListPrinter> list;
+    if (as_json) list.emplace(json_document("sweep"), "points");
+    const auto print = [&](const auto& point, const std::string& status, const auto& coordinates, bool earlier_plan) {
+      if (list) {
+        list->add({{"key", point.key},
+                   {"status", status},
+                   {"machine", point.machine},
+                   {"mode", point.mode},
+                   {"scene", point.scene},
+                   {"design", point.design},
+                   {"coordinates", coordinates},
+                   {"earlier_plan", earlier_plan}});
+      } else {
+        fmt::print("{} {:<8} {}{}{} {} {}{}\n    {}\n", point.key, status, point.machine,
+                   point.machine.empty() ? "" : " ", point.mode, point.scene, point.design,
+                   earlier_plan ? " (of an earlier plan)" : "", coordinates.dump());
+      }
+    };
+    for (std::size_t i = 0; i < statuses_.size(); ++i) {
+      const SweepPoint& point = all_.points[i];
+      print(point, statuses_[i].empty() ? "new" : statuses_[i],
+            told_.empty() ? point.coordinates : told_[i].coordinates, false);
+    }
+    for (const StoredPoint& point : earlier_) print(point, point.status, point.coordinates, true);
+    if (list) {
+      list->end({{"traces", all_.traces.size()}});
+      return;
+    }
+    fmt::print("{} points, {} traces{}\n", all_.points.size(), all_.traces.size(),
+               earlier_.empty() ? "" : fmt::format("; {} of an earlier plan", earlier_.size()));
+  }
+
+ private:
+  void tell_apart_from_earlier() {
+    std::map<std::string, std::shared_ptr<const nlohmann::ordered_json>> traces;
+    for (const auto& trace : all_.traces) {
+      traces[trace->key] = std::make_shared<const nlohmann::ordered_json>(trace_inputs(trace->options));
+    }
+    for (const SweepPoint& point : all_.points) told_.push_back(stored(point, traces.at(point.trace_key)));
+    std::vector<StoredPoint*> points;
+    for (StoredPoint& point : told_) points.push_back(&point);
+    for (StoredPoint& point : earlier_) points.push_back(&point);
+    tell_apart(points);
+  }
+
+  const SweepPoints& all_;
+  std::vector<std::string> statuses_;  ///< "" of a new one
+  std::vector<StoredPoint> told_;      ///< all_, where some are earlier
+  std::vector<StoredPoint> earlier_;
+};
 
 int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const TraceWork& work,
                   const std::string& path, const CommonOptions& common) {
@@ -105,12 +176,16 @@ int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database
     json["database"] = path;
     json["points"] = points.size();
     json["status"] = counts;
+    json["earlier_plan"] = database.earlier_points();
     json["traces_made"] = work.made;
     json["structures_built"] = work.structures_built;
     print_json(json);
   } else if (!common.quiet) {
     fmt::print("{} points{}; {}\n", points.size(), text, path);
     if (work.made != 0) fmt::print("{}\n", describe(work));
+    if (const std::size_t earlier = database.earlier_points(); earlier != 0) {
+      fmt::print("{}\n", earlier_text(path, earlier));
+    }
   }
   const auto done = counts.find("done");
   return done != counts.end() && done->second == points.size() ? 0 : 1;
@@ -129,7 +204,7 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
   const SweepPlan plan = plan_of(options, tracer);
   SweepPoints all = expand(plan, tracer, program_version());
   if (options.list) {
-    list_points(all, options.session.database, common.json);
+    PointList(all, options.session.database).print(common.json);
     return 0;
   }
   if (options.session.database.empty()) throw Error("sweep", "-o", "a database is needed");
@@ -170,8 +245,11 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--cameras", options->cameras, "Camera file in place of the plan's (default: the plan's)")
       ->type_name(kInputFile);
-  command->add_flag("--list", options->list, "Print the plan's points and do nothing (default: off)");
-  command->add_option("--compare", options->compare, "Two databases: prints what differs, exit 1 (default: none)")
+  command->add_flag("--list", options->list,
+                    "Print the plan's points, then what else -o holds, and do nothing (default: off)");
+  command
+      ->add_option("--compare", options->compare,
+                   "Two databases: prints what differs between the points of their plans, exit 1 (default: none)")
       ->expected(2);
   // How a sweep runs its tasks; for no one else.
   command->add_option("--task", options->task)->group("");

@@ -173,7 +173,7 @@ class Results:
 
     def listed(self, path, machine):
         listed = json.loads(self.call("sweep", path, "-o", self.database, "--machine", machine, "--list", "--json"))
-        for point in listed["points"]:
+        for point in (p for p in listed["points"] if not p["earlier_plan"]):
             yield tuple(point[name] for name in ("key", "status", "mode", "scene", "design", "coordinates"))
 
     def query(self, sql, *arguments):

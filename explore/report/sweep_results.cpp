@@ -22,12 +22,6 @@ void select(Sqlite& database, const std::string& query, const std::function<void
   while (row.step()) each(row);
 }
 
-ordered_json object(const std::string& text, const std::string& path, const std::string& place) {
-  const ordered_json json = ordered_json::parse(text.empty() ? "{}" : text, nullptr, false);
-  if (!json.is_object()) throw Error(path, place, "must be a JSON object");
-  return json;
-}
-
 }  // namespace
 
 double ReportedPoint::value(const std::string& name) const {
@@ -58,41 +52,32 @@ SweepResults read_sweep_results(const std::string& path) {
          [&](const SqliteStatement& row) { sweep.meta[row.text(0)] = row.text(1); });
 
   if (const auto search = sweep.meta.find("search"); search != sweep.meta.end()) {
-    sweep.search = object(search->second, path, "meta.search");
+    sweep.search = stored_object(search->second, path, "meta.search");
     if (sweep.search.value("schema", "") != "grtx.search/1") throw Error(path, "meta.search", "must be grtx.search/1");
   }
 
-  std::map<std::int64_t, std::size_t> place;
-  select(database,
-         "SELECT id, key, mode, scene, design, coordinates, config, status, reason, "
-         "json_extract(document, '$.inputs') FROM point ORDER BY id",
-         [&](const SqliteStatement& row) {
-           ReportedPoint point;
-           point.id = row.integer(0);
-           const std::string where = "point " + std::to_string(point.id);
-           point.key = row.text(1);
-           point.mode = row.text(2);
-           point.scene = row.text(3);
-           point.design = row.text(4);
-           point.coordinates = object(row.text(5), path, where + ": coordinates");
-           point.config = object(row.text(6), path, where + ": config");
-           point.status = row.text(7);
-           point.reason = row.text(8);
-           if (!row.null(9)) point.inputs = object(row.text(9), path, where + ": inputs");
-           for (const auto& [name, value] : point.coordinates.items()) {
-             if (std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) == sweep.coordinates.end()) {
-               sweep.coordinates.push_back(name);
-             }
-           }
-           place[point.id] = sweep.points.size();
-           sweep.points.push_back(std::move(point));
-         });
+  std::map<std::int64_t, ReportedPoint> points;
+  for (StoredPoint& point : read_points(database)) static_cast<StoredPoint&>(points[point.id]) = std::move(point);
+  std::vector<StoredPoint*> all;
+  for (auto& [id, point] : points) all.push_back(&point);
+  tell_apart(all);
   select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name", [&](const SqliteStatement& row) {
-    const auto point = place.find(row.integer(0));
-    if (point == place.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
-    sweep.points[point->second].values[row.text(1)] =
-        row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
+    const auto point = points.find(row.integer(0));
+    if (point == points.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
+    point->second.values[row.text(1)] = row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
   });
+  for (auto& [id, point] : points) {
+    if (point.earlier_plan) {
+      sweep.earlier.push_back(std::move(point));
+      continue;
+    }
+    for (const auto& [name, value] : point.coordinates.items()) {
+      if (std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) == sweep.coordinates.end()) {
+        sweep.coordinates.push_back(name);
+      }
+    }
+    sweep.points.push_back(std::move(point));
+  }
   select(database, "SELECT key, scene, options, status, reason, bytes FROM trace ORDER BY key",
          [&](const SqliteStatement& row) {
            sweep.traces.push_back({row.text(0), row.text(1), row.text(2), row.text(3), row.text(4),

@@ -1,4 +1,4 @@
-// A sweep database (schema grtx.sweep/2, docs/guide/sweep.md) as a report needs it.
+// A sweep database (docs/guide/sweep.md) as a report needs it.
 #pragma once
 
 #include <cstdint>
@@ -7,22 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "grtx/explore/sweep/stored_points.h"
+
 namespace grtx::sim {
 
-struct ReportedPoint {
-  std::int64_t id = 0;
-  std::string key;
-  std::string mode;
-  std::string scene;
-  std::string design;
-  nlohmann::ordered_json coordinates;  ///< what the plan varied at this point: name -> value
-  nlohmann::ordered_json config;       ///< resolved
-  nlohmann::ordered_json inputs;       ///< of the simulation; null without a document
-  std::string status;                  ///< pending, running, done, failed, killed or timeout
-  std::string reason;
+struct ReportedPoint : StoredPoint {
   std::map<std::string, double> values;  ///< statistics and cost.*, by name
 
-  bool done() const { return status == "done"; }
   /// NaN when there is no such value.
   double value(const std::string& name) const;
 };
@@ -37,11 +28,12 @@ struct SweepResults {
   std::string hash;                         ///< XXH3 of keys, states and documents in the order of the keys
   std::map<std::string, std::string> meta;  ///< schema, plan, program, ...
   nlohmann::ordered_json search;            ///< grtx.search/1, null when no search filled the database
-  std::vector<ReportedPoint> points;        ///< by id
+  std::vector<ReportedPoint> points;        ///< of the plan, by id: what is compared with each other
+  std::vector<ReportedPoint> earlier;       ///< of an earlier plan, by id: to be shown, and compared with nothing
   std::vector<ReportedTrace> traces;        ///< by key
-  std::vector<std::string> coordinates;     ///< names of all coordinates, in order of appearance
+  std::vector<std::string> coordinates;     ///< names of all coordinates of `points`, in order of appearance
 
-  /// More than one scene, design, or mode among the points.
+  /// More than one scene, design, or mode among `points`.
   bool several(std::string ReportedPoint::*field) const;
 };
 

@@ -348,6 +348,7 @@ class Search {
     ordered_json screening = json_of(plan_.screening);
     return {{"schema", "grtx.search/1"},
             {"program", program_version()},
+            {"machine", plan_.common.on.name},
             {"seed", plan_.seed},
             {"population", plan_.population},
             {"margin", plan_.margin},

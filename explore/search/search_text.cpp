@@ -101,15 +101,16 @@ std::string search_text(const ordered_json& result) {
   const auto objectives = result.at("objectives").get<std::vector<std::string>>();
   const ordered_json& counts = result.at("counts");
   const auto count = [&](const char* name) { return counts.at(name).get<std::size_t>(); };
-  std::string text =
-      wrapped(fmt::format("{} candidates of {:.0f} in {} generations: {} broken, {} too dear, {} failed, {} screened "
-                          "({}), {} confirmed "
-                          "({}), {} on the front",
-                          count("candidates"), counts.at("space").get<double>(), count("generations") + 1,
-                          count("broken"), count("too_dear"), count("failed"), count("screened"),
-                          result.at("screening").at("mode").get<std::string>(), count("confirmed"),
-                          result.at("confirming").at("mode").get<std::string>(), count("front"))) +
-      "\n";
+  const std::string machine = result.value("machine", "");
+  std::string text = wrapped(fmt::format(
+                         "{}{} candidates of {:.0f} in {} generations: {} broken, {} too dear, {} failed, {} screened "
+                         "({}), {} confirmed "
+                         "({}), {} on the front",
+                         machine.empty() ? "" : "machine " + machine + ": ", count("candidates"),
+                         counts.at("space").get<double>(), count("generations") + 1, count("broken"), count("too_dear"),
+                         count("failed"), count("screened"), result.at("screening").at("mode").get<std::string>(),
+                         count("confirmed"), result.at("confirming").at("mode").get<std::string>(), count("front"))) +
+                     "\n";
   text += front_text(result, objectives) + path_text(result, objectives) + effects_text(result);
   if (!result.at("invalid").empty()) text += "\nnot on the front by rule\n";
   for (const ordered_json& group : result.at("invalid")) {

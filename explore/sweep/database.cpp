@@ -3,33 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <ctime>
+#include <optional>
+#include <string_view>
+#include <utility>
 
 #include "grtx/base/error.h"
 #include "grtx/explore/sweep/check_values.h"
+#include "grtx/explore/sweep/schema.h"
 
 namespace grtx::sim {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* kTables = R"(
-CREATE TABLE IF NOT EXISTS meta(key TEXT PRIMARY KEY, value TEXT){0};
-CREATE TABLE IF NOT EXISTS trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER,
-                                 status TEXT, reason TEXT, seconds REAL){0};
-CREATE TABLE IF NOT EXISTS point(id INTEGER PRIMARY KEY, key TEXT UNIQUE NOT NULL, trace_key TEXT, mode TEXT,
-                                 scene TEXT, design TEXT, coordinates TEXT, config TEXT, status TEXT, reason TEXT,
-                                 seconds REAL, document TEXT){0};
-CREATE TABLE IF NOT EXISTS value(point_id INTEGER REFERENCES point(id), name TEXT, value REAL,
-                                 PRIMARY KEY(point_id, name)) WITHOUT ROWID{1};
-CREATE TABLE IF NOT EXISTS quantity(name TEXT PRIMARY KEY, unit TEXT, description TEXT){0};
-)";
-constexpr const char* kSchemaName = "grtx.sweep/2";
-constexpr const char* kOldSchemaName = "grtx.sweep/1";  // columns took whatever came; still read
-
-/// strict: a column takes values of its type alone.
-std::string tables(bool strict) { return fmt::format(kTables, strict ? " STRICT" : "", strict ? ", STRICT" : ""); }
+constexpr std::string_view kUnfinished = "status IN ('failed', 'killed', 'timeout')";
 
 std::string now_text() {
   const std::time_t now = std::time(nullptr);
@@ -51,49 +39,14 @@ const ordered_json* rt_unit(const ordered_json& node) {
   return nullptr;
 }
 
-/// An entry of a database's schema.
-struct SchemaObject {
-  std::string type, sql;
-};
-
-/// By name, without SQLite's own.
-std::map<std::string, SchemaObject> schema_of(Sqlite& database) {
-  std::map<std::string, SchemaObject> objects;
-  SqliteStatement select(database, "SELECT name, type, sql FROM sqlite_master");
-  while (select.step()) {
-    std::string sql = select.text(2);
-    std::erase_if(sql, [](unsigned char c) { return std::isspace(c) != 0; });
-    if (!select.text(0).starts_with("sqlite_")) objects[select.text(0)] = {select.text(1), sql};
+/// Throws Error when it is no database of a sweep. strict: nothing besides its tables.
+SweepSchema known_schema(Sqlite& database, bool strict) {
+  const std::optional<SweepSchema> schema = schema_of(database);
+  if (!schema) {
+    throw Error(database.path(), "meta.schema", fmt::format("must be {}", name_of(SweepSchema::current)));
   }
-  return objects;
-}
-
-std::map<std::string, SchemaObject> expected_schema(bool strict) {
-  Sqlite made;
-  made.execute(tables(strict));
-  return schema_of(made);
-}
-
-std::string schema_name(Sqlite& database) {
-  SqliteStatement table(database, "SELECT count(*) FROM sqlite_master WHERE name = 'meta'");
-  table.step();
-  if (table.integer(0) == 0) return "";
-  SqliteStatement select(database, "SELECT value FROM meta WHERE key = 'schema'");
-  return select.step() ? select.text(0) : "";
-}
-
-/// strict: nothing besides a sweep's tables.
-void check_schema(Sqlite& database, bool strict) {
-  static const std::map<std::string, SchemaObject> now = expected_schema(true), before = expected_schema(false);
-  const auto& expected = schema_name(database) == kOldSchemaName ? before : now;
-  for (const auto& [name, object] : schema_of(database)) {
-    const auto known = expected.find(name);
-    if (known == expected.end() && !strict) continue;
-    if (known != expected.end() && object.type == known->second.type && object.sql == known->second.sql) continue;
-    throw Error(database.path(), object.type + " " + name,
-                known != expected.end() ? "is not the table that a sweep makes"
-                                        : "was not made by a sweep, and could change its results: drop it");
-  }
+  check_tables(database, *schema, strict);
+  return *schema;
 }
 
 /// What holds of all points, whichever came first: "largest lower bound: longest_ray" and "largest lower bound:
@@ -110,12 +63,7 @@ std::string of_both(const std::string& a, const std::string& b) {
 
 void check_sweep(const std::string& path) {
   Sqlite database(path, Sqlite::Open::read_only);
-  check_schema(database, false);
-  const std::string schema = schema_name(database);
-  if (schema != kSchemaName && schema != kOldSchemaName) {
-    throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
-  }
-  check_values(database, schema == kSchemaName);
+  check_values(database, known_schema(database, false) != SweepSchema::loose);
 }
 
 std::vector<CostValue> cost_values(const ordered_json& cost) {
@@ -148,20 +96,19 @@ SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::
   }
   if (empty) {
     SqliteTransaction transaction(database_);
-    database_.execute(tables(true));
-    set_meta("schema", kSchemaName);
+    database_.execute(tables_of(SweepSchema::current));
+    set_meta("schema", std::string(name_of(SweepSchema::current)));
     set_meta("created", now_text());
     transaction.commit();
-  } else {
-    const std::string schema = schema_name(database_);
-    if (schema == kOldSchemaName) {
-      throw Error(path, "meta.schema",
-                  schema + ", of an earlier version, can be read by report and --compare, not filled: begin another");
-    }
-    if (schema != kSchemaName) throw Error(path, "meta.schema", std::string("must be ") + kSchemaName);
-    check_schema(database_, true);
-    check_values(database_, true);
+    return;
   }
+  if (const auto schema = schema_of(database_); schema && *schema != SweepSchema::current) {
+    throw Error(path, "meta.schema",
+                fmt::format("{}, of an earlier version, can be read by report and --compare, not filled: begin another",
+                            name_of(*schema)));
+  }
+  known_schema(database_, true);
+  check_values(database_, true);
 }
 
 std::string SweepDatabase::meta(const std::string& key) {
@@ -173,33 +120,73 @@ void SweepDatabase::set_meta(const std::string& key, const std::string& value) {
   insert.bind(1, key).bind(2, value).run();
 }
 
-void SweepDatabase::begin(const std::string& plan, const std::string& program, const std::string& build, bool retry) {
+void SweepDatabase::begin(const SweepPlan& plan, const std::string& program, const std::string& build, bool retry) {
   SqliteTransaction transaction(database_);
-  set_meta("plan", plan);
+  set_meta("plan", plan.text);
+  set_meta("machine", plan.on.name);
   set_meta("program", program);
   if (meta("build").empty()) set_meta("build", build);
-  const std::string again = retry ? "status IN ('running', 'failed', 'killed', 'timeout')" : "status = 'running'";
-  for (const char* table : {"trace", "point"}) {
-    database_.execute(fmt::format("UPDATE {} SET status = 'pending', reason = NULL WHERE {}", table, again));
-  }
+  database_.execute("UPDATE point SET status = 'pending', reason = NULL WHERE status = 'running'");
+  database_.execute(std::string("UPDATE trace SET status = 'pending', reason = NULL WHERE status = 'running'") +
+                    (retry ? " OR " + std::string(kUnfinished) : ""));
   transaction.commit();
+  program_ = program;
+  retry_ = retry;
+  begun_ = true;
 }
 
 void SweepDatabase::add(const SweepPoints& points) {
   SqliteTransaction transaction(database_);
-  SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
+  if (std::exchange(begun_, false)) {
+    database_.execute("DELETE FROM present; DELETE FROM meta WHERE key = 'search'");
+  }
+  SqliteStatement trace(database_,
+                        "INSERT INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0) "
+                        "ON CONFLICT(key) DO UPDATE SET scene = excluded.scene");
   for (const auto& t : points.traces) {
     trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
   }
+  // Once in a session.
+  SqliteStatement retried(database_, fmt::format("UPDATE point SET status = 'pending', reason = NULL WHERE key = ?1 "
+                                                 "AND {} AND id NOT IN (SELECT point_id FROM present)",
+                                                 kUnfinished));
+  // What it holds already is called what this plan calls it.
   SqliteStatement point(
       database_,
-      "INSERT OR IGNORE INTO point(key, trace_key, mode, scene, design, coordinates, status, seconds) "
-      "VALUES(?1, ?2, ?3, ?4, ?5, ?6, 'pending', 0)");
+      "INSERT INTO point(key, trace_key, machine, mode, scene, design, coordinates, status, seconds) "
+      "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, 'pending', 0) ON CONFLICT(key) DO UPDATE SET scene = excluded.scene, "
+      "coordinates = excluded.coordinates WHERE scene IS NOT excluded.scene OR coordinates IS NOT "
+      "excluded.coordinates");
+  SqliteStatement elsewhere(database_, "UPDATE point SET scene = ?2, coordinates = ?3 WHERE key = ?1");
+  SqliteStatement present(database_, "INSERT OR IGNORE INTO present SELECT id FROM point WHERE key = ?1");
+  const std::vector<std::string> known_modes = modes();
   for (const SweepPoint& p : points.points) {
-    point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
-    point.bind(6, p.coordinates.dump()).run();
+    const std::string coordinates = p.coordinates.dump();
+    if (retry_) retried.bind(1, p.key).run();
+    point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.machine).bind(4, p.mode).bind(5, p.scene).bind(6, p.design);
+    point.bind(7, coordinates).run();
+    present.bind(1, p.key).run();
+    for (const std::string& mode : known_modes) {
+      if (mode == p.mode) continue;
+      const std::string key = key_in_mode(p, mode, program_);
+      elsewhere.bind(1, key).bind(2, p.scene).bind(3, coordinates).run();
+      present.bind(1, key).run();
+    }
   }
   transaction.commit();
+}
+
+std::vector<std::string> SweepDatabase::modes() {
+  SqliteStatement select(database_, "SELECT DISTINCT mode FROM point ORDER BY mode");
+  std::vector<std::string> modes;
+  while (select.step()) modes.push_back(select.text(0));
+  return modes;
+}
+
+std::size_t SweepDatabase::earlier_points() {
+  SqliteStatement select(database_, "SELECT count(*) FROM point WHERE id NOT IN (SELECT point_id FROM present)");
+  select.step();
+  return static_cast<std::size_t>(select.integer(0));
 }
 
 std::string SweepDatabase::text_of(const char* sql, const std::string& key) {

@@ -1,6 +1,10 @@
-// The results of sweeps: an SQLite file, schema "grtx.sweep/2" (docs/guide/sweep.md). Every change is one transaction.
+// The results of sweeps: an SQLite file, schema "grtx.sweep/3" (docs/guide/sweep.md). Every change is one transaction.
+//
+// A database belongs to the plan that filled it last. Whatever else it holds is marked as of an earlier plan, and takes
+// part in nothing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -21,7 +25,7 @@ std::vector<CostValue> cost_values(const nlohmann::ordered_json& cost);
 
 /// Throws Error when the file is no database of a sweep, when something in it has the name of a table of a sweep and is
 /// not that table (a view of that name would show other results), or when a point's values are not those of its
-/// document. Databases of schema "grtx.sweep/1" are read, too.
+/// document. Databases of earlier schemas are read, too.
 void check_sweep(const std::string& path);
 
 class SweepDatabase {
@@ -30,12 +34,18 @@ class SweepDatabase {
   /// their documents, or more than a sweep made: a trigger would change what is recorded.
   explicit SweepDatabase(const std::string& path);
 
-  /// Notes the plan's text. What was "running" when a sweep was killed is pending again; with `retry`, so is what
-  /// failed, was killed or took too long.
-  void begin(const std::string& plan, const std::string& program, const std::string& build, bool retry);
-  /// Adds what is new as pending, as the confirmation of a front and the generations of a search do. The configuration
-  /// of a point, which takes a hundred times as much as the rest of it, is added when it is run or refused.
+  /// Notes the plan's text and machine. What was "running" when a sweep was killed is pending again; with `retry`, so
+  /// is what failed, was killed or took too long and is added now.
+  void begin(const SweepPlan& plan, const std::string& program, const std::string& build, bool retry);
+  /// Adds what is new as pending, as the confirmation of a front and the generations of a search do. With the first of
+  /// them since begin() all other points, and the result of a search, are of an earlier plan; not those that are these
+  /// in another mode. The configuration of a point, which takes a hundred times as much as the rest of it, is added
+  /// when it is run or refused.
   void add(const SweepPoints& points);
+  /// Of all points that it holds.
+  std::vector<std::string> modes();
+  /// How many points are of an earlier plan.
+  std::size_t earlier_points();
 
   /// Of each of these; "" of one that it does not hold.
   std::vector<std::string> statuses_of(const std::vector<SweepPoint>& points);
@@ -69,10 +79,17 @@ class SweepDatabase {
   void record_values(const std::string& key, const TaskOutcome& outcome);
 
   Sqlite database_;
+  std::string program_;
+  bool retry_ = false, begun_ = false;
 };
 
-/// What differs between two sweep databases, apart from what may (wall times, when they were made, where traces lie):
-/// lines for people, at most `limit`. Empty when they hold the same results.
-std::vector<std::string> compare_sweeps(const std::string& a, const std::string& b, std::size_t limit = 20);
+struct SweepComparison {
+  std::vector<std::string> differences;     ///< lines for people; empty: both hold the same results
+  std::array<std::size_t, 2> earlier_plan;  ///< points of an earlier plan, which take no part
+};
+
+/// What differs between two sweep databases, apart from what may (wall times, when they were made, where traces lie),
+/// at most `limit` lines.
+SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::size_t limit = 20);
 
 }  // namespace grtx::sim

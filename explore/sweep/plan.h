@@ -32,6 +32,12 @@ struct PlanLimits {
   double memory_mb = 4096.0;  ///< 10^6 bytes of its memory
 };
 
+/// A machine as --machine names it.
+struct NamedMachine {
+  std::string name;    ///< as results have it; "" for none
+  std::string option;  ///< as `grtx sim --machine` takes it from any folder: of a file its absolute path
+};
+
 /// The paper's designs: baseline, sw, hw, grtx.
 const std::vector<std::string>& design_names();
 
@@ -42,8 +48,9 @@ struct SweepPlan {
   std::vector<std::string> designs = {"grtx"};  ///< empty when tracer.accel or tracer.checkpoint decide
   std::string mode = "cycle";
   std::string confirm;   ///< mode in which the front is simulated again; "" for none
-  std::string base;      ///< configuration file; "" for the defaults
-  GpuConfig machine;     ///< what `base` says
+  NamedMachine on;       ///< what `base` lies over
+  std::string base;      ///< configuration file; "" for the machine alone
+  GpuConfig machine;     ///< what both say
   Coordinates settings;  ///< [set] and [tracer]: what every point has; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;

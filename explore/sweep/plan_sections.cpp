@@ -9,6 +9,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 
 namespace grtx::sim {
@@ -206,6 +207,7 @@ void PlanSections::read_scene(const toml::table& table) {
     const std::string full = "scene." + name;
     if (name == "name") {
       scene.name = text(*node, full);
+      if (printable(scene.name) != scene.name) fail(*node, full + ": must have no control characters");
     } else if (name == "file") {
       scene.file = path_text(*node, full);
     } else if (name == "cameras") {

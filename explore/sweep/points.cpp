@@ -53,15 +53,6 @@ std::string option_name(std::string name) {
   return name;
 }
 
-std::string point_key(const SweepPoint& p, const std::string& program) {
-  // The text of {trace, config, mode, program}, without making the document.
-  const auto quoted = [](const std::string& text) { return ordered_json(text).dump(); };
-  const std::string files =
-      p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
-  return hex(xxh3(fmt::format(R"({{"trace":{},"config":{},"mode":{},"program":{}{}}})", quoted(p.trace_key),
-                              p.config.text(), quoted(p.mode), quoted(program), files)));
-}
-
 /// Of the trace that is written: as many versions may be known, a key has the one.
 std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer, bool several_objects) {
   traces::Header header;
@@ -217,13 +208,14 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
   point.broken = known.broken;
   point.use = known.use;
   point.trace_key = made.trace->key;
+  point.machine = plan_.on.name;
   point.mode = plan_.mode;
   point.scene = scene.plan->name;
   point.coordinates = ordered_json::object();
   if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
   for (const auto& [name, value] : varied) point.coordinates[name] = value;
   point.config = configs_.with(settings, point.broken);
-  point.key = point_key(point, program_);
+  point.key = key_in_mode(point, point.mode, program_);
   return made;
 }
 
@@ -244,10 +236,20 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
   return all;
 }
 
+std::string key_in_mode(const SweepPoint& p, const std::string& mode, const std::string& program) {
+  // The text of {trace, config, machine, mode, program}, without making the document.
+  const auto quoted = [](const std::string& text) { return ordered_json(text).dump(); };
+  const std::string files =
+      p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
+  return hex(
+      xxh3(fmt::format(R"({{"trace":{},"config":{},"machine":{},"mode":{},"program":{}{}}})", quoted(p.trace_key),
+                       p.config.text(), quoted(p.machine), quoted(mode), quoted(program), files)));
+}
+
 SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program) {
   SweepPoint other = point;
   other.mode = mode;
-  other.key = point_key(other, program);
+  other.key = key_in_mode(point, mode, program);
   return other;
 }
 

@@ -27,10 +27,11 @@ struct SweepTrace {
 struct SweepPoint {
   std::string key;
   std::string trace_key;
+  std::string machine;  ///< its name
   std::string mode;
   std::string scene;
   std::string design;
-  nlohmann::ordered_json coordinates;
+  nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
   PointConfig config;
   MachineUse use;      ///< which units the machine has, for its cost
   std::string broken;  ///< why it cannot run at all; "" when it can
@@ -85,7 +86,8 @@ class PointMaker {
 /// with `broken` set. program: version, part of every key. Throws Error when a scene or camera file cannot be read.
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program);
 
-/// The same points in another mode.
+/// The same point in another mode, and its key alone.
+std::string key_in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 
 /// A configuration as a file that `--config` takes.

@@ -62,7 +62,7 @@ SweepSetting setting_of(const SessionOptions& options, const SweepPlan& plan, co
                         const std::string& self) {
   const std::string program = options.program.empty() ? self : fs::absolute(options.program).string();
   for (const std::string& mode : options.modes) check_mode(mode, program, plan.path);
-  return {program, fs::path(path).parent_path().string() + "/traces", plan.limits, options.quiet};
+  return {program, fs::path(path).parent_path().string() + "/traces", plan.on.option, plan.limits, options.quiet};
 }
 
 std::vector<std::string> words(const std::string& text) {
@@ -97,7 +97,7 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
                 fmt::format("{}: this program's model has version {}: begin another database", before, version));
   }
   const std::vector<TaskOutcome> left_over = work_.left_over();
-  database_.begin(plan.text, program_version(), build, options.retry);
+  database_.begin(plan, program_version(), build, options.retry);
   for (const TaskOutcome& outcome : left_over) {
     const std::string status =
         outcome.is_trace ? database_.status_of_trace(outcome.key) : database_.status_of_point(outcome.key);

@@ -30,8 +30,8 @@ struct SessionOptions {
 class SweepSession {
  public:
   /// Locks and opens the database, notes the plan, takes in what a killed session left, and makes the launcher. plan:
-  /// of which limits, path and text are used. Throws Error when there is no folder for the database, another sweep is
-  /// filling it, or a mode is unknown.
+  /// of which limits, machine, path and text are used. Throws Error when there is no folder for the database, another
+  /// sweep is filling it, or a mode is unknown.
   SweepSession(const SessionOptions& options, const SweepPlan& plan);
   /// Leaves the work folder, for the next session to take in what is complete.
   ~SweepSession();

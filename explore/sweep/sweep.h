@@ -13,6 +13,7 @@ namespace grtx::sim {
 struct SweepSetting {
   std::string program;  ///< runs the tasks' commands
   std::string traces;   ///< folder of the traces, absolute
+  std::string machine;  ///< NamedMachine::option of all points
   PlanLimits limits;
   bool quiet = false;
   std::string what = "sweep";  ///< for the progress

@@ -218,8 +218,9 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   const std::string trace = task.at("trace");
   ordered_json result;
   try {
-    result["seconds"] = commands.run("sim", {trace, "--config", config, "--mode", task.at("mode").get<std::string>(),
-                                             "--stats", statistics, "--quiet"});
+    result["seconds"] =
+        commands.run("sim", {trace, "--config", config, "--machine", task.at("machine").get<std::string>(), "--mode",
+                             task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
   } catch (Failure& failure) {
     if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep makes the trace
     throw;
@@ -294,8 +295,8 @@ Task trace_task(const SweepTrace& trace, const std::string& program, const std::
            {"target", folder + "/" + trace_name(trace.key)}}};
 }
 
-Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
-                const PlanLimits& limits) {
+Task point_task(const SweepPoint& point, const std::string& machine, const std::string& program,
+                const std::string& folder, const PlanLimits& limits) {
   return {point.key,
           false,
           {{"kind", "point"},
@@ -305,6 +306,7 @@ Task point_task(const SweepPoint& point, const std::string& program, const std::
            {"trace", folder + "/" + trace_name(point.trace_key)},
            {"config", point.config.json()},
            {"memory_files", point.config.memory_files()},
+           {"machine", machine},
            {"mode", point.mode},
            {"cost", cost_arguments(point.use)}}};
 }

@@ -35,11 +35,12 @@ struct TaskOutcome {
   nlohmann::ordered_json cost;                    ///< grtx.cost/1 of a point
 };
 
-/// program: the grtx to run. folder: where the traces lie, absolute. limits: for each command.
+/// program: the grtx to run. folder: where the traces lie, absolute. limits: for each command. machine:
+/// NamedMachine::option.
 Task trace_task(const SweepTrace& trace, const std::string& program, const std::string& folder,
                 const PlanLimits& limits);
-Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
-                const PlanLimits& limits);
+Task point_task(const SweepPoint& point, const std::string& machine, const std::string& program,
+                const std::string& folder, const PlanLimits& limits);
 
 /// Name of a trace's file in the traces' folder.
 std::string trace_name(const std::string& key);

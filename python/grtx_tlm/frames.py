@@ -124,12 +124,15 @@ def read_results(path):
 
 
 def read_sweep(path, values=None):
-    """Points of a sweep or a search (SQLite, schema grtx.sweep/2 or 1), opened read-only.
+    """Points of a sweep or a search (SQLite, schema grtx.sweep/3, 2 or 1), opened read-only.
 
-    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``mode``, ``status``, ``reason``, ``seconds``, a
-    column for each coordinate that was varied, and one for each statistic and cost. ``values``: names of those wanted
-    (default: all). ``frame.attrs``: ``units`` and ``descriptions`` by statistic, ``plan`` (text). Statistics of points that
-    are not done are NaN. Raises StatisticsError, OSError.
+    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``machine``, ``mode``, ``status``, ``reason``,
+    ``seconds``, ``earlier_plan``, a column for each coordinate, and one for each statistic and cost. Coordinates are what
+    the plan varied, and whatever else points of equal machine, mode, scene and design differ in. ``earlier_plan``: the plan
+    that filled the database last does not ask for the point, so compare it with no other. Before schema 3 a database says
+    neither machine nor plan: "" and False. ``values``: names of those wanted (default: all). ``frame.attrs``: ``units`` and
+    ``descriptions`` by statistic, ``plan`` (text), ``shared`` (what all points are made from: size, tracer options,
+    configuration). Statistics of points that are not done are NaN. Raises StatisticsError, OSError.
     """
     path = os.fspath(path)
     with open(path, "rb"):  # an error of the operating system, not SQLite's
@@ -146,19 +149,14 @@ def read_sweep(path, values=None):
 
 def _sweep(database, path, values):
     meta = dict(database.execute("SELECT key, value FROM meta"))
-    if meta.get("schema") not in ("grtx.sweep/2", "grtx.sweep/1"):
-        raise StatisticsError(path, "meta.schema", "must be grtx.sweep/2: write one with 'grtx sweep -o DB'")
+    if meta.get("schema") not in ("grtx.sweep/3", "grtx.sweep/2", "grtx.sweep/1"):
+        raise StatisticsError(path, "meta.schema", "must be grtx.sweep/3: write one with 'grtx sweep -o DB'")
     quantities = pd.read_sql_query("SELECT * FROM quantity", database, index_col="name")
     names = list(quantities.index) if values is None else list(values)
     for name in names:
         if name not in quantities.index:
             raise StatisticsError(path, "values", f"there is no '{name}'; frame.attrs['units'] of read_sweep(path) has all")
-    points = pd.read_sql_query("SELECT id AS point, scene, design, mode, status, reason, seconds, coordinates FROM point "
-                               "ORDER BY id", database, index_col="point")
-    try:
-        varied = pd.DataFrame([json.loads(text) for text in points.pop("coordinates")], index=points.index)
-    except (json.JSONDecodeError, TypeError) as error:
-        raise StatisticsError(path, "point.coordinates", f"is no JSON: {error}") from None
+    points, varied, shared = _points(database, path, meta["schema"])
     marks = ",".join("?" * len(names))
     rows = pd.read_sql_query("SELECT point_id AS point, name, value FROM value" +
                              ("" if values is None else f" WHERE name IN ({marks})"), database,
@@ -169,5 +167,57 @@ def _sweep(database, path, values):
     varied = varied.drop(columns=[name for name in varied if name in points])
     frame = pd.concat([points, varied, table], axis=1)
     frame.attrs.update(units=quantities["unit"].to_dict(), descriptions=quantities["description"].to_dict(),
-                       plan=meta.get("plan", ""))
+                       plan=meta.get("plan", ""), shared=shared)
     return frame
+
+
+def _objects(texts, path, place):
+    """JSON objects of a column's texts; {} for NULL."""
+    objects = []
+    for text in texts:
+        try:
+            objects.append(json.loads(text or "{}"))
+        except (json.JSONDecodeError, RecursionError) as error:
+            raise StatisticsError(path, place, f"is no JSON: {error}") from None
+        if not isinstance(objects[-1], dict):
+            raise StatisticsError(path, place, "must be a JSON object")
+    return objects
+
+
+def _trace_inputs(options):
+    """What a trace is made from, by the names of coordinates; as the program's trace_inputs()."""
+    inputs = {name: value for name, value in options.items() if name not in ("tracer", "trace_format")}
+    for name, text in options.get("tracer", {}).items():
+        if name not in ("accel", "checkpoint"):  # of the design
+            try:
+                value = json.loads(text)
+            except json.JSONDecodeError:
+                value = text
+            inputs[f"tracer.{name}"] = value if isinstance(value, (bool, int, float)) else text
+    return inputs
+
+
+def _points(database, path, schema):
+    """Frames of points and of their coordinates, and what all points share."""
+    machine, earlier = ("machine", "id NOT IN (SELECT point_id FROM present)") if schema == "grtx.sweep/3" else ("''", "0")
+    points = pd.read_sql_query(
+        f"SELECT id AS point, scene, design, {machine} AS machine, mode, status, reason, seconds, {earlier} AS earlier_plan, "
+        "coordinates, trace_key, config, json_extract(document, '$.inputs.\"memory.files_hash\"') AS memory FROM point "
+        "ORDER BY id", database, index_col="point").astype({"earlier_plan": bool})
+    traces = dict(database.execute("SELECT key, options FROM trace"))
+    traces = {key: _trace_inputs(one) for key, one in
+              zip(traces, _objects(traces.values(), path, "trace.options"))}
+    varied = pd.DataFrame(_objects(points.pop("coordinates"), path, "point.coordinates"), index=points.index)
+    configs = _objects(points.pop("config"), path, "point.config")
+    made = pd.DataFrame([{**traces.get(trace, {}), **config, **({"memory.files_hash": memory} if memory else {})}
+                         for trace, config, memory in zip(points.pop("trace_key"), configs, points.pop("memory"))],
+                        index=points.index, dtype=object)
+    waiting = {name for config in configs for name in config}  # unknown, and not different, of a point without configuration
+    several = [name for name in made if made[name].nunique(dropna=name in waiting) > 1]
+    groups = made[several].groupby([points[name] for name in ("machine", "mode", "scene", "design")])
+    for name in several:
+        if (groups[name].nunique(dropna=name in waiting) > 1).any():
+            varied[name] = varied[name].where(varied[name].notna(), made[name]) if name in varied else made[name]
+    varied = varied.infer_objects()
+    shared = {name: made[name].dropna().iloc[0] for name in made if name not in several and made[name].notna().any()}
+    return points, varied, shared

@@ -38,20 +38,26 @@ def plot_speedup(speedups, reference=None, ax=None):
     return ax
 
 
+def _of_the_plan(frame):
+    return frame[~frame["earlier_plan"]] if "earlier_plan" in frame else frame
+
+
 def pareto_front(frame, x, y):
-    """Rows of ``frame`` than which no other is smaller in both columns; ascending in ``x``. Rows with NaN are left out."""
-    ordered = frame.dropna(subset=[x, y]).sort_values([x, y])
+    """Rows of ``frame`` than which no other is smaller in both columns; ascending in ``x``. Rows with NaN, and points of an
+    earlier plan, are left out."""
+    ordered = _of_the_plan(frame).dropna(subset=[x, y]).sort_values([x, y])
     best = ordered[y].cummin().shift()
     return ordered[~(ordered[y] >= best)]
 
 
 def plot_pareto(sweep, x="cost.mm2", y="gpu.time_us", ax=None):
-    """Points of a sweep (``read_sweep``) and their front, both axes the smaller the better. Units: ``sweep.attrs``."""
+    """Points of a sweep (``read_sweep``) and their front, both axes the smaller the better; without those of an earlier plan.
+    Units: ``sweep.attrs``."""
     for name in (x, y):
         if name not in sweep:
             raise ValueError(f"plot_pareto: the sweep has no column '{name}'")
     ax, front = _axes(ax), pareto_front(sweep, x, y)
-    for design, points in sweep.groupby("design"):
+    for design, points in _of_the_plan(sweep).groupby("design"):
         ax.scatter(points[x], points[y], s=18, label=design, color=COLOURS.get(design))
     ax.step(front[x], front[y], where="post", color="black", linewidth=1, label="front")
     units = sweep.attrs.get("units", {})

@@ -151,6 +151,40 @@ class Frames(unittest.TestCase):
         self.assertEqual(frame.attrs["units"]["gpu.cycles"], "cycles")
         database.close()
 
+    def test_points_of_two_plans_and_machines_are_called_the_same(self):
+        path = self.path("edited.sqlite")
+        for machine, width in (("paper", 8), ("paper-charged", 16)):
+            with open(self.path("edited.toml"), "w", encoding="utf-8") as file:
+                file.write(PLAN.replace("width = 8", f"width = {width}") + f'[set]\n"gpu.sms" = {width // 4}\n')
+            grtx("sweep", self.path("edited.toml"), "-o", path, "--machine", machine, "--quiet")
+        frame = grtx_tlm.read_sweep(path, ["gpu.time_us", "cost.mm2"])
+        self.assertEqual(frame["machine"].tolist(), ["paper"] * 4 + ["paper-charged"] * 4)
+        self.assertEqual(frame["earlier_plan"].tolist(), [True] * 4 + [False] * 4)
+        self.assertEqual((frame["mode"].unique().tolist(), frame.attrs["shared"]["height"]), (["fast"], 8))
+        self.assertTrue(set(plots.pareto_front(frame, "cost.mm2", "gpu.time_us").index) <= {5, 6, 7, 8})
+        self.assertEqual(sum(len(dot.get_offsets()) for dot in plots.plot_pareto(frame).collections), 4)
+        # On one machine the plans differ in what they set.
+        grtx("sweep", self.path("plan.toml"), "-o", path, "--machine", "paper-charged", "--quiet")
+        frame = grtx_tlm.read_sweep(path, [])
+        charged = frame[frame["machine"] == "paper-charged"]
+        self.assertEqual(charged["width"].tolist(), [16] * 4 + [8] * 4)
+        self.assertEqual(charged["gpu.sms"].tolist(), [4] * 4 + [8] * 4)
+        self.assertEqual(charged["earlier_plan"].tolist(), [True] * 4 + [False] * 4)
+
+    def test_a_sweep_of_an_earlier_version_tells_its_points_apart(self):
+        path = self.path("old.sqlite")
+        shutil.copy(self.path("s.sqlite"), path)
+        database = sqlite3.connect(path)
+        database.executescript("ALTER TABLE point DROP COLUMN machine; DROP TABLE present;"
+                               "UPDATE meta SET value = 'grtx.sweep/2' WHERE key = 'schema';"
+                               "UPDATE point SET config = json_set(config, '$.\"gpu.sms\"', 4) WHERE id > 2")
+        database.close()
+        frame = grtx_tlm.read_sweep(path, ["gpu.cycles"])
+        self.assertEqual(frame["earlier_plan"].tolist(), [False] * 4)
+        self.assertEqual(frame["l1.bytes"].tolist(), [32768, 131072] * 2)
+        self.assertNotIn("gpu.sms", frame)  # the designs tell these apart
+        self.assertNotIn("gpu.sms", frame.attrs["shared"])
+
     def test_plots_show_the_numbers(self):
         results, sweep = grtx_tlm.read_results(self.path("run")), grtx_tlm.read_sweep(self.path("s.sqlite"))
         bars = plots.main_figure({"s": results}, pd.Series({"sw": 2.0, "hw": 1.94, "grtx": 4.36})).patches

@@ -55,6 +55,14 @@ class Silicon(unittest.TestCase):
         self.assertEqual(rows[0], "| room | 0.50 | 1.00 | 2.00 | 0.80 | 1.25 | 0.80, 1.25 |")
         self.assertTrue(rows[1].endswith("| **0.80** (0.80 to 0.80), **1.25** (1.25 to 1.25) |"), rows[1])
 
+    def test_points_of_an_earlier_plan_are_among_the_structures(self):
+        for cycles in (900, 100):  # the first is of another size, by the same name
+            self.point("room", 2 * cycles, accel="tri20", kernel_degree=4)
+            self.point("room", cycles, accel="tlas-tri20", kernel_degree=4, instance_bounds="proxy")
+        self.point("room", 7, accel="tlas-tri20", kernel_degree=4)
+        self.database.executescript("CREATE TABLE present(point_id INTEGER PRIMARY KEY); INSERT INTO present VALUES (3), (4)")
+        self.assertTrue(self.rows("structures", self.path)[0].startswith("| shared icosahedron | 4 | 2.00 |"))
+
     def test_spheres_by_their_interval(self):
         self.point("room", 120, accel="tlas-tri80", kernel_degree=2)
         self.point("room", 100, accel="tlas-sphere", kernel_degree=2, keys={"rt.sphere.interval": 4})

@@ -67,6 +67,7 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
          p.points = {{{"l1.latency", 21}}};
        }},
       {"mode", false, [](SweepPlan& p) { p.mode = "fast"; }},
+      {"machine", false, [](SweepPlan& p) { p.on.name = "paper-charged"; }},
   };
   for (const auto& c : cases) {
     SweepPlan changed = plan();
@@ -176,14 +177,18 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   SweepPlan p = plan();
   p.mode = "fast";
+  p.on.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
   GpuConfig config;
   config.core_mhz = 999.5;
   config.rt.scheduler.policy = "round_robin";
   EXPECT_EQ(point.config.text(), config_json(config).dump());
-  const nlohmann::ordered_json inputs = {
-      {"trace", point.trace_key}, {"config", config_json(config)}, {"mode", "fast"}, {"program", "grtx \"1\""}};
+  const nlohmann::ordered_json inputs = {{"trace", point.trace_key},
+                                         {"config", config_json(config)},
+                                         {"machine", "own"},
+                                         {"mode", "fast"},
+                                         {"program", "grtx \"1\""}};
   EXPECT_EQ(point.key, hex(xxh3(inputs.dump())));
 }
 
@@ -240,7 +245,7 @@ TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
   EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes a point";
   EXPECT_EQ(database.statuses_of(all.points), std::vector<std::string>(2000, "pending"));
 
-  database.set_running({point_task(all.points[7], "grtx", folder, {})});
+  database.set_running({point_task(all.points[7], "", "grtx", folder, {})});
   database.refuse({{&all.points[8], "no such machine"}, {&all.points[9], "no trace"}});
   Sqlite read(path, Sqlite::Open::read_only);
   SqliteStatement row(read, "SELECT id, status, config, reason FROM point WHERE config IS NOT NULL ORDER BY id");

@@ -23,7 +23,7 @@ class Sweep : public test::SweepBench {};
 TEST_F(Sweep, FillsItsDatabaseOnce) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
-  EXPECT_THAT(rows("a.sqlite", "SELECT value FROM meta WHERE key = 'schema'"), ElementsAre("grtx.sweep/2"));
+  EXPECT_THAT(rows("a.sqlite", "SELECT value FROM meta WHERE key = 'schema'"), ElementsAre("grtx.sweep/3"));
   EXPECT_THAT(rows("a.sqlite", "SELECT status, count(*) FROM point GROUP BY status", 2), ElementsAre("done|8"));
   EXPECT_THAT(rows("a.sqlite", "SELECT status, count(*) FROM trace GROUP BY status", 2), ElementsAre("done|2"));
   EXPECT_THAT(rows("a.sqlite", "SELECT coordinates FROM point WHERE id = 2"),
@@ -403,19 +403,31 @@ TEST_F(Sweep, AForgedValueIsBelieved) {
 TEST_F(Sweep, ADatabaseOfAnEarlierVersionIsReadAndNotFilled) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
-  // As it was: columns of any type, and documents without costs.
   std::filesystem::copy_file(folder + "/a.sqlite", folder + "/old.sqlite");
+  const auto expect_read_only = [&](const std::string& schema) {
+    const std::string old = folder + "/old.sqlite";
+    EXPECT_EQ(test::shell(grtx::paths::program() + " report " + old + " -o " + folder + "/r.html").code, 0);
+    EXPECT_THAT(test::shell(grtx::paths::program() + " sweep --compare " + old + " " + old).output,
+                HasSubstr("the same results"));
+    const Outcome filled = sweep("old.sqlite");
+    EXPECT_EQ(filled.code, 2);
+    EXPECT_THAT(filled.output,
+                HasSubstr(schema + ", of an earlier version, can be read by report and --compare, not filled"));
+  };
+  // As it was before points said their machine and plan.
+  Sqlite(folder + "/old.sqlite", Sqlite::Open::create)
+      .execute(
+          "ALTER TABLE point DROP COLUMN machine; DROP TABLE present;"
+          "UPDATE meta SET value = 'grtx.sweep/2' WHERE key = 'schema'");
+  expect_read_only("grtx.sweep/2");
+  // And before that: columns of any type, and documents without costs.
   Sqlite(folder + "/old.sqlite", Sqlite::Open::create)
       .execute(
           "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = replace(replace(sql, ', STRICT', ''), ' "
           "STRICT', '');"
           "UPDATE meta SET value = 'grtx.sweep/1' WHERE key = 'schema';"
           "UPDATE point SET document = json_remove(document, '$.cost')");
-  EXPECT_EQ(test::shell(grtx::paths::program() + " report " + folder + "/old.sqlite -o " + folder + "/r.html").code, 0);
-  const Outcome filled = sweep("old.sqlite");
-  EXPECT_EQ(filled.code, 2);
-  EXPECT_THAT(filled.output,
-              HasSubstr("grtx.sweep/1, of an earlier version, can be read by report and --compare, not filled"));
+  expect_read_only("grtx.sweep/1");
   Sqlite(folder + "/old.sqlite", Sqlite::Open::create)
       .execute("UPDATE value SET value = 'many' WHERE point_id = 3 AND name = 'gpu.cycles'");
   EXPECT_THAT(test::shell(grtx::paths::program() + " report " + folder + "/old.sqlite -o " + folder + "/r.html").output,
