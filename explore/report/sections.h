@@ -46,6 +46,8 @@ std::string bars_section(const std::vector<ReportRun>& runs);
 // Sweeps.
 std::string sweep_headline(const ReportSweep& sweep);
 std::string sweep_section(const ReportSweep& sweep);
+/// Points of an earlier plan.
+std::string earlier_table(const SweepResults& results);
 
 // Searches: what meta.search of a sweep's database holds.
 std::string search_headline(const ReportSweep& sweep);

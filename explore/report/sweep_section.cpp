@@ -331,7 +331,7 @@ std::string sweep_section(const ReportSweep& sweep) {
                    "Energy of the chosen points by part (until you choose: those on a front), fastest first") +
          "</div>\n";
   out += effects_table(results, shown, columns) + agreement_table(results) + unfinished_table(results) +
-         traces_table(results);
+         earlier_table(results) + traces_table(results);
   const auto plan = results.meta.find("plan");
   if (plan != results.meta.end() && !plan->second.empty()) {
     out += details("The plan", "<pre>" + escape(plan->second) + "</pre>\n");

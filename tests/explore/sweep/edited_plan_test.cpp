@@ -41,6 +41,13 @@ class EditedPlan : public test::SweepBench {
   std::string compare(const std::string& a, const std::string& b) const {
     return test::shell(grtx::paths::program() + " sweep --compare " + folder + "/" + a + " " + folder + "/" + b).output;
   }
+  std::string report(const std::string& database) const {
+    const std::string page = folder + "/" + database + ".html";
+    const Outcome outcome = test::shell(grtx::paths::program() + " report " + folder + "/" + database + " -o " + page);
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    const std::string text = read_file(page);
+    return text.substr(0, text.find("</footer>"));  // the chart library's own text comes behind
+  }
   nlohmann::json list(const std::string& database, const std::string& more = "") const {
     return nlohmann::json::parse(sweep(database, "--list --json " + more).output).at("points");
   }
@@ -91,6 +98,7 @@ TEST_P(EditedKey, OldPointsStandBesideNewOnesUnderTheSameName) {
   EXPECT_EQ(largest_speedup(both), largest_speedup(fresh));
   EXPECT_THAT(compare("a.sqlite", "fresh.sqlite"),
               AllOf(HasSubstr("the same results"), HasSubstr("a.sqlite: 4 points of an earlier plan take no part")));
+  EXPECT_THAT(report("a.sqlite"), AllOf(HasSubstr("4 points of an earlier plan"), HasSubstr("<dd>4 / 4</dd>")));
   // The list says so before a point of the new plan has run.
   std::set<std::string> names;
   Texts earlier;
