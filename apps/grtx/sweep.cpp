@@ -16,6 +16,7 @@
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/session.h"
 
 namespace grtx::sim {
@@ -85,7 +86,7 @@ void list_points(const SweepPoints& all, const std::string& database_path, bool 
                  {"coordinates", point.coordinates}});
     } else {
       fmt::print("{} {:<8} {} {} {}\n    {}\n", point.key, status, point.mode, point.scene, point.design,
-                 point.coordinates.dump());
+                 json_text(point.coordinates));
     }
   }
   if (list) {

@@ -10,6 +10,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/database.h"
 
 namespace grtx::sim {
@@ -23,7 +24,7 @@ void select(Sqlite& database, const std::string& query, const std::function<void
 }
 
 ordered_json object(const std::string& text, const std::string& path, const std::string& place) {
-  const ordered_json json = ordered_json::parse(text.empty() ? "{}" : text, nullptr, false);
+  const ordered_json json = parse_json(text.empty() ? "{}" : text, path, place);
   if (!json.is_object()) throw Error(path, place, "must be a JSON object");
   return json;
 }

@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/check_values.h"
 
 namespace grtx::sim {
@@ -189,7 +190,11 @@ void SweepDatabase::add(const SweepPoints& points) {
   SqliteTransaction transaction(database_);
   SqliteStatement trace(database_, "INSERT OR IGNORE INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0)");
   for (const auto& t : points.traces) {
-    trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
+    trace.bind(1, t->key)
+        .bind(2, t->scene)
+        .bind(3, json_text(t->options))
+        .bind(4, "traces/" + trace_name(t->key))
+        .run();
   }
   SqliteStatement point(
       database_,
@@ -197,7 +202,7 @@ void SweepDatabase::add(const SweepPoints& points) {
       "VALUES(?1, ?2, ?3, ?4, ?5, ?6, 'pending', 0)");
   for (const SweepPoint& p : points.points) {
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.mode).bind(4, p.scene).bind(5, p.design);
-    point.bind(6, p.coordinates.dump()).run();
+    point.bind(6, json_text(p.coordinates)).run();
   }
   transaction.commit();
 }
@@ -258,7 +263,7 @@ void SweepDatabase::set_running(const std::vector<Task>& tasks) {
     if (task.is_trace) {
       trace.bind(1, task.key).run();
     } else {
-      point.bind(1, task.key).bind(2, task.description.at("config").dump()).run();
+      point.bind(1, task.key).bind(2, json_text(task.description.at("config"))).run();
     }
   }
   transaction.commit();
@@ -286,7 +291,7 @@ void SweepDatabase::record(const TaskOutcome& o) {
   if (o.is_trace) {
     update.bind(5, static_cast<std::int64_t>(o.bytes));
   } else {
-    update.bind(5, done ? stored_document(o).dump() : std::string());
+    update.bind(5, done ? json_text(stored_document(o)) : std::string());
   }
   update.run();
   if (done && !o.is_trace) record_values(o.key, o);
