@@ -94,7 +94,8 @@ TEST_F(CliFaults, ANameInLatin1LeavesATraceWithoutStatistics) {
   EXPECT_EQ(traced.code, 0) << traced.err;
   EXPECT_THAT(folder_.read("a.json"), HasSubstr(R"(K\\xfcche.ply)"));
   for (const std::string& arguments :
-       {"info " + name + ".ply --json", "sim a.grtx --stats " + name + "/s.json --quiet", std::string("trace-dump a.grtx --json"),
+       {"info " + name + ".ply --json", "sim a.grtx --stats " + name + "/s.json --quiet",
+        std::string("trace-dump a.grtx --json"),
         "run --scene " + name + ".ply --cameras s.cameras.json --width 8 --height 8 -o " + name + "/run --quiet --json",
         "report " + name + "/run/results.json -o " + name + "/r.html --json",
         "convert " + name + ".ply " + name + ".spz --json"}) {
