@@ -1,4 +1,5 @@
-// Text of others in a message: names that they chose neither break a line nor steer a terminal.
+// Text of others in a message or a document: names that they chose neither break a line, nor steer a terminal, nor make
+// it anything else than UTF-8.
 #pragma once
 
 #include <string>
@@ -6,7 +7,10 @@
 
 namespace grtx {
 
-/// `text`, UTF-8, with its control characters escaped: \n, \x1b.
+/// `text` with the bytes that are no UTF-8 escaped: \xfc.
+std::string utf8(std::string_view text);
+
+/// utf8() with control characters escaped, too: \n, \x1b.
 std::string printable(std::string_view text);
 
 }  // namespace grtx

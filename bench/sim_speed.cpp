@@ -24,6 +24,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
@@ -75,9 +76,9 @@ ordered_json simulate_once(const std::string& trace, const grtx::sim::GpuConfig&
     grtx::sim::SimulationOptions options;
     options.quiet = true;
     options.price = grtx::sim::describe_energy;
-    return grtx::sim::simulate(trace, config, options).document.dump();
+    return grtx::json_text(grtx::sim::simulate(trace, config, options).document);
   });
-  return ordered_json::parse(child.result()).at("stats");
+  return grtx::parse_json(child.result(), "simulation").at("stats");
 }
 
 /// Best of `repeats` runs: what disturbs a run only makes it slower. The loop runs before each, for the same reason.
@@ -108,7 +109,7 @@ ordered_json measure(const std::string& trace, const grtx::sim::GpuConfig& confi
 }
 
 ordered_json read_history(const std::string& path) {
-  return std::filesystem::exists(path) ? ordered_json::parse(grtx::read_file(path)) : ordered_json::array();
+  return std::filesystem::exists(path) ? grtx::read_json(path) : ordered_json::array();
 }
 
 /// Returns whether no trace became slower than the tolerance allows.
@@ -171,7 +172,7 @@ int run(const Options& options) {
     std::fflush(stdout);
     history.push_back(entry);
   }
-  grtx::write_file(options.history, history.dump(1) + "\n");
+  grtx::write_file(options.history, grtx::json_text(history, 1) + "\n");
   if (!folder.empty()) std::filesystem::remove_all(folder);
   return 0;
 }

@@ -77,12 +77,12 @@ macro(grtx_find_for library)
   if("${library}" STREQUAL "base")
     grtx_find(fmt)
     grtx_find_modules(XXHASH libxxhash)
+    if(NOT GRTX_INSTALLED)  # who includes json.h looks for it
+      grtx_find(nlohmann_json)
+    endif()
   elseif("${library}" STREQUAL "traces")
     grtx_find(Threads)
     grtx_find_modules(ZSTD libzstd)
-    if(NOT GRTX_INSTALLED)  # headers of it are seen by sources only
-      grtx_find(nlohmann_json)
-    endif()
   elseif("${library}" STREQUAL "frontend")
     # Embree 4 (Debian 13) or 3 (Debian 12): rtcBuildBVH is the same in both.
     find_package(embree 4 CONFIG QUIET)

@@ -9,6 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_encoder.h"
 #include "grtx/traces/codec/header_json.h"
@@ -54,7 +55,8 @@ struct Writer::Impl {
   std::map<std::uint64_t, Bytes> waiting;  ///< chunks whose predecessors are not written yet
   std::vector<std::uint64_t> offsets;      ///< of the chunks written
   Totals totals;
-  bool stopped = false;  ///< a write failed or cancel() was called: nothing can be appended any more
+  std::uint64_t largest_group = 0;  ///< bytes, decoded
+  bool stopped = false;             ///< a write failed or cancel() was called: nothing can be appended any more
   bool finished = false;
 };
 
@@ -77,6 +79,7 @@ void Writer::append(EncodedGroup&& group) {
     throw std::logic_error("trace group " + std::to_string(group.index) + " appended twice or after finish()");
   }
   add_totals(impl.totals, group.totals);
+  impl.largest_group = std::max(impl.largest_group, traces::decoded_bytes(group.totals));
   if (group.index != impl.offsets.size()) {
     impl.waiting.emplace(group.index, std::move(group.chunk));
     return;
@@ -130,6 +133,9 @@ void Writer::finish() {
 
 const Header& Writer::header() const { return impl_->header; }
 const Totals& Writer::totals() const { return impl_->totals; }
+
+std::uint64_t Writer::decoded_bytes() const { return traces::decoded_bytes(impl_->totals); }
+std::uint64_t Writer::largest_group() const { return impl_->largest_group; }
 
 std::uint64_t Writer::bytes() const {
   const std::lock_guard lock(impl_->mutex);

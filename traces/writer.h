@@ -36,6 +36,9 @@ class Writer {
   const Header& header() const;
   const Totals& totals() const;
   std::uint64_t bytes() const;
+  /// What a reader of the whole trace holds when it has decoded it, and of that the largest group; bytes.
+  std::uint64_t decoded_bytes() const;
+  std::uint64_t largest_group() const;
 
  private:
   struct Impl;

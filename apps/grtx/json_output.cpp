@@ -6,6 +6,8 @@
 #include <array>
 #include <stdexcept>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -43,10 +45,6 @@ const JsonForm& form_of(std::string_view command) {
   return *found;
 }
 
-std::string json_text(const nlohmann::ordered_json& json) {
-  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
 }  // namespace
 
 std::string json_help(std::string_view command) {
@@ -55,16 +53,16 @@ std::string json_help(std::string_view command) {
 
 nlohmann::ordered_json json_document(std::string_view command) { return {{"schema", form_of(command).schema}}; }
 
-void print_json(const nlohmann::ordered_json& document) { fmt::print("{}\n", json_text(document)); }
+void print_json(const nlohmann::ordered_json& document) { fmt::print("{}\n", json_text(document, 1)); }
 
 JsonListPrinter::JsonListPrinter(const nlohmann::ordered_json& head, const std::string& name) {
-  const std::string text = json_text(head);
-  fmt::print("{},\n {}: [", text.substr(0, text.rfind('\n')), json_text(name));
+  const std::string text = json_text(head, 1);
+  fmt::print("{},\n {}: [", text.substr(0, text.rfind('\n')), json_text(nlohmann::ordered_json(name)));
 }
 
 void JsonListPrinter::add(const nlohmann::ordered_json& item) {
   std::string text = empty_ ? "\n  " : ",\n  ";
-  for (const char c : json_text(item)) {  // line ends in texts are escaped
+  for (const char c : json_text(item, 1)) {  // line ends in texts are escaped
     text += c;
     if (c == '\n') text += "  ";
   }
@@ -73,7 +71,7 @@ void JsonListPrinter::add(const nlohmann::ordered_json& item) {
 }
 
 void JsonListPrinter::end(const nlohmann::ordered_json& tail) {
-  fmt::print("{}],{}\n", empty_ ? "" : "\n ", json_text(tail).substr(1));
+  fmt::print("{}],{}\n", empty_ ? "" : "\n ", json_text(tail, 1).substr(1));
 }
 
 std::string json_reference() {

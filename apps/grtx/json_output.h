@@ -13,7 +13,7 @@ std::string json_help(std::string_view command);
 /// An object whose first member is the schema of what the command prints with --json.
 nlohmann::ordered_json json_document(std::string_view command);
 
-/// Prints the document. Text in it that is no UTF-8 (a path) gets replacement characters.
+/// Prints the document.
 void print_json(const nlohmann::ordered_json& document);
 
 /// Prints a document with a list so long that it is better never held as a whole, byte for byte as print_json() prints

@@ -159,7 +159,8 @@ std::string of_file(const Error& error, const std::vector<std::string>& argument
   if (is == Kind::scene && has_no_gaussians(error)) {
     return "points and meshes alone are no scene: docs/guide/scenes.md says which file of a trained model is";
   }
-  const bool in_its_bytes = error.place().starts_with("byte") || error.place().starts_with("line");
+  const bool of_memory = error.rule().find(" MB are free") != std::string::npos;  // base/free_memory.h
+  const bool in_its_bytes = !of_memory && (error.place().starts_with("byte") || error.place().starts_with("line"));
   if (is == Kind::trace) return in_its_bytes ? "trace the view again with 'grtx trace'" : "";
   if (kinds.front() == Kind::toml || is == Kind::unknown) return text_of(kinds.front())->make;
   return in_its_bytes ? "the file may be cut or damaged: obtain it again" : "";

@@ -6,9 +6,8 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <limits>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string_view>
@@ -28,7 +27,9 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/base/file_lock.h"
+#include "grtx/base/free_memory.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/report/report.h"
 #include "grtx/frontend/accel/object_list.h"
@@ -39,6 +40,7 @@
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
@@ -101,6 +103,7 @@ struct RunArguments {
 
 struct Traced {
   std::string path;
+  frontend::TraceFile file;
   ordered_json statistics;  ///< tracer.*, accel.*, trace.*
 };
 
@@ -132,6 +135,7 @@ TracedDesigns trace_designs(const RunArguments& options, const Comparison& compa
     result.path = options.output + "/" + design.name + ".grtx";
     frontend::TracedView traced =
         trace_scene(scene, options.tracer, design.checkpoint, design.accel, render, result.path, files);
+    result.file = traced.trace.value();
     frontend::RenderResult& rendered = traced.result;
     if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
     all.counters = rendered.counters;
@@ -150,22 +154,20 @@ TracedDesigns trace_designs(const RunArguments& options, const Comparison& compa
   return all;
 }
 
-constexpr std::chrono::milliseconds kLook{200};                     ///< how often the parent looks at its simulations
-constexpr std::uint64_t kSimulationBytes = std::uint64_t{1} << 30;  ///< a simulation stays below, whatever the trace
+constexpr std::chrono::milliseconds kLook{200};                    ///< how often the parent looks at its simulations
+constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< a simulation's, without the groups it decodes
 
 /// As many simulations at a time as there are cores, and as fit into the memory that is free now.
-unsigned default_jobs() {
+unsigned default_jobs(const std::map<std::string, Traced>& traced, const GpuConfig& config) {
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  std::ifstream file("/proc/meminfo");  // Linux; elsewhere the cores alone decide
-  std::string name;
-  std::uint64_t kib = 0;
-  while (file >> name >> kib) {
-    if (name == "MemAvailable:") {
-      return static_cast<unsigned>(std::clamp<std::uint64_t>(kib * 1024 / kSimulationBytes, 1, cores));
-    }
-    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  const std::optional<std::uint64_t> free = free_memory();
+  if (!free) return cores;
+  std::uint64_t groups = 0;
+  for (const auto& [name, design] : traced) {
+    const std::uint64_t resident = std::uint64_t{config.sms} * config.resident() * design.file.largest_group;
+    groups = std::max(groups, std::min(design.file.decoded_bytes, resident + kDecodeAheadBytes));
   }
-  return cores;
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(*free / (kMachineBytes + groups), 1, cores));
 }
 
 /// A run that names no mode takes windows where they pay. All designs have the same rays.
@@ -185,7 +187,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                                                      const Comparison& comparison, const GpuConfig& config,
                                                      const RunArguments& options, const SampledOptions& sampled,
                                                      bool quiet) {
-  const unsigned jobs = options.jobs == 0 ? default_jobs() : options.jobs;
+  const unsigned jobs = options.jobs == 0 ? default_jobs(traced, config) : options.jobs;
   std::map<std::string, ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   std::vector<std::string> names;
@@ -198,7 +200,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
   const auto collect_first = [&] {
     while (!running.front().second->wait_for(kLook)) progress.look();
     progress.look();
-    documents[running.front().first] = ordered_json::parse(running.front().second->result());
+    documents[running.front().first] = parse_json(running.front().second->result(), running.front().first);
     running.erase(running.begin());
   };
   for (const Design& design : comparison.designs()) {
@@ -216,7 +218,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                            document["violations"] = result.violations;
                            document["caution"] = result.caution;
                            document["binding_bound"] = result.binding_bound;
-                           return document.dump();
+                           return json_text(document);
                          }));
   }
   while (!running.empty()) collect_first();
@@ -400,7 +402,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   if (frames > 1) add_frames(results, comparison, options.view.views, frames);
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
-  write_file(options.output + "/results.json", results.dump(1) + "\n");
+  write_file(options.output + "/results.json", json_text(results, 1) + "\n");
   ReportOptions report;
   report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
@@ -446,7 +448,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_sampled_options(command, options->sampled);
   command->add_option(
       "--jobs", options->jobs,
-      "Simulations at a time, each a process of its own; 0: one a core, while 1 GiB a simulation is free");
+      "Simulations at a time, each a process of its own; 0: one a core, while there is memory for each");
   command
       ->add_option("-o,--output", options->output,
                    "Folder for results.json, report.html, image.png and the traces (no default)")

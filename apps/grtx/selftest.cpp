@@ -15,6 +15,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/program_run.h"
 
 namespace grtx::sim {
@@ -122,7 +123,7 @@ class Selftest {
   }
 
   std::string statistics_lines(const std::string& name) const {
-    const ordered_json results = ordered_json::parse(read_file(file(name)));
+    const ordered_json results = read_json(file(name));
     std::string lines;
     for (const auto& [design, statistics] : results.at("designs").items()) {
       lines += line_of(design, statistics, kStatistics);
@@ -147,7 +148,7 @@ class Selftest {
       for (const char* part : kPart) arguments.insert(arguments.end(), {"--set", part});
       arguments.insert(arguments.end(), {"--set", setting});
       if (const std::string error = call(arguments); !error.empty()) return error;
-      lines += line_of(setting, ordered_json::parse(read_file(file("s.json"))).at("stats"), kFewStatistics);
+      lines += line_of(setting, read_json(file("s.json")).at("stats"), kFewStatistics);
     }
     return lines;
   }

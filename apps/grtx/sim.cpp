@@ -15,6 +15,7 @@
 #include "grtx/apps/grtx/sampled_cli.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
@@ -51,7 +52,7 @@ void print_summary(const SimArguments& options, const SimulationResult& result) 
   const nlohmann::ordered_json& d = result.document;
   say("{}", describe_machine(options.machine, options.config, options.settings));
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
-      number(d, "gpu.time_us"), d.at("config").at("gpu.core_mhz").dump(), result.binding_bound,
+      number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));
   say("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %",
       number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),

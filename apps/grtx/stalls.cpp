@@ -5,8 +5,8 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/observe/stall_report.h"
-#include "grtx/rtl_tlm/run/json_file.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
@@ -24,7 +24,7 @@ std::string stall_json(const std::vector<StallSection>& sections) {
     entry = {{"title", section.title}, {"unit", section.unit}, {"whole", section.whole}};
     for (const StallBar& bar : section.bars) entry["bars"][bar.label] = bar.value;
   }
-  return list.dump(1) + "\n";
+  return json_text(list, 1) + "\n";
 }
 
 int print_stalls(const StallsArguments& options, bool json) {

@@ -18,6 +18,7 @@
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/session.h"
 #include "grtx/explore/sweep/stored_points.h"
 
@@ -130,7 +131,7 @@ class PointList {
       } else {
         fmt::print("{} {:<8} {}{}{} {} {}{}\n    {}\n", point.key, status, point.machine,
                    point.machine.empty() ? "" : " ", point.mode, point.scene, point.design,
-                   earlier_plan ? " (of an earlier plan)" : "", coordinates.dump());
+                   earlier_plan ? " (of an earlier plan)" : "", json_text(coordinates));
       }
     };
     for (std::size_t i = 0; i < statuses_.size(); ++i) {

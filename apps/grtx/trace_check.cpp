@@ -8,6 +8,7 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/reader.h"
@@ -24,7 +25,7 @@ int check_trace(const std::string& path, bool json, bool quiet) {
       nlohmann::ordered_json document = json_document("trace-check");
       document["file"] = path;
       document["groups"] = reader.group_count();
-      document["totals"] = nlohmann::ordered_json::parse(traces::totals_to_json(totals));
+      document["totals"] = parse_json(traces::totals_to_json(totals), "totals");
       print_json(document);
     } else if (!quiet) {
       say("{}: consistent: {} groups, {} rays, {} rounds, {} visits, {} any-hit calls, {} checkpoints", path,

@@ -11,6 +11,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/tracer/scene_tracer.h"
 
 namespace grtx::sim {
@@ -36,12 +37,11 @@ int answer_trace_requests(std::istream& requests, std::FILE* answers) {
   const auto kept = std::make_shared<frontend::SceneTracer>();
   for (std::string line; std::getline(requests, line);) {
     const frontend::SceneTracer::Work before = kept->work();
-    trace_request(nlohmann::json::parse(line).get<std::vector<std::string>>(), kept);
+    trace_request(parse_json(line, "sweep --tracer").get<std::vector<std::string>>(), kept);
     const frontend::SceneTracer::Work& after = kept->work();
     fmt::print(answers, "{}\n",
-               nlohmann::json{{"scenes_read", after.scenes_read - before.scenes_read},
-                              {"structures_built", after.structures_built - before.structures_built}}
-                   .dump());
+               json_text(nlohmann::json{{"scenes_read", after.scenes_read - before.scenes_read},
+                                        {"structures_built", after.structures_built - before.structures_built}}));
     std::fflush(answers);
   }
   return 0;

@@ -9,6 +9,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 
 namespace grtx::sim {
 namespace {
@@ -73,6 +74,7 @@ std::vector<WarpSlice> read_warp_timeline(const std::string& path, const std::st
   std::string of_trace;
   // Events are dropped as soon as they are read: a timeline may be larger than memory.
   const auto drop_events = [&](int depth, json::parse_event_t what, json& value) {
+    if (depth > kMostJsonLevels) throw Error(path, "", json_levels_rule());
     if (depth != 2 || what != json::parse_event_t::object_end) return true;
     follower.take(value);
     return false;

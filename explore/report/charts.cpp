@@ -4,6 +4,8 @@
 #include <map>
 #include <set>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -36,7 +38,7 @@ ordered_json from_zero(const ordered_json& rows, const std::string& field) {
     if (!row.contains(field) || !row.at(field).is_number()) continue;
     const double value = row.at(field).get<double>();
     const auto [range, is_new] =
-        ranges.try_emplace(row.contains("view") ? row.at("view").dump() : "", std::pair(value, value));
+        ranges.try_emplace(row.contains("view") ? json_text(row.at("view")) : "", std::pair(value, value));
     range->second = {std::min(range->second.first, value), std::max(range->second.second, value)};
   }
   bool positive = true, wide = false;
@@ -114,7 +116,7 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
     transform.push_back(
         {{"filter", "datum.view === shown && (picked === null ? datum.front : indexof(picked, datum.id) >= 0)"}});
   }
-  transform.push_back({{"calculate", "indexof(" + ordered_json(parts).dump() + ", datum.part)"}, {"as", "place"}});
+  transform.push_back({{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}});
   spec["transform"] = transform;
   spec["mark"] = {{"type", "bar"}};
   ordered_json x = quantity("value", value_title);

@@ -12,6 +12,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/base/printable.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/explore/report/mode_agreement.h"
@@ -45,7 +46,9 @@ std::string design_of(const std::string& name) {
   return found == papers.end() ? name : found->second;
 }
 
-std::string text_of(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+std::string text_of(const ordered_json& value) {
+  return value.is_string() ? value.get<std::string>() : json_text(value);
+}
 
 /// Everything but the scene: figures of several scenes share it.
 std::string group_of(const Measured& m) {

@@ -7,6 +7,8 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
+#include "grtx/base/printable.h"
 #include "grtx/explore/report/assets.h"
 
 namespace grtx::sim {
@@ -29,7 +31,7 @@ std::string base64(std::string_view bytes) {
 
 std::string escape(std::string_view text) {
   std::string escaped;
-  for (const char c : text) {
+  for (const char c : utf8(text)) {
     switch (c) {
       case '&':
         escaped += "&amp;";
@@ -54,7 +56,7 @@ std::string escape(std::string_view text) {
 }
 
 std::string script_json(const nlohmann::ordered_json& json) {
-  const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string text = json_text(json);
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
@@ -82,7 +84,7 @@ std::string cell(const nlohmann::ordered_json& value) {
   if (value.is_null()) return "";
   if (value.is_number()) return number(value.get<double>());
   if (value.is_string()) return escape(value.get<std::string>());
-  return escape(value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  return escape(json_text(value));
 }
 
 std::string picture_uri(const std::string& path) {

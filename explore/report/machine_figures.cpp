@@ -5,6 +5,7 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_energy.h"
 #include "grtx/explore/cost/run_machine.h"
@@ -51,9 +52,9 @@ MachineFigures machine_figures(const ordered_json& config, const ordered_json& i
       ordered_json result;
       result["cost"] = cost_json(machine_cost(machine, use.design, inventories, CostOptions()));
       result["energy"] = statistics.empty() ? ordered_json::array() : energy_of(statistics, machine, inventories);
-      return result.dump();
+      return json_text(result);
     });
-    const ordered_json result = ordered_json::parse(child.result());
+    const ordered_json result = parse_json(child.result(), "cost");
     figures.cost = result.at("cost");
     figures.energy = result.at("energy");
   } catch (const Error& error) {  // a configuration of another version: the rest of the report still stands

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -25,7 +27,7 @@ std::vector<SceneModes> times_of(const SweepResults& sweep) {
     auto scene = std::find_if(scenes.begin(), scenes.end(), [&](const SceneModes& s) { return s.scene == p.scene; });
     if (scene == scenes.end()) scene = scenes.insert(scenes.end(), {p.scene, {}, {}});
     if (!scene->times.contains(p.mode)) scene->modes.push_back(p.mode);
-    scene->times[p.mode][p.design + "\n" + p.coordinates.dump()] = time;
+    scene->times[p.mode][p.design + "\n" + json_text(p.coordinates)] = time;
   }
   return scenes;
 }

@@ -9,7 +9,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/rtl_tlm/run/json_file.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
@@ -66,7 +66,7 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
   run.has_verdict = document.contains("images_identical") && document.at("images_identical").is_boolean();
   if (run.has_verdict) run.images_identical = document.at("images_identical").get<bool>();
   for (const ordered_json& violation : document.value("violations", ordered_json::array())) {
-    run.violations.push_back(violation.is_string() ? violation.get<std::string>() : violation.dump());
+    run.violations.push_back(violation.is_string() ? violation.get<std::string>() : json_text(violation));
   }
   run.program = "grtx " + text(document, "version");
   for (const char* name : {"image.png", "image_0.png"}) {  // of a sequence the first frame

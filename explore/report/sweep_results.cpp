@@ -10,6 +10,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/database.h"
 
 namespace grtx::sim {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "grtx/base/json.h"
 #include "grtx/explore/report/charts.h"
 #include "grtx/explore/report/html.h"
 #include "grtx/explore/report/mode_agreement.h"
@@ -68,7 +69,7 @@ std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const
     // Names of coordinates hold dots, which Vega-Lite would read as paths: numbered fields carry them.
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const ordered_json value = columns[c].of(p);
-      row[fmt::format("c{}", c)] = value.is_structured() ? ordered_json(value.dump()) : value;
+      row[fmt::format("c{}", c)] = value.is_structured() ? ordered_json(json_text(value)) : value;
     }
     rows.push_back(std::move(row));
   }

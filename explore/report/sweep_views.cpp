@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/axis.h"
 #include "grtx/explore/sweep/dominance.h"
 
@@ -29,7 +30,7 @@ std::string view_of(const ReportedPoint& p) {
 std::string machine_of(const ReportedPoint& p) {
   std::map<std::string, std::string> sorted;
   for (const auto& [name, value] : p.coordinates.items()) {
-    if (!is_view(name)) sorted[name] = value.dump();
+    if (!is_view(name)) sorted[name] = json_text(value);
   }
   std::string text = p.design;
   for (const auto& [name, value] : sorted) text += "\n" + name + "=" + value;

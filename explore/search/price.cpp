@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "grtx/base/child_process.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
@@ -17,10 +18,10 @@ const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
   if (const auto found = known_.find(machine); found != known_.end()) return found->second;
   ChildProcess child("cost of " + point.design, [&] {
     const GpuConfig config = config_from(point.config.json());
-    return cost_json(machine_cost(config, use.design, machine_inventory(config, use), CostOptions())).dump();
+    return json_text(cost_json(machine_cost(config, use.design, machine_inventory(config, use), CostOptions())));
   });
   std::map<std::string, double>& prices = known_[machine];
-  for (const CostValue& cost : cost_values(nlohmann::ordered_json::parse(child.result()))) {
+  for (const CostValue& cost : cost_values(parse_json(child.result(), "cost"))) {
     prices[cost.name] = cost.value;
   }
   return prices;

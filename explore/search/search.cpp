@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "grtx/base/json.h"
 #include "grtx/explore/search/main_effects.h"
 #include "grtx/explore/search/nsga2.h"
 #include "grtx/explore/search/stage.h"
@@ -385,7 +386,7 @@ class Search {
 
 ordered_json run_search(const SearchPlan& plan, const TracerRules& tracer, SweepSession& session, bool quiet) {
   ordered_json result = Search(plan, tracer, session, quiet).run();
-  session.database().set_meta("search", result.dump());
+  session.database().set_meta("search", json_text(result));
   return result;
 }
 

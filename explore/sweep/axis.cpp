@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -105,6 +107,6 @@ std::vector<Coordinates> latin_points(const std::vector<Axis>& axes, unsigned co
   return points;
 }
 
-std::string text_of(const SweepValue& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+std::string text_of(const SweepValue& value) { return value.is_string() ? value.get<std::string>() : json_text(value); }
 
 }  // namespace grtx::sim

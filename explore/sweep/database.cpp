@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/check_values.h"
 #include "grtx/explore/sweep/schema.h"
 
@@ -144,7 +145,11 @@ void SweepDatabase::add(const SweepPoints& points) {
                         "INSERT INTO trace VALUES(?1, ?2, ?3, ?4, 0, 'pending', NULL, 0) "
                         "ON CONFLICT(key) DO UPDATE SET scene = excluded.scene");
   for (const auto& t : points.traces) {
-    trace.bind(1, t->key).bind(2, t->scene).bind(3, t->options.dump()).bind(4, "traces/" + trace_name(t->key)).run();
+    trace.bind(1, t->key)
+        .bind(2, t->scene)
+        .bind(3, json_text(t->options))
+        .bind(4, "traces/" + trace_name(t->key))
+        .run();
   }
   // Once in a session.
   SqliteStatement retried(database_, fmt::format("UPDATE point SET status = 'pending', reason = NULL WHERE key = ?1 "
@@ -161,7 +166,7 @@ void SweepDatabase::add(const SweepPoints& points) {
   SqliteStatement present(database_, "INSERT OR IGNORE INTO present SELECT id FROM point WHERE key = ?1");
   const std::vector<std::string> known_modes = modes();
   for (const SweepPoint& p : points.points) {
-    const std::string coordinates = p.coordinates.dump();
+    const std::string coordinates = json_text(p.coordinates);
     if (retry_) retried.bind(1, p.key).run();
     point.bind(1, p.key).bind(2, p.trace_key).bind(3, p.machine).bind(4, p.mode).bind(5, p.scene).bind(6, p.design);
     point.bind(7, coordinates).run();
@@ -245,7 +250,7 @@ void SweepDatabase::set_running(const std::vector<Task>& tasks) {
     if (task.is_trace) {
       trace.bind(1, task.key).run();
     } else {
-      point.bind(1, task.key).bind(2, task.description.at("config").dump()).run();
+      point.bind(1, task.key).bind(2, json_text(task.description.at("config"))).run();
     }
   }
   transaction.commit();
@@ -273,7 +278,7 @@ void SweepDatabase::record(const TaskOutcome& o) {
   if (o.is_trace) {
     update.bind(5, static_cast<std::int64_t>(o.bytes));
   } else {
-    update.bind(5, done ? stored_document(o).dump() : std::string());
+    update.bind(5, done ? json_text(stored_document(o)) : std::string());
   }
   update.run();
   if (done && !o.is_trace) record_values(o.key, o);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/json.h"
 
 namespace grtx::sim {
 
@@ -88,7 +89,8 @@ KeptTracer::End KeptTracer::trace(const std::vector<std::string>& arguments) {
   };
   const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
   bool ended = false;
-  const bool asked = (process_ != nullptr || start()) && requests_->send(nlohmann::json(arguments).dump() + "\n");
+  const bool asked =
+      (process_ != nullptr || start()) && requests_->send(exact_json_text(nlohmann::json(arguments)) + "\n");
   if (asked) {
     for (auto pause = std::chrono::milliseconds(1);; pause = std::min(2 * pause, std::chrono::milliseconds(20))) {
       ended = process_->poll().has_value();  // before the answer is looked for, which may have been the last thing done

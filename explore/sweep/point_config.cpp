@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
 
 namespace grtx::sim {
 namespace {
 
 std::string entry_of(const modules::Parameter& key) {
-  return nlohmann::ordered_json(key.name).dump() + ":" + value_json(key).dump();
+  return json_text(nlohmann::ordered_json(key.name)) + ":" + json_text(value_json(key));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
 namespace grtx::sim {
@@ -17,7 +18,7 @@ class PointConfig {
  public:
   /// As config_json() has it, written without spaces.
   std::string text() const;
-  nlohmann::ordered_json json() const { return nlohmann::ordered_json::parse(text()); }
+  nlohmann::ordered_json json() const { return parse_json(text(), "configuration"); }
   /// FilesRead::hash() of what configures its memory; "" for a memory without files.
   const std::string& memory_files() const { return memory_files_; }
 

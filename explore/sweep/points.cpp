@@ -9,6 +9,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/cost/run_machine.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDesign = "design";
 
-std::string key_of(const ordered_json& inputs) { return hex(xxh3(inputs.dump())); }
+std::string key_of(const ordered_json& inputs) { return hex(xxh3(json_text(inputs))); }
 
 struct Structure {
   std::string accel;
@@ -238,7 +239,7 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
 
 std::string key_in_mode(const SweepPoint& p, const std::string& mode, const std::string& program) {
   // The text of {trace, config, machine, mode, program}, without making the document.
-  const auto quoted = [](const std::string& text) { return ordered_json(text).dump(); };
+  const auto quoted = [](const std::string& text) { return json_text(ordered_json(text)); };
   const std::string files =
       p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
   return hex(
@@ -255,7 +256,7 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
 
 std::string config_toml(const ordered_json& config) {
   std::string text;
-  for (const auto& [name, value] : config.items()) text += fmt::format("\"{}\" = {}\n", name, value.dump());
+  for (const auto& [name, value] : config.items()) text += fmt::format("\"{}\" = {}\n", name, json_text(value));
   return text;
 }
 

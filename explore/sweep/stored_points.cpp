@@ -7,6 +7,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/schema.h"
 
 namespace grtx::sim {
@@ -75,7 +76,7 @@ void fill(StoredPoint& point, const std::vector<std::string>& names) {
 }  // namespace
 
 ordered_json stored_object(const std::string& text, const std::string& path, const std::string& place) {
-  const ordered_json json = ordered_json::parse(text.empty() ? "{}" : text, nullptr, false);
+  const ordered_json json = parse_json(text.empty() ? "{}" : text, path, place);
   if (!json.is_object()) throw Error(path, place, "must be a JSON object");
   return json;
 }

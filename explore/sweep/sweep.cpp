@@ -5,6 +5,7 @@
 #include <map>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/json.h"
 #include "grtx/base/progress.h"
 #include "grtx/explore/sweep/dominance.h"
 #include "grtx/explore/sweep/trace_queue.h"
@@ -123,7 +124,7 @@ TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& 
     if (const std::vector<Job> jobs = queue.take(launcher.free(), launcher.most_tasks()); !jobs.empty()) {
       Job tasks;
       for (const Job& job : jobs) tasks.insert(tasks.end(), job.begin(), job.end());
-      for (const Task& task : tasks) write_file(work.description(task.key), task.description.dump());
+      for (const Task& task : tasks) write_file(work.description(task.key), exact_json_text(task.description));
       database.set_running(tasks);
       launcher.launch(jobs);
       under_way += tasks.size();
@@ -145,7 +146,8 @@ std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, Swee
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (database.status_of_point(points[i].key) != "done") continue;
     const auto& coordinates = points[i].coordinates;
-    groups[points[i].scene + " " + (coordinates.contains("view") ? coordinates.at("view").dump() : "")].push_back(i);
+    groups[points[i].scene + " " + (coordinates.contains("view") ? json_text(coordinates.at("view")) : "")].push_back(
+        i);
   }
   std::vector<bool> chosen(points.size(), false);
   for (const auto& [name, members] : groups) {

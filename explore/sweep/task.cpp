@@ -9,6 +9,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/kept_tracer.h"
 #include "grtx/explore/sweep/own_folder.h"
@@ -238,16 +239,8 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   std::vector<std::string> arguments = {"--config", config, "--json"};
   for (const std::string& argument : texts(task.at("cost"))) arguments.push_back(argument);
   commands.run("cost", arguments);
-  result["cost"] = ordered_json::parse(read_file(commands.file("cost.out")));
+  result["cost"] = read_json(commands.file("cost.out"));
   return result;
-}
-
-ordered_json read_description(const std::string& path) {
-  try {
-    return ordered_json::parse(read_file(path));
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
-  }
 }
 
 /// Of `grtx cost`: which units the machine has.
@@ -317,7 +310,7 @@ void run_tasks(const std::vector<std::string>& descriptions, const std::vector<s
   std::optional<Scratch> folder;
   std::unique_ptr<KeptTracer> tracer;
   for (std::size_t i = 0; i < descriptions.size(); ++i) {
-    const ordered_json task = read_description(descriptions[i]);
+    const ordered_json task = read_json(descriptions[i]);
     ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
     try {
       if (!folder) folder.emplace(scratch);
@@ -334,13 +327,13 @@ void run_tasks(const std::vector<std::string>& descriptions, const std::vector<s
       outcome["status"] = "failed";
       outcome["reason"] = error.what();
     }
-    write_file(results[i], outcome.dump());
+    write_file(results[i], json_text(outcome));
   }
 }
 
 TaskOutcome read_outcome(const std::string& result) {
   try {
-    const ordered_json json = ordered_json::parse(read_file(result));
+    const ordered_json json = read_json(result);
     TaskOutcome outcome;
     outcome.key = json.at("key");
     outcome.is_trace = json.at("kind") == "trace";

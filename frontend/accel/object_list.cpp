@@ -7,6 +7,7 @@
 #include <set>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"
 
 namespace grtx::frontend {
@@ -22,7 +23,7 @@ ObjectList load_object_list(const std::string& path) {
 }
 
 ObjectList load_object_list(const std::string& path, FilesRead& files) {
-  const nlohmann::json json = parse_json(files.read(path), path);
+  const nlohmann::json json = parse_json<nlohmann::json>(files.read(path), path);
   if (!json.is_array() || json.empty()) throw Error(path, "", "must be a list of at least one object");
   static const std::set<std::string> kKeys = {"file", "translate", "rotate", "scale"};
   ObjectList list;

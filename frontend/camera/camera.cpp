@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"
 #include "grtx/frontend/camera/readers.h"
 
@@ -72,7 +73,7 @@ std::vector<Camera> load_cameras(const std::string& path) {
 
 std::vector<Camera> load_cameras(const std::string& path, FilesRead& files) {
   if (std::filesystem::is_directory(path)) return read_colmap(path, files);
-  const nlohmann::json json = parse_json(files.read(path), path);
+  const nlohmann::json json = parse_json<nlohmann::json>(files.read(path), path);
   std::vector<Camera> cameras =
       json.is_array() ? read_cameras_json(json, path) : read_transforms_json(json, path, files);
   if (cameras.empty()) throw Error(path, "", "has no cameras");

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"
 
 namespace grtx::frontend {
@@ -76,7 +77,7 @@ void write_cameras_json(const std::string& path, const std::vector<Camera>& came
     }
     list.push_back(std::move(entry));
   }
-  write_file(path, list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_file(path, json_text(list, 1) + "\n");
 }
 
 }  // namespace grtx::frontend

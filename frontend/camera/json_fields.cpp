@@ -24,16 +24,6 @@ bool are_numbers(const nlohmann::json& json, std::size_t count) {
 
 }  // namespace
 
-nlohmann::json parse_json(const std::string& text, const std::string& file) {
-  try {
-    return nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& error) {
-    throw Error(file, "byte " + std::to_string(error.byte), "is not valid JSON");
-  } catch (const nlohmann::json::exception& error) {  // a number that no double can hold
-    throw Error(file, "", std::string("is not readable JSON: ") + error.what());
-  }
-}
-
 void JsonObject::fail(const std::string& rule) const { throw Error(file, place, rule); }
 
 double JsonObject::number(const char* key) const {

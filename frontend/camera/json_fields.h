@@ -1,4 +1,4 @@
-// Reading JSON input with errors that name the key and what it must be.
+// Fields of JSON input, with errors that name the key and what it must be.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,9 +7,6 @@
 #include "grtx/frontend/camera/camera.h"
 
 namespace grtx::frontend {
-
-/// Throws Error with the byte position when the text is no JSON.
-nlohmann::json parse_json(const std::string& text, const std::string& file);
 
 /// One object of a JSON file and where it is ("camera 3"), for messages.
 struct JsonObject {

@@ -93,6 +93,13 @@ inline UnitRay to_unit_ray_as(const TraceRay& ray, const GaussianRecord& g) {
   return unit;
 }
 
+/// Half of what the unit sphere cuts out of the ray, in t. From scales of 1e19 on |direction|^2 is no float.
+inline float half_chord(const UnitRay& unit) {
+  if (unit.length2 >= std::numeric_limits<float>::min()) return std::sqrt((1.0f - unit.d2) / unit.length2);
+  const double d[3] = {unit.direction.x, unit.direction.y, unit.direction.z};
+  return static_cast<float>(std::sqrt((1.0 - static_cast<double>(unit.d2)) / dot3(d, d)));
+}
+
 }  // namespace detail
 
 /// Extremes of scale overflow or underflow fp32 squares; those rare Gaussians are transformed in double.
@@ -115,7 +122,7 @@ inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const Prepare
   Interval span;
   std::uint32_t exit_face = 0;
   if (proxy.is_sphere()) {
-    const float half = std::sqrt((1.0f - unit.d2) / unit.length2);
+    const float half = detail::half_chord(unit);
     span = {-half, half};
   } else {
     span = test_faces(unit.peak, unit.direction, proxy.face_slabs(), hit.face, exit_face);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <glm/vec3.hpp>
+#include <limits>
 
 #include "grtx/frontend/gaussian/kernel.h"
 
@@ -60,11 +61,11 @@ inline float hit_alpha(float opacity, float kappa2, float d2, unsigned degree = 
   return alpha >= kAlphaMin ? alpha : 0.0f;
 }
 
-inline constexpr unsigned kShFunctions = 16;  ///< of degree 3, the highest that is evaluated
+inline constexpr unsigned kShFunctions = 25;  ///< of degree 4, the highest that a scene has
 
-/// Real SH basis up to degree 4's first 16 functions (degree 3) for a unit direction; signs as in 3DGS.
-inline std::array<float, 16> sh_basis(const glm::vec3& d, unsigned degree) {
-  std::array<float, 16> b{};
+/// Real SH basis up to `degree` (0..4) for a unit direction, 0 beyond it; signs as in 3DGS.
+inline std::array<float, kShFunctions> sh_basis(const glm::vec3& d, unsigned degree) {
+  std::array<float, kShFunctions> b{};
   const float x = d.x, y = d.y, z = d.z;
   b[0] = 0.28209479177387814f;
   if (degree >= 1) {
@@ -89,15 +90,35 @@ inline std::array<float, 16> sh_basis(const glm::vec3& d, unsigned degree) {
       b[14] = 1.445305721320277f * (z * (xx - yy));
       b[15] = -0.5900435899266435f * (x * (xx - 3.0f * yy));
     }
+    if (degree >= 4) {
+      b[16] = 2.5033429417967046f * (x * y * (xx - yy));
+      b[17] = -1.7701307697799304f * (y * z * (3.0f * xx - yy));
+      b[18] = 0.9461746957575601f * (x * y * (7.0f * zz - 1.0f));
+      b[19] = -0.6690465435572892f * (y * z * (7.0f * zz - 3.0f));
+      b[20] = 0.10578554691520431f * (zz * (35.0f * zz - 30.0f) + 3.0f);
+      b[21] = -0.6690465435572892f * (x * z * (7.0f * zz - 3.0f));
+      b[22] = 0.47308734787878004f * ((xx - yy) * (7.0f * zz - 1.0f));
+      b[23] = -1.7701307697799304f * (x * z * (xx - 3.0f * yy));
+      b[24] = 0.6258357354491761f * (xx * (xx - 3.0f * yy) - yy * (3.0f * xx - yy));
+    }
   }
   return b;
 }
 
-/// Colour of a Gaussian: max(SH + 0.5, 0) per channel. sh: coefficient-major, r g b inner; what lies beyond degree 3 is
-/// left out.
-inline glm::vec3 sh_colour(const float* sh, const std::array<float, 16>& basis, unsigned coefficients) {
+/// v / |v|; v is not 0. Squares that are no floats are taken in double.
+inline glm::vec3 unit_vector(const glm::vec3& v) {
+  const float length2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
+  if (length2 >= std::numeric_limits<float>::min() && length2 <= std::numeric_limits<float>::max()) {
+    return v / std::sqrt(length2);
+  }
+  const double x = v.x, y = v.y, z = v.z, length = std::sqrt((x * x + y * y) + z * z);
+  return {static_cast<float>(x / length), static_cast<float>(y / length), static_cast<float>(z / length)};
+}
+
+/// Colour of a Gaussian: max(SH + 0.5, 0) per channel. sh: coefficient-major, r g b inner.
+inline glm::vec3 sh_colour(const float* sh, const std::array<float, kShFunctions>& basis, unsigned coefficients) {
   glm::vec3 sum(0.0f);
-  for (unsigned j = 0; j < std::min(coefficients, kShFunctions); ++j) {
+  for (unsigned j = 0; j < coefficients; ++j) {
     sum.x += basis[j] * sh[3 * j];
     sum.y += basis[j] * sh[3 * j + 1];
     sum.z += basis[j] * sh[3 * j + 2];

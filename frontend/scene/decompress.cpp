@@ -24,7 +24,7 @@ struct InflateEnd {
 
 }  // namespace
 
-std::string inflate_gzip(std::string_view bytes, const std::string& file) {
+std::string inflate_gzip(std::string_view bytes, std::size_t most, const std::string& file) {
   z_stream stream{};
   constexpr int kGzipOnly = 16 + MAX_WBITS;
   if (inflateInit2(&stream, kGzipOnly) != Z_OK) throw std::bad_alloc();
@@ -40,11 +40,13 @@ std::string inflate_gzip(std::string_view bytes, const std::string& file) {
       fed += piece;
     }
     const std::size_t done = plain.size();
-    plain.resize(done + kStep);
+    if (done == most) return plain;
+    const std::size_t step = std::min(kStep, most - done);
+    plain.resize(done + step);
     stream.next_out = reinterpret_cast<Bytef*>(plain.data() + done);
-    stream.avail_out = static_cast<uInt>(kStep);
+    stream.avail_out = static_cast<uInt>(step);
     status = inflate(&stream, Z_NO_FLUSH);
-    plain.resize(done + kStep - stream.avail_out);
+    plain.resize(done + step - stream.avail_out);
     const std::size_t at = fed - stream.avail_in;
     if (status == Z_MEM_ERROR) throw std::bad_alloc();
     if (status == Z_BUF_ERROR) throw Error(file, byte_text(at), "the file ends within its gzip stream");

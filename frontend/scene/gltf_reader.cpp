@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/scene/file_beside.h"
 #include "grtx/frontend/scene/raw_encoding.h"
 #include "grtx/frontend/scene/uri.h"
@@ -26,7 +27,8 @@ using nlohmann::json;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004e4942;   // "BIN"
 constexpr const char* kExtension = "KHR_gaussian_splatting";
-constexpr int kMostDepth = 64;  // of nodes
+constexpr int kMostDepth = 64;       // of nodes
+constexpr unsigned kMostDegree = 3;  // of the harmonics that the extension has
 
 // Signs of the SH coefficients from k1 on under half a turn about z: those of an odd order m change.
 constexpr std::array<float, 15> kShSign{-1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1};
@@ -44,7 +46,7 @@ std::string at(std::size_t byte) { return "byte " + std::to_string(byte); }
 Container read_container(std::string_view bytes, const std::string& file) {
   Container container;
   if (!is_glb(bytes)) {
-    container.document = json::parse(bytes, nullptr, false);
+    container.document = parse_json<json>(bytes, file);
     if (!container.document.is_object()) throw Error(file, "", "must be a JSON object");
     return container;
   }
@@ -62,7 +64,7 @@ Container read_container(std::string_view bytes, const std::string& file) {
     if (size > bytes.size() - begin) throw Error(file, at(begin), "the chunk goes beyond the file's end");
     const std::string_view chunk = bytes.substr(begin, size);
     if (first && type != kJsonChunk) throw Error(file, at(begin), "the first chunk must be JSON");
-    if (first) container.document = json::parse(chunk, nullptr, false);
+    if (first) container.document = parse_json<json>(chunk, file, "JSON chunk");
     if (!first && type == kBinChunk && container.binary.empty()) container.binary = chunk;
     first = false;
     begin += size;
@@ -90,7 +92,7 @@ class Gltf {
 
   /// Entry `index` of the document's list `name`.
   const json& entry(const char* name, const json& index) const {
-    const std::string place = std::string(name) + "[" + index.dump().substr(0, 20) + "]";
+    const std::string place = std::string(name) + "[" + json_text(index).substr(0, 20) + "]";
     if (!document_.contains(name) || !document_.at(name).is_array() || !index.is_number_unsigned() ||
         index.get<std::uint64_t>() >= document_.at(name).size() ||
         !document_.at(name).at(index.get<std::size_t>()).is_object()) {
@@ -256,7 +258,7 @@ Placement placement_of(const json& node, const std::string& place, const std::st
 
 unsigned degree_of(const json& attributes) {
   unsigned degree = 0;
-  while (degree < 3 &&
+  while (degree < kMostDegree &&
          attributes.contains(std::string(kExtension) + ":SH_DEGREE_" + std::to_string(degree + 1) + "_COEF_0"))
     ++degree;
   return degree;
@@ -279,6 +281,10 @@ void read_primitive(Gltf& gltf, const json& primitive, const Placement& placemen
   const unsigned degree = degree_of(attributes);
   if (first) rows.sh_degree = degree;
   if (degree != rows.sh_degree) throw Error(file, "attributes", "all splats must have harmonics of one degree");
+  if (attributes.contains(own("SH_DEGREE_") + std::to_string(kMostDegree + 1) + "_COEF_0")) {
+    throw Error(file, "attributes", "harmonics must be of degree 3 at most, as the extension has them");
+  }
+  rows.require_memory_for(count, file);
   std::vector<std::vector<float>> harmonics;
   for (unsigned l = 0; l <= degree; ++l) {
     for (unsigned n = 0; n <= 2 * l; ++n) {
@@ -312,7 +318,7 @@ void read_primitive(Gltf& gltf, const json& primitive, const Placement& placemen
 void read_node(Gltf& gltf, const json& index, const Placement& above, int depth, std::size_t& primitives,
                RawRows& rows) {
   const json& node = gltf.entry("nodes", index);
-  const std::string place = "nodes[" + index.dump() + "]";
+  const std::string place = "nodes[" + json_text(index) + "]";
   if (depth > kMostDepth) throw Error(gltf.file(), place, "nodes must be at most 64 deep");
   if (!gltf.first_visit(index)) throw Error(gltf.file(), place, "must have one parent at most");
   const json children = node.value("children", json::array());

@@ -25,7 +25,7 @@ struct Scene {
   std::vector<glm::quat> rotation;  ///< unit; local to world
   std::vector<float> opacity;       ///< 0..1
   std::vector<float> sh;            ///< Gaussian-major, then coefficient, then r g b
-  unsigned sh_degree = 0;           ///< 0..3 (4 where a format has it)
+  unsigned sh_degree = 0;           ///< 0..4
   glm::dvec3 offset{0.0};           ///< added to `mean` gives the file's coordinates
   std::string name;                 ///< file name or generator preset
   std::string hash;                 ///< XXH3 of the input bytes, hexadecimal

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "grtx/base/json.h"
+
 namespace grtx::frontend {
 namespace {
 
@@ -193,7 +195,7 @@ std::string to_json(const SceneInfo& info) {
   json["clamped"] = info.report.clamped;
   json["noticed"] = info.report.noticed;
   // A file's name may hold bytes that are no UTF-8.
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace grtx::frontend

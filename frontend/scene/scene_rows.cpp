@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "grtx/base/error.h"
+#include "grtx/base/free_memory.h"
 #include "grtx/frontend/scene/float_rounding.h"
 
 namespace grtx::frontend {
@@ -145,6 +146,13 @@ void RawRows::resize(std::size_t n) {
   rotation.resize(n * 4);
   opacity_logit.resize(n);
   sh.resize(n * 3 * (sh_degree + 1) * (sh_degree + 1));
+}
+
+void RawRows::require_memory_for(std::size_t more, const std::string& file) const {
+  const std::size_t sh_bytes = sizeof(float) * 3 * (sh_degree + 1) * (sh_degree + 1);
+  const std::size_t row = 3 * sizeof(double) + 8 * sizeof(float) + sh_bytes;
+  const std::size_t in_scene = sizeof(glm::vec3) * 2 + sizeof(glm::quat) + sizeof(float) + sh_bytes;
+  require_memory(more * row + (x.size() + more) * in_scene, file, std::to_string(x.size() + more) + " Gaussians");
 }
 
 Scene make_scene(const RawRows& rows, std::string name, std::string hash) {

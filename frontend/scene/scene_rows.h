@@ -22,6 +22,9 @@ struct RawRows {
 
   /// To n rows of sh_degree.
   void resize(std::size_t n);
+  /// Throws Error when so many more rows of sh_degree, and the scene that is made of all, would take more memory than
+  /// is free. For formats that compress: the size of their files says little.
+  void require_memory_for(std::size_t more, const std::string& file) const;
 };
 
 /// Applies the rules of docs/model/numerics.md (drop non-finite rows, zero quaternions, opacity -inf; clamp tiny scales

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/frontend/scene/file_beside.h"
 #include "grtx/frontend/scene/raw_encoding.h"
 
@@ -37,8 +38,7 @@ constexpr int kMostDepth = 64;  // of a lod-meta.json's tree
 using Load = std::function<std::string(const std::string& name)>;
 
 json parse(std::string_view bytes, const std::string& file) {
-  json document = json::parse(bytes, nullptr, false);
-  if (document.is_discarded()) throw Error(file, "meta.json", "is not JSON");
+  json document = parse_json<json>(bytes, file, "meta.json");
   if (!document.is_object()) throw Error(file, "meta.json", "must be a JSON object");
   return document;
 }
@@ -279,6 +279,7 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   if (first) rows.sh_degree = harmonics.degree;
   if (rows.sh_degree != harmonics.degree) throw Error(file, "shN.bands", "must be the same in all parts of a scene");
   if (count == 0) return;
+  rows.require_memory_for(count, file);
 
   read_means(means, load, file, rows, count);
   if (harmonics.coefficients != 0) decode(harmonics.labels, file);

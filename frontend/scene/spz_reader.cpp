@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/base/free_memory.h"
 #include "grtx/frontend/scene/decompress.h"
 #include "grtx/frontend/scene/raw_encoding.h"
 
@@ -111,12 +112,14 @@ std::array<double, 4> rotation_from_smallest_three(std::string_view block, std::
   return {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
 }
 
-RawRows decode(const Header& header, const std::array<std::string_view, kBlocks>& blocks, bool raw_axes) {
+RawRows decode(const Header& header, const std::array<std::string_view, kBlocks>& blocks, bool raw_axes,
+               const std::string& file) {
   const std::size_t n = header.points;
   const std::size_t coefficients = header.sh_coefficients() + 1;
   const float flip = raw_axes ? 1.0f : -1.0f;  // right, up, back to right, down, forward: y and z change sign
   RawRows rows;
   rows.sh_degree = header.sh_degree;
+  rows.require_memory_for(n, file);
   rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     std::array<double, 3> position{};
@@ -150,21 +153,23 @@ RawRows decode(const Header& header, const std::array<std::string_view, kBlocks>
 }
 
 RawRows read_gzip_version(std::string_view bytes, bool raw_axes, const std::string& file) {
-  const std::string plain = inflate_gzip(bytes, file);
-  if (plain.size() < kGzipHeaderBytes || load<std::uint32_t>(plain, 0) != kMagic) {
+  const std::string head = inflate_gzip(bytes, kGzipHeaderBytes, file);
+  if (head.size() < kGzipHeaderBytes || load<std::uint32_t>(head, 0) != kMagic) {
     throw Error(file, "inflated byte 0", "must be \"NGSP\": a gzip file that is no .spz");
   }
-  const std::uint32_t version = load<std::uint32_t>(plain, 4);
+  const std::uint32_t version = load<std::uint32_t>(head, 4);
   if (version < 1 || version > 3) {
     throw Error(file, "inflated byte 4", "a gzip .spz must be of version 1, 2 or 3, not " + std::to_string(version));
   }
-  const Header header = parse_header(plain, file);
+  const Header header = parse_header(head, file);
   std::array<std::string_view, kBlocks> blocks;
   const std::array<std::size_t, kBlocks> per_point = header.bytes_per_point();
   std::size_t total = kGzipHeaderBytes;
   for (const std::size_t size : per_point) total += size * header.points;
+  require_memory(std::min(total, bytes.size() * kMostInflation), file, "");
+  const std::string plain = inflate_gzip(bytes, total + 1, file);
   if (plain.size() != total) {
-    throw Error(file, "inflated byte " + std::to_string(plain.size()),
+    throw Error(file, "inflated byte " + std::to_string(std::min(plain.size(), total)),
                 std::to_string(header.points) + " points of SH degree " + std::to_string(header.sh_degree) +
                     " must end at byte " + std::to_string(total));
   }
@@ -173,7 +178,7 @@ RawRows read_gzip_version(std::string_view bytes, bool raw_axes, const std::stri
     blocks[b] = std::string_view(plain).substr(at, per_point[b] * header.points);
     at += blocks[b].size();
   }
-  return decode(header, blocks, raw_axes);
+  return decode(header, blocks, raw_axes, file);
 }
 
 RawRows read_zstd_version(std::string_view bytes, bool raw_axes, const std::string& file) {
@@ -216,7 +221,7 @@ RawRows read_zstd_version(std::string_view bytes, bool raw_axes, const std::stri
   if (at != bytes.size()) throw Error(file, "byte " + std::to_string(at), "the file must end with its last stream");
   std::array<std::string_view, kBlocks> blocks;
   for (std::size_t b = 0; b < kBlocks; ++b) blocks[b] = plain[b];
-  return decode(header, blocks, raw_axes);
+  return decode(header, blocks, raw_axes, file);
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ void test_pairs_portable(const TileStructure&, const TileRays&, const TilePair*,
 
 void colour_portable(const float* sh, unsigned coefficients, const TileBasis& basis, unsigned lane, float* rgb) {
   std::array<float, kShFunctions> functions;
-  for (unsigned j = 0; j < kShFunctions; ++j) functions[j] = basis.values[j][lane];
+  for (unsigned j = 0; j < coefficients; ++j) functions[j] = basis.values[j][lane];
   const glm::vec3 colour = sh_colour(sh, functions, coefficients);
   for (int c = 0; c < 3; ++c) rgb[c] = colour[c];
 }

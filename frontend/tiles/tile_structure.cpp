@@ -58,7 +58,7 @@ void encode_axis(TileNode& node, int axis, const TreeChild* children, unsigned c
 }  // namespace
 
 TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussians, ProxyKind proxy)
-    : proxy_(proxy), coefficients_(std::min(kShFunctions, scene.sh_coefficients())) {
+    : proxy_(proxy), coefficients_(scene.sh_coefficients()) {
   const auto start = std::chrono::steady_clock::now();
   const Tree tree = build_tree(
       gaussians.size(),
@@ -94,7 +94,7 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
       }
       node.leaves |= 1u << slot;
       node.child[slot] = static_cast<std::uint32_t>(gaussians_.size());
-      const float* sh = &scene.sh[std::size_t{3} * scene.sh_coefficients() * child.primitive()];
+      const float* sh = &scene.sh[std::size_t{3} * coefficients_ * child.primitive()];
       std::copy(sh, sh + std::size_t{3} * coefficients_,
                 sh_.begin() + static_cast<std::ptrdiff_t>(sh_stride_ * gaussians_.size()));
       gaussians_.push_back(tile_gaussian(gaussians, child.primitive()));

@@ -62,7 +62,7 @@ class TileStructure {
   const TileNode& node(std::uint32_t index) const { return nodes_[index]; }
   const TileGaussian& gaussian(std::uint32_t index) const { return gaussians_[index]; }
   const TileBox& box(std::uint32_t index) const { return boxes_[index]; }
-  /// Spherical harmonics up to degree 3 of a Gaussian: coefficient-major, r g b inner.
+  /// Spherical harmonics of a Gaussian: coefficient-major, r g b inner.
   const float* sh(std::uint32_t index) const { return sh_.data() + index * sh_stride_; }
   unsigned coefficients() const { return coefficients_; }
   std::size_t nodes() const { return nodes_.size(); }

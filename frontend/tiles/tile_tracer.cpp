@@ -8,7 +8,6 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
-#include <glm/geometric.hpp>
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
@@ -112,7 +111,8 @@ void TileTracer::begin(const TileRays& tile) {
     for (std::uint64_t rest = alive_; rest != 0; rest &= rest - 1) {
       const auto r = static_cast<unsigned>(std::countr_zero(rest));
       const auto basis = sh_basis(tile.rays[r].direction, scene_.sh_degree);
-      for (unsigned j = 0; j < kShFunctions; ++j) basis_[r / kTileLanes].values[j][r % kTileLanes] = basis[j];
+      for (unsigned j = 0; j < structure_.coefficients(); ++j)
+        basis_[r / kTileLanes].values[j][r % kTileLanes] = basis[j];
     }
   }
 }
@@ -292,8 +292,7 @@ glm::vec3 TileTracer::colour_of(const TileRays& tile, std::uint32_t gaussian, un
     tests_.colour(sh, structure_.coefficients(), basis_[ray / kTileLanes], ray % kTileLanes, rgb);
     return {rgb[0], rgb[1], rgb[2]};
   }
-  const glm::vec3 to_centre = structure_.gaussian(gaussian).mean - tile.origin;
-  const auto basis = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), scene_.sh_degree);
+  const auto basis = sh_basis(unit_vector(structure_.gaussian(gaussian).mean - tile.origin), scene_.sh_degree);
   return sh_colour(sh, basis, structure_.coefficients());
 }
 

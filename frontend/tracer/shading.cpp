@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <limits>
 
 #include "grtx/base/error.h"
@@ -11,6 +10,11 @@
 #include "grtx/frontend/tracer/ray_watch.h"
 
 namespace grtx::frontend {
+namespace {
+
+constexpr unsigned kUsualShFunctions = 16;  ///< degree 3, which a shader of 3DGS evaluates whatever the scene has
+
+}  // namespace
 
 Shading::Shading(const TracedStructure& structure, const TracerOptions& options)
     : scene_(structure.scene),
@@ -89,6 +93,10 @@ void Shading::prefetch_colours(const KBuffer& hits) const {
       __builtin_prefetch(sh + 16);
       __builtin_prefetch(sh + 32);
     }
+    if (coefficients > kUsualShFunctions) {
+      __builtin_prefetch(sh + 48);
+      __builtin_prefetch(sh + 64);
+    }
   }
 }
 
@@ -96,12 +104,11 @@ glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const
                              TracerCounters& counters) {
   if (world_ != nullptr) return colour_in_world(entry, ray);
   if (options_.sh_direction == ShDirection::centre) {
-    const glm::vec3 to_centre = g.mean - ray.origin;
-    basis_ = sh_basis(to_centre / std::sqrt(glm::dot(to_centre, to_centre)), sh_degree_);
+    basis_ = sh_basis(unit_vector(g.mean - ray.origin), sh_degree_);
   }
   const unsigned coefficients = scene_.sh_coefficients();
   const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
-  if (coefficients < kShFunctions) counters.skipped_sh_bands += 3 * (kShFunctions - coefficients);
+  if (coefficients < kUsualShFunctions) counters.skipped_sh_bands += 3 * (kUsualShFunctions - coefficients);
   return sh_colour(sh, basis_, coefficients);
 }
 
@@ -116,7 +123,7 @@ glm::vec3 Shading::colour_in_world(const KEntry& entry, const TraceRay& ray) con
                           : object_ray.direction;
   const unsigned coefficients = scene.sh_coefficients();
   return sh_colour(&scene.sh[static_cast<std::size_t>(local) * coefficients * 3],
-                   sh_basis(d / std::sqrt(glm::dot(d, d)), scene.sh_degree), coefficients);
+                   sh_basis(unit_vector(d), scene.sh_degree), coefficients);
 }
 
 void Shading::count_doubled(std::uint32_t gaussian, RayState& state) {

@@ -67,7 +67,8 @@ void trace_into(TracedView& view, const TracedStructure& structure, const std::v
   }
   if (writer) {
     writer->finish();
-    view.trace = TraceFile{writer->bytes(), writer->totals().visits()};
+    view.trace =
+        TraceFile{writer->bytes(), writer->totals().visits(), writer->decoded_bytes(), writer->largest_group()};
   }
 }
 

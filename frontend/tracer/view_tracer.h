@@ -23,7 +23,9 @@ namespace grtx::frontend {
 
 struct TraceFile {
   std::uint64_t bytes = 0;
-  std::uint64_t visits = 0;  ///< node visits in it
+  std::uint64_t visits = 0;         ///< node visits in it
+  std::uint64_t decoded_bytes = 0;  ///< of all groups, as a simulation reads them
+  std::uint64_t largest_group = 0;  ///< bytes of the largest, decoded
 };
 
 /// A sequence is traced into one file, frame after frame. Its counters add up, its footprint is the largest of a frame.

@@ -6,6 +6,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
@@ -147,7 +148,7 @@ std::string config_hash(const GpuConfig& config) {
   // What wrote back before there was this buffer was another machine.
   const char* const buffer = "l1.write_back_buffer";
   if (!json.contains("l1.private_writes") && json.at(buffer) == before.at(buffer)) json.erase(buffer);
-  return hex(xxh3(json.dump()));
+  return hex(xxh3(json_text(json)));
 }
 
 std::string config_reference() {

@@ -5,12 +5,14 @@
 #include <cassert>
 #include <nlohmann/json.hpp>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
 constexpr std::size_t kFlushBytes = 1 << 20;
 
-std::string json_text(std::string_view text) { return nlohmann::json(std::string(text)).dump(); }
+std::string json_text(std::string_view text) { return grtx::json_text(nlohmann::json(text)); }
 
 }  // namespace
 

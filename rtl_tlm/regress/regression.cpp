@@ -13,6 +13,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
@@ -68,8 +69,8 @@ std::string run_case(const RegressionCase& c, const RegressionOptions& options) 
                                  {"config", result.document.at("config")},
                                  {"inputs", result.document.at("inputs")},
                                  {"stats", std::move(stats)}};
-  return ordered_json{{"document", document}, {"violations", result.violations}, {"seconds", seconds_since(start)}}
-      .dump();
+  return json_text(
+      ordered_json{{"document", document}, {"violations", result.violations}, {"seconds", seconds_since(start)}});
 }
 
 /// A case's column of the table: statistics by their names, and what they are of.
@@ -154,7 +155,7 @@ RegressionOutcome ended(const RegressionCase& c, ChildProcess& child, const Regr
   RegressionOutcome outcome;
   outcome.regression_case = c;
   try {
-    judge(outcome, ordered_json::parse(child.result()), options);
+    judge(outcome, parse_json(child.result(), "case"), options);
   } catch (const Error& error) {
     outcome.kind = Kind::refused;
     outcome.message = error.what();

@@ -9,6 +9,8 @@
 #include <set>
 #include <string_view>
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -75,7 +77,7 @@ bool is_sum(const StatisticUnit& unit) {
   return unit.place >= whole;
 }
 
-std::string text_of_value(const ordered_json& statistic) { return statistic.at("value").dump(); }
+std::string text_of_value(const ordered_json& statistic) { return json_text(statistic.at("value")); }
 
 void compare_objects(const ordered_json& record, const ordered_json& found, const char* part,
                      std::vector<std::string>& lines) {
@@ -85,13 +87,13 @@ void compare_objects(const ordered_json& record, const ordered_json& found, cons
   for (const auto& [key, value] : new_values.items()) {
     const auto old = old_values.find(key);
     if (old == old_values.end()) {
-      lines.push_back(fmt::format("{}: new, {}", key, value.dump()));
+      lines.push_back(fmt::format("{}: new, {}", key, json_text(value)));
     } else if (*old != value) {
-      lines.push_back(fmt::format("{}: {} -> {}", key, old->dump(), value.dump()));
+      lines.push_back(fmt::format("{}: {} -> {}", key, json_text(*old), json_text(value)));
     }
   }
   for (const auto& [key, value] : old_values.items()) {
-    if (!new_values.contains(key)) lines.push_back(fmt::format("{}: {}, is gone", key, value.dump()));
+    if (!new_values.contains(key)) lines.push_back(fmt::format("{}: {}, is gone", key, json_text(value)));
   }
 }
 

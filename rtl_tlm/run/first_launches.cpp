@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/child_process.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
@@ -31,7 +32,7 @@ std::string simulate_front(const traces::Reader& reader, const std::vector<std::
   const std::unique_ptr<MemorySystem> memory = memory_system(config.dram_model)(gpu, {});
   gpu.distributor().observe(&launches);
   run_for(gpu, kCycles);
-  return launches.list.dump();
+  return json_text(launches.list);
 }
 
 }  // namespace
@@ -40,7 +41,7 @@ std::vector<Launch> first_launches(const traces::Reader& reader, const std::vect
                                    const GpuConfig& config) {
   ChildProcess front("first_launches", [&] { return simulate_front(reader, groups, config); });
   std::vector<Launch> launches;
-  for (const auto& launch : nlohmann::json::parse(front.result())) {
+  for (const auto& launch : parse_json(front.result(), "launches")) {
     launches.push_back({launch.at(0).get<unsigned>(), launch.at(1).get<Cycle>()});
   }
   return launches;

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/run/json_file.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 
 namespace grtx::sim {
@@ -48,19 +48,19 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
 std::string statistics_text(const nlohmann::ordered_json& document) {
   std::string text = "{\n";
   const auto member = [&text](const std::string& indent, const std::string& name, const std::string& value, bool last) {
-    text += indent + nlohmann::ordered_json(name).dump() + ": " + value + (last ? "\n" : ",\n");
+    text += indent + json_text(nlohmann::ordered_json(name)) + ": " + value + (last ? "\n" : ",\n");
   };
   std::size_t written = 0;
   for (const auto& [name, value] : document.items()) {
     const bool last = ++written == document.size();
     if (!value.is_object() || value.empty()) {
-      member("  ", name, value.dump(), last);
+      member("  ", name, json_text(value), last);
       continue;
     }
-    text += "  " + nlohmann::ordered_json(name).dump() + ": {\n";
+    text += "  " + json_text(nlohmann::ordered_json(name)) + ": {\n";
     std::size_t inner_written = 0;
     for (const auto& [inner_name, inner] : value.items()) {
-      member("    ", inner_name, inner.dump(), ++inner_written == value.size());
+      member("    ", inner_name, json_text(inner), ++inner_written == value.size());
     }
     text += last ? "  }\n" : "  },\n";
   }

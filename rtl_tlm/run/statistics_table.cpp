@@ -8,6 +8,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 
 namespace grtx::sim {
 namespace {
@@ -45,8 +46,8 @@ StatisticsTable::StatisticsTable(const std::string& path) {
     if (cells.size() != names.size()) fail(line, fmt::format("has {} cells of {}", cells.size(), names.size()));
     for (std::size_t i = 1; i < cells.size(); ++i) {
       if (cells[i].empty()) continue;
-      const ordered_json value = ordered_json::parse(cells[i], nullptr, false);
-      if (value.is_discarded() || value.is_structured()) fail(line, fmt::format("'{}' is no value", cells[i]));
+      const ordered_json value = parse_json(cells[i], path, fmt::format("line {}", line + 1));
+      if (value.is_structured()) fail(line, fmt::format("'{}' is no value", cells[i]));
       if (!runs_[names[i]].try_emplace(cells.front(), cells[i]).second) {
         fail(line, fmt::format("'{}' stands twice", cells.front()));
       }
@@ -56,14 +57,14 @@ StatisticsTable::StatisticsTable(const std::string& path) {
 
 ordered_json StatisticsTable::of(const std::string& run) const {
   ordered_json values = ordered_json::object();
-  for (const auto& [name, value] : runs_.at(run)) values[name] = ordered_json::parse(value);
+  for (const auto& [name, value] : runs_.at(run)) values[name] = parse_json(value, name);
   return values;
 }
 
 void StatisticsTable::put(const std::string& run, const ordered_json& values) {
   std::map<std::string, std::string>& column = runs_[run];
   column.clear();
-  for (const auto& [name, value] : values.items()) column[name] = value.dump();
+  for (const auto& [name, value] : values.items()) column[name] = json_text(value);
 }
 
 std::string StatisticsTable::text() const {

@@ -8,6 +8,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/traces/codec/decoded_size.h"
 
 namespace grtx::sim {
 namespace {
@@ -101,7 +102,7 @@ void TraceSource::decode_ahead() {
     Group group;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [&] { return stopping_ || ready_.size() < depth_; });
+      changed_.wait(lock, [&] { return stopping_ || (ready_.size() < depth_ && ready_bytes_ < kDecodeAheadBytes); });
       if (stopping_) return;
       group = take_spare();
     }
@@ -116,6 +117,7 @@ void TraceSource::decode_ahead() {
       if (failure) {
         failure_ = failure;
       } else {
+        ready_bytes_ += traces::decoded_bytes(*group);
         ready_.push_back(std::move(group));
       }
     }
@@ -135,6 +137,7 @@ const traces::RayGroup* TraceSource::acquire(std::uint64_t position) {
     if (ready_.empty()) std::rethrow_exception(failure_);
     group = std::move(ready_.front());
     ready_.pop_front();
+    ready_bytes_ -= traces::decoded_bytes(*group);
     lock.unlock();
     changed_.notify_all();
   }
@@ -146,6 +149,8 @@ const traces::RayGroup* TraceSource::acquire(std::uint64_t position) {
 void TraceSource::release(std::uint64_t position) {
   const auto held = std::find_if(held_.begin(), held_.end(), [&](const Held& h) { return h.position == position; });
   assert(held != held_.end());
+  if (traces::decoded_bytes(*held->group) > kDecodeAheadBytes / kDecodeAhead)
+    *held->group = {};  // what is large is not kept to be reused
   {
     const std::lock_guard lock(mutex_);
     spare_.push_back(std::move(held->group));

@@ -1,5 +1,5 @@
-// Feeds the ray groups of a trace file to the work distributor. Memory is bounded by the warps resident in the GPU plus
-// the groups decoded ahead: decoded groups are reused.
+// Feeds the ray groups of a trace file to the work distributor. In memory are the groups of the warps resident in the
+// GPU, and what is decoded ahead: so many groups, or so many bytes. Decoded groups are reused.
 #pragma once
 
 #include <condition_variable>
@@ -18,6 +18,8 @@ namespace grtx::sim {
 
 /// Groups that are decoded before they are needed; the decoding thread never affects results.
 inline constexpr unsigned kDecodeAhead = 32;
+/// Beyond so many bytes of these nothing is decoded ahead. A group that is larger is decoded all the same, alone.
+inline constexpr std::uint64_t kDecodeAheadBytes = std::uint64_t{64} << 20;
 
 class TraceSource final : public modules::GroupSource {
  public:
@@ -59,6 +61,7 @@ class TraceSource final : public modules::GroupSource {
   std::condition_variable changed_;
   std::vector<Group> spare_;
   std::deque<Group> ready_;  ///< decoded, from position next_ on
+  std::uint64_t ready_bytes_ = 0;
   std::exception_ptr failure_;
   std::size_t allocated_ = 0;
   bool stopping_ = false;

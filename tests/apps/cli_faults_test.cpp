@@ -7,6 +7,7 @@
 
 #include "apps/program.h"
 #include "grtx/frontend/image/image.h"
+#include "sweep_database.h"
 
 namespace grtx::e2e {
 namespace {
@@ -60,6 +61,50 @@ TEST_F(CliFaults, ADeviceOrALinkIsReplacedByAFile) {
   EXPECT_EQ(folder_.run(trace_ + "-o /dev/null --stats /dev/null --quiet").code, 0);
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
   expect_refused(trace_ + "-o /dev/full --quiet", "/dev/full: ");
+}
+
+TEST_F(CliFaults, NestedJsonEndsInASegmentationFault) {
+  const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
+  folder_.write("s.gltf", R"({"asset": {}, "scenes": [{"nodes": )" + deep + "}]}");
+  folder_.write("meta.json", R"({"means": )" + deep + "}");
+  folder_.write("cameras.json", deep);
+  folder_.write("stats.json", R"({"schema": "grtx.stats/1", "config": {"a": )" + deep +
+                                  R"(}, "stats": {"a.stall.b": )" + deep + "}}");
+  folder_.write("results.json", R"({"schema": "grtx.run/1", "violations": )" + deep + "}");
+  testing_sweep::make_points(folder_.path("d.sqlite"), nlohmann::json::parse(R"([{"id": 1}])"));
+  testing_sweep::execute(folder_.path("d.sqlite"), "UPDATE point SET coordinates = '" + deep + "'");
+  const std::string rule = "must be nested at most 128 levels deep, as JSON";
+  for (const char* arguments : {"info s.gltf", "info meta.json", "stalls stats.json", "cost --stats stats.json",
+                                "report results.json -o r.html", "report stats.json -o r.html",
+                                "report d.sqlite -o r.html", "trace --scene s.gltf --cameras cameras.json -o t.grtx"}) {
+    expect_refused(arguments, rule);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("r.html")));
+}
+
+TEST_F(CliFaults, ANameInLatin1LeavesATraceWithoutStatistics) {
+  make_scene();
+  const std::string name =
+      "K\xfc"
+      "che";
+  std::filesystem::create_directory(folder_.path(name));
+  std::filesystem::copy(folder_.path("s.ply"), folder_.path(name + ".ply"));
+  const std::string trace = "trace --scene " + name + ".ply --cameras s.cameras.json --width 8 --height 8 ";
+  const Outcome traced = folder_.run(trace + "-o a.grtx --stats a.json --quiet");
+  EXPECT_EQ(traced.code, 0) << traced.err;
+  EXPECT_THAT(folder_.read("a.json"), HasSubstr(R"(K\\xfcche.ply)"));
+  for (const std::string& arguments :
+       {"info " + name + ".ply --json", "sim a.grtx --stats " + name + "/s.json --quiet",
+        std::string("trace-dump a.grtx --json"),
+        "run --scene " + name + ".ply --cameras s.cameras.json --width 8 --height 8 -o " + name + "/run --quiet --json",
+        "report " + name + "/run/results.json -o " + name + "/r.html --json",
+        "convert " + name + ".ply " + name + ".spz --json"}) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 0) << arguments << ": " << outcome.err;
+    EXPECT_EQ(outcome.out.find('\xfc'), std::string::npos) << arguments;
+  }
+  folder_.write("p.toml", "[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\nwidth = 8\nheight = 8\n");
+  expect_refused("sweep p.toml -o " + name + "/d.sqlite --quiet", "must be UTF-8: it is handed on as JSON");
 }
 
 TEST_F(CliFaults, NaNPassesEveryGate) {

@@ -162,7 +162,7 @@ TEST(Forgery, HeaderValueOutOfRange) {
   EXPECT_THAT(fault_of(forgery.content()), HasSubstr("bvh_width must be 2..8"));
   forgery = Forgery();
   forgery.replace_header([](std::string json) { return json.replace(json.find("\"k\":4"), 5, "\"k\":-"); });
-  EXPECT_THAT(fault_of(forgery.content()), HasSubstr("is not JSON"));
+  EXPECT_THAT(fault_of(forgery.content()), HasSubstr("is not valid JSON"));
 }
 
 TEST(Forgery, GroupCountsDiffer) {

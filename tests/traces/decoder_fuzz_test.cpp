@@ -6,8 +6,11 @@
 #include <stdexcept>
 
 #include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
+#include "limited_memory.h"
+#include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"
 
 namespace grtx::traces {
@@ -99,6 +102,37 @@ TEST(DecoderFuzz, AbsurdSizesAreRefusedBeforeAllocation) {
       EXPECT_THROW(unpack_columns(payload.data(), payload.size(), columns), Malformed);
       EXPECT_EQ(columns.bytes(), 0U);
     }
+  }
+}
+
+// A byte of a chunk may stand for a million events.
+TEST(DecoderFuzz, AGroupLargerThanTheMemoryIsRefusedWithItsSize) {
+  const sim::test::TinyTrace tiny{1, 32};
+  RayGroup group = sim::test::tiny_group(tiny, 0);
+  for (Ray& ray : group.rays) {
+    ray.rounds.front().k_count = ray.rounds.front().processed_count = 0;
+    ray.processed.clear();
+    const std::vector<Event> events = ray.events;
+    for (int i = 1; i < 50'000; ++i) {
+      ray.rounds.push_back(ray.rounds.front());
+      ray.events.insert(ray.events.end(), events.begin(), events.end());
+    }
+  }
+  Bytes payload;
+  encode_group(sim::test::tiny_header(tiny), group, payload);
+  ASSERT_LT(100 * payload.size(), decoded_bytes(group));
+  const auto decode = [&](std::uint64_t left) {
+    const grtx::test::LimitedMemory limit(left);
+    RayGroup decoded;
+    decode_group(sim::test::tiny_header(tiny), payload.data(), payload.size(), 0, decoded);
+    return decoded == group;
+  };
+  EXPECT_TRUE(decode(4 * decoded_bytes(group)));
+  try {
+    decode(decoded_bytes(group) / 2);
+    ADD_FAILURE() << "was decoded";
+  } catch (const Malformed& fault) {
+    EXPECT_THAT(fault.what(), ::testing::MatchesRegex("takes .* MB more memory, and .* MB are free, to be decoded"));
   }
 }
 

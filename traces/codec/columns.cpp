@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
 
 namespace grtx::traces {
@@ -103,6 +104,7 @@ void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& colu
     sum += raw[i];
   }
   if (sum > kMaxGroupBytes) reader.fail("claims more bytes than a group may have");
+  take_memory(sum);
   for (std::size_t i = count; i < kColumnCount; ++i) columns[static_cast<Column>(i)].clear();
   for (std::size_t i = 0; i < count; ++i) {
     Bytes& column = columns[static_cast<Column>(i)];

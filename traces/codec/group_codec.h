@@ -14,7 +14,7 @@ namespace grtx::traces {
 void encode_group(const Header& header, const RayGroup& group, Bytes& out);
 
 /// Undoes encode_group for the group that must have `index`. Throws Malformed on anything encode_group does not write.
-/// Memory stays within a small multiple of the decompressed columns.
+/// A small file may stand for a great deal: before it takes as much as there is, Malformed names the size.
 void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
                   RayGroup& group);
 

@@ -8,6 +8,7 @@
 
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/columns.h"
+#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/dictionary_decoder.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_model.h"
@@ -71,6 +72,7 @@ class GroupDecoder {
     const bool known_flags = flags == 0 || (flags < 2 * kNodesHoldBlasRoot && (flags & kNodesInTree) != 0);
     if (!known_flags) top.fail("holds unknown flags");
     const std::uint64_t gaussians = top.varint(reader(Column::gaussian_id).remaining());
+    if (nodes > group.nodes.capacity()) take_memory(nodes * (sizeof(NodeDefinition) + sizeof(NodeModel)));
     group.nodes.resize(static_cast<std::size_t>(nodes));
     nodes_ = &group.nodes;
     model_.begin(header, root);
@@ -100,6 +102,7 @@ class GroupDecoder {
     pixel = checked_u32(rays, pixel + unzigzag(rays.varint(4 * kU32)));
     ray.pixel = static_cast<std::uint32_t>(pixel);
     const std::uint64_t rounds = rays.varint(reader(Column::round_flags).remaining());
+    if (rounds > ray.rounds.capacity()) take_memory(rounds * sizeof(Round));
     ray.rounds.resize(static_cast<std::size_t>(rounds));
     ray.processed.clear();
     destination_.clear();
@@ -119,6 +122,8 @@ class GroupDecoder {
     const std::uint64_t pops = event_count_ - replayed_;
     if (pops > pops_left_) fail_pops();
     pops_left_ -= pops;
+    if (event_count_ > ray.events.capacity()) take_memory(event_count_ * sizeof(Event));
+    if (processed > ray.processed.capacity()) take_memory(processed * sizeof(Processed));
     ray.bins.assign(bins_.begin(), bins_.end());
     ray.events.assign(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(event_count_));
     processed_.take_ray(processed, readers_, ray.processed);
@@ -262,6 +267,7 @@ class GroupDecoder {
   [[gnu::noinline]] void grow_events(Event*& next, const Event*& end) {
     const auto used = static_cast<std::size_t>(next - events_.data());
     if (used - replayed_ > pops_left_) fail_pops();
+    take_memory(2 * events_.size() * sizeof(Event));
     events_.resize(2 * events_.size());
     next = events_.data() + used;
     end = events_.data() + events_.size();
@@ -269,8 +275,11 @@ class GroupDecoder {
   [[noreturn]] static void fail_pops() { throw Malformed("a group has more than 2^30 events"); }
 
   void checkpoint(const NodeReference& entry) {
-    if (!has_bins_) [[likely]]
+    if (!has_bins_) [[likely]] {
+      if (destination_.size() == destination_.capacity()) [[unlikely]]
+        take_memory(2 * destination_.size() * sizeof(NodeReference));
       return destination_.push_back(entry);
+    }
     ByteReader& bins = reader(Column::bin);
     const unsigned bin = bins.u8();
     if (bin >= binned_.places().count() || binned_.places().full(bin)) bins.fail("names a bin that has no room");

@@ -4,6 +4,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/count_totals.h"
@@ -102,9 +104,9 @@ void take(const Json& value, const std::string& key, std::map<std::string, std::
 Json parse_object(std::string_view text) {
   Json json;
   try {
-    json = Json::parse(text.begin(), text.end());
-  } catch (const Json::exception&) {
-    throw Malformed("is not JSON");
+    json = parse_json<Json>(text, "");
+  } catch (const Error& error) {
+    throw Malformed(error.rule());
   }
   if (!json.is_object()) throw Malformed("is not a JSON object");
   return json;
@@ -136,11 +138,6 @@ void take_all(Json json, ForEach&& for_each) {
   if (!json.empty()) throw Malformed("key '" + json.begin().key() + "' is unknown");
 }
 
-std::string to_text(const Json& json) {
-  // Input names may hold any bytes; what is not UTF-8 must not stop a long trace at its end.
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 }  // namespace
 
 std::string header_to_json(const Header& header) {
@@ -149,7 +146,7 @@ std::string header_to_json(const Header& header) {
                         [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
   // Traces of before there was another layout do not name theirs, and neither do those of today that have it.
   if (header.layout == NodeLayout::vulkan_sim) json.erase("layout");
-  return to_text(json);
+  return json_text(json);
 }
 
 Header header_from_json(std::string_view text, std::uint32_t version) {
@@ -258,7 +255,7 @@ std::string header_fault(const Header& h) {
 std::string totals_to_json(const Totals& totals) {
   Json json = Json::object();
   for_each_total(totals, [&](const char* key, const auto& field) { json[key] = field; });
-  return to_text(json);
+  return json_text(json);
 }
 
 Totals totals_from_json(std::string_view text) {

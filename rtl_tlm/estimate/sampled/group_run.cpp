@@ -1,5 +1,7 @@
 #include "grtx/rtl_tlm/estimate/sampled/group_run.h"
 
+#include "grtx/base/json.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -39,12 +41,12 @@ std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, con
     json["ended"] = times.ends;
     json["stats"] = result.document.at("stats");
     json["violations"] = result.violations;
-    return json.dump();
+    return json_text(json);
   });
 }
 
 void finish_group_run(ChildProcess& child, GroupRun& run) {
-  const nlohmann::ordered_json json = nlohmann::ordered_json::parse(child.result());
+  const nlohmann::ordered_json json = parse_json(child.result(), "groups");
   run.cycles = json.at("cycles").get<double>();
   run.times.launched = json.at("launched").get<std::vector<double>>();
   run.times.ended = json.at("ended").get<std::vector<double>>();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "grtx/base/child_process.h"
+#include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
@@ -90,9 +91,9 @@ void SampledReport::add_energy(modules::StatisticList& list) const {
       const modules::Statistic& s = priced.items()[i];
       json.push_back({s.name, std::get<double>(s.value), s.unit, s.description});
     }
-    return json.dump();
+    return json_text(json);
   });
-  for (const auto& s : ordered_json::parse(child.result())) {
+  for (const auto& s : parse_json(child.result(), "estimate")) {
     list.add(s.at(0), s.at(1).get<double>(), s.at(2), s.at(3));
   }
 }
@@ -120,9 +121,9 @@ SampledResult SampledReport::whole(const std::string& why) const {
     json["document"] = result.document;
     json["violations"] = result.violations;
     json["binding_bound"] = result.binding_bound;
-    return json.dump();
+    return json_text(json);
   });
-  const ordered_json json = ordered_json::parse(child.result());
+  const ordered_json json = parse_json(child.result(), "estimate");
   SampledResult r;
   r.result.document = json.at("document");
   r.result.violations = json.at("violations").get<std::vector<std::string>>();

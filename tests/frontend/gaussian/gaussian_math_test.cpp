@@ -43,25 +43,34 @@ TEST(GaussianMath, AlphaRules) {
 
 TEST(GaussianMath, ShBasisIsOrthonormal) {
   // Integrates products of basis functions over a fine spherical grid.
-  double gram[16][16] = {};
+  double gram[25][25] = {};
   const int rows = 200, columns = 400;
   for (int i = 0; i < rows; ++i) {
     const double z = -1.0 + (2.0 * i + 1.0) / rows;
     for (int j = 0; j < columns; ++j) {
       const double phi = 2.0 * 3.141592653589793 * (j + 0.5) / columns, s = std::sqrt(1.0 - z * z);
       const auto b = sh_basis(
-          {static_cast<float>(s * std::cos(phi)), static_cast<float>(s * std::sin(phi)), static_cast<float>(z)}, 3);
-      for (int p = 0; p < 16; ++p) {
-        for (int q = 0; q < 16; ++q)
+          {static_cast<float>(s * std::cos(phi)), static_cast<float>(s * std::sin(phi)), static_cast<float>(z)}, 4);
+      for (int p = 0; p < 25; ++p) {
+        for (int q = 0; q < 25; ++q)
           gram[p][q] +=
               static_cast<double>(b[static_cast<std::size_t>(p)]) * static_cast<double>(b[static_cast<std::size_t>(q)]);
       }
     }
   }
-  for (int p = 0; p < 16; ++p) {
-    for (int q = 0; q < 16; ++q) {
+  for (int p = 0; p < 25; ++p) {
+    for (int q = 0; q < 25; ++q) {
       EXPECT_NEAR(gram[p][q] * 4.0 * 3.141592653589793 / (rows * columns), p == q ? 1.0 : 0.0, 1e-3);
     }
+  }
+}
+
+TEST(GaussianMath, UnitVectorsOfAnyLength) {
+  for (const float length : {1e-38f, 1e-30f, 1e-19f, 1.0f, 7.5f, 1e19f, 3e20f, 1e37f}) {
+    const glm::vec3 v = unit_vector({2.0f * length, -length, 2.0f * length});
+    EXPECT_NEAR(v.x, 2.0 / 3.0, 1e-6) << length;
+    EXPECT_NEAR(v.y, -1.0 / 3.0, 1e-6) << length;
+    EXPECT_NEAR(v.z, 2.0 / 3.0, 1e-6) << length;
   }
 }
 

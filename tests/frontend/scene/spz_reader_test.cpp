@@ -8,6 +8,7 @@
 
 #include "frontend/scene/scene_bytes.h"
 #include "grtx/frontend/scene/decompress.h"
+#include "limited_memory.h"
 
 namespace grtx::frontend::test {
 namespace {
@@ -264,8 +265,31 @@ TEST(Decompress, SizesAroundTheStep) {
     EXPECT_TRUE(inflate_zstd(zstd(plain), size, 0, "f") == plain) << size;
     EXPECT_THROW(inflate_zstd(zstd(plain), size - 1, 0, "f"), Error);
     EXPECT_THROW(inflate_zstd(zstd(plain), size + 1, 0, "f"), Error);
-    EXPECT_TRUE(inflate_gzip(gzip(plain), "f") == plain) << size;
+    EXPECT_TRUE(inflate_gzip(gzip(plain), size + 1, "f") == plain) << size;
   }
+}
+
+// The header counts the points: what comes out beyond them is never asked for.
+TEST(SpzReader, ASmallFileInflatedToGigabytesBeforeItsHeaderWasReadHasABound) {
+  std::string head(16, '\0');
+  head.replace(0, 4, "NGSP");
+  head[4] = 3;
+  head[8] = 10;
+  const std::string bomb = gzip(head + std::string(std::size_t{256} << 20, '\0'));
+  ASSERT_LT(bomb.size(), std::size_t{300} << 10);
+  EXPECT_EQ(inflate_gzip(bomb, 1000, "f").size(), 1000U);
+  const test::LimitedMemory limit(std::uint64_t{32} << 20);
+  EXPECT_THAT(scene_error(bomb), HasSubstr("inflated byte 216: 10 points of SH degree 0 must end at byte 216"));
+}
+
+TEST(SpzReader, ACountThatIsHonestIsRefusedWithItsSizeWhereThereIsNoMemory) {
+  std::string file(16, '\0');
+  file.replace(0, 4, "NGSP");
+  file[4] = 3;
+  file[10] = 0x40;  // 4,194,304 points of 20 bytes
+  file = gzip(file + std::string((std::size_t{20} << 22), '\0'));
+  const test::LimitedMemory limit(std::uint64_t{150} << 20);
+  EXPECT_THAT(scene_error(file), HasSubstr("MB more memory, and"));
 }
 
 }  // namespace

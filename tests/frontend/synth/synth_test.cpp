@@ -109,7 +109,7 @@ TEST_F(Synth, EveryCameraSeesTheSurfacesColourAtEveryDegree) {
     std::vector<float> grey;
     for (std::size_t i = 0; i < scene.size(); ++i) {
       const glm::vec3 view = glm::normalize(glm::vec3(glm::dvec3(scene.mean[i]) - eye));
-      const std::array<float, 16> basis = sh_basis(view, degree);
+      const auto basis = sh_basis(view, degree);
       const glm::vec3 rgb = sh_colour(&scene.sh[3 * i * scene.sh_coefficients()], basis, scene.sh_coefficients());
       grey.push_back((rgb.x + rgb.y + rgb.z) / 3.0F);
     }

@@ -97,11 +97,25 @@ TEST(TileTracer, GivesItAtEverySizeAndPlace) {
   }
 }
 
-// Harmonics beyond degree 3 are kept by loaders, but not evaluated.
 TEST(TileTracer, GivesItForEveryDegree) {
   for (const unsigned degree : {0u, 1u, 2u, 3u, 4u}) {
     const Scene scene = test::random_scene(45, {200, 1.0, -2.0, 1.0, 0.05, 0.95, degree});
     expect_same_image(scene, test::front_camera(20, 20), AccelKind::tlas_sphere, {}, std::to_string(degree));
+  }
+}
+
+TEST(TileTracer, GivesItAtEveryScale) {
+  for (const int exponent : {-10, 60, 73, 110, 120}) {
+    Scene scene = test::random_scene(47);
+    for (std::size_t g = 0; g < scene.size(); ++g) {
+      scene.mean[g] *= std::ldexp(1.0f, exponent);
+      scene.scale[g] *= std::ldexp(1.0f, exponent);
+    }
+    Camera camera = test::front_camera(20, 20);
+    camera.position *= std::ldexp(1.0, exponent);
+    for (const AccelKind kind : {AccelKind::tlas_sphere, AccelKind::tri20}) {
+      EXPECT_GT(expect_same_image(scene, camera, kind, {}, std::to_string(exponent)), 1000u);
+    }
   }
 }
 

@@ -55,5 +55,47 @@ INSTANTIATE_TEST_SUITE_P(Proxies, TracerReference,
                                          Case{AccelKind::ellipsoid, ReferenceProxy::sphere, true}),
                          test::PrintedName{});
 
+/// Of the picture, in dB, with the proxy's own reference.
+double parity(const Scene& scene, const Camera& camera, AccelKind kind, ReferenceProxy proxy,
+              ShDirection direction = ShDirection::ray) {
+  TracerOptions options;
+  options.sh_direction = direction;
+  ReferenceOptions reference;
+  reference.proxy = proxy;
+  reference.sh_from_centre = direction == ShDirection::centre;
+  return compare(test::trace_scene(scene, camera, kind, options).image,
+                 render_reference(scene, camera, reference).image)
+      .psnr;
+}
+
+TEST(TracerReferenceFaults, HarmonicsOfDegree4WereLeftOut) {
+  const Scene scene = test::random_scene(45, {200, 1.0, -2.0, 1.0, 0.05, 0.95, 4});
+  for (const ShDirection direction : {ShDirection::ray, ShDirection::centre}) {
+    EXPECT_GE(parity(scene, test::front_camera(32, 32), AccelKind::tlas_sphere, ReferenceProxy::sphere, direction), 90);
+  }
+}
+
+// |direction|^2 in the unit frame is no float there. Powers of two: the scene is the same but for its size.
+TEST(TracerReferenceFaults, SpheresFromScale1e20OnHeldEveryOrigin) {
+  const std::pair<AccelKind, ReferenceProxy> kinds[] = {
+      {AccelKind::tlas_sphere, ReferenceProxy::sphere},  {AccelKind::ellipsoid, ReferenceProxy::sphere},
+      {AccelKind::box, ReferenceProxy::sphere},          {AccelKind::tlas_box, ReferenceProxy::sphere},
+      {AccelKind::tri20, ReferenceProxy::icosahedron20}, {AccelKind::tlas_tri80, ReferenceProxy::icosphere80}};
+  for (const int exponent : {0, 60, 66, 73, 90, 110, 120}) {
+    Scene scene = test::random_scene(21);
+    for (std::size_t g = 0; g < scene.size(); ++g) {
+      scene.mean[g] *= std::ldexp(1.0f, exponent);
+      scene.scale[g] *= std::ldexp(1.0f, exponent);
+    }
+    Camera camera = test::front_camera(32, 32);
+    camera.position *= std::ldexp(1.0, exponent);
+    for (const auto& [kind, proxy] : kinds) {
+      for (const ShDirection direction : {ShDirection::ray, ShDirection::centre}) {
+        EXPECT_GE(parity(scene, camera, kind, proxy, direction), 80) << exponent << " " << accel_name(kind);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace grtx::frontend

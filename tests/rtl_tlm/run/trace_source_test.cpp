@@ -9,7 +9,9 @@
 #include <functional>
 
 #include "grtx/base/error.h"
+#include "grtx/traces/codec/decoded_size.h"
 #include "parameter_names.h"
+#include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
@@ -74,6 +76,33 @@ TEST_P(TraceSourceAhead, CanBeDroppedBeforeTheEnd) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Depth, TraceSourceAhead, ::testing::Values(0u, 1u, 8u), grtx::test::PrintedName{});
+
+TEST(TraceSource, ThirtyTwoGroupsOfAnySizeWereDecodedAhead) {
+  const test::TinyTrace tiny{24, 32};
+  std::vector<traces::RayGroup> groups;
+  for (unsigned i = 0; i < tiny.groups; ++i) {
+    traces::RayGroup& group = groups.emplace_back(test::tiny_group(tiny, i));
+    for (traces::Ray& ray : group.rays) {
+      ray.rounds.front().k_count = ray.rounds.front().processed_count = 0;
+      ray.processed.clear();
+      ray.rounds.resize(5'000, ray.rounds.front());
+      const std::vector<traces::Event> events = ray.events;
+      while (ray.events.size() < 3 * ray.rounds.size())
+        ray.events.insert(ray.events.end(), events.begin(), events.end());
+    }
+  }
+  const TemporaryFile file;
+  traces::testing::write_trace(file.path(), test::tiny_header(tiny), groups);
+  const traces::Reader reader(file.path());
+  TraceSource source(reader, kDecodeAhead);
+  const std::size_t ahead = kDecodeAheadBytes / traces::decoded_bytes(groups.front()) + 1;
+  ASSERT_LT(ahead, tiny.groups / 2);
+  for (unsigned i = 0; i < tiny.groups; ++i) {
+    EXPECT_EQ(*source.acquire(i), groups[i]);
+    source.release(i);
+  }
+  EXPECT_LE(source.groups_allocated(), ahead + 2);  // with the one held and the one being decoded
+}
 
 TEST(CheckGroup, NamesTheFirstRoundThatDoesNotFit) {
   const auto trace = random_trace(8);
