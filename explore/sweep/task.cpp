@@ -9,6 +9,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/kept_tracer.h"
 #include "grtx/explore/sweep/own_folder.h"
@@ -247,19 +248,6 @@ ordered_json read_description(const std::string& path) {
   } catch (const nlohmann::json::parse_error& error) {
     throw Error(path, fmt::format("byte {}", error.byte), "is no JSON");
   }
-}
-
-/// Of `grtx cost`: which units the machine has.
-std::vector<std::string> cost_arguments(const MachineUse& use) {
-  std::vector<std::string> arguments = {"--design",   use.design,
-                                        "--pop-test", std::string(name_of(use.pop_test)),
-                                        "--layout",   std::string(name_of(use.layout)),
-                                        "--leaves",   std::string(name_of(use.leaves))};
-  if (use.checkpoint_bins != 0) {
-    arguments.insert(arguments.end(), {"--checkpoint-bins", std::to_string(use.checkpoint_bins),
-                                       "--checkpoint-capacity", std::to_string(use.checkpoint_capacity)});
-  }
-  return arguments;
 }
 
 /// That the database can take it. Throws nlohmann::json::exception.

@@ -47,18 +47,25 @@ def _quantities(stats, path, place):
                          "description": [entry["description"] for entry in stats.values()]}).rename_axis("statistic")
 
 
+def _notes(notes, path, place):
+    """What limits the meaning of a run's figures: [{"id", "text"}]; files of earlier versions have none."""
+    if not isinstance(notes, list) or not all(isinstance(n, dict) and {"id", "text"} <= set(n) for n in notes):
+        raise StatisticsError(path, place, "must be a list of notes with id and text")
+    return notes
+
+
 def read_statistics(path):
     """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
 
     Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (int or float, as in the file; NaN for
-    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts). Raises
-    StatisticsError, OSError.
+    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts), and
+    ``notes``: [{"id", "text"}], what limits the figures' meaning. Raises StatisticsError, OSError.
     """
     path = os.fspath(path)
     document = _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
     frame = _quantities(_part(document, "stats", path), path, "stats")
     frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path),
-                       over_time=document.get("over_time") or {})
+                       notes=_notes(document.get("notes", []), path, "notes"), over_time=document.get("over_time") or {})
     return frame
 
 
@@ -84,6 +91,7 @@ class Results:
     - ``quantities``: frame of the same rows: ``unit``, ``description``.
     - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
     - ``frames``: frame of one row a frame of a sequence, a column a design, in cycles; empty for one view.
+    - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
     """
 
@@ -96,6 +104,7 @@ class Results:
     config: dict
     images_identical: bool
     violations: list
+    notes: dict
 
 
 def read_results(path):
@@ -120,14 +129,15 @@ def read_results(path):
         config=_part(document, "config", path),
         images_identical=document.get("images_identical"),
         violations=document.get("violations", []),
+        notes={name: _notes(notes, path, f"notes.{name}") for name, notes in document.get("notes", {}).items()},
     )
 
 
 def read_sweep(path, values=None):
     """Points of a sweep or a search (SQLite, schema grtx.sweep/2 or 1), opened read-only.
 
-    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``mode``, ``status``, ``reason``, ``seconds``, a
-    column for each coordinate that was varied, and one for each statistic and cost. ``values``: names of those wanted
+    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``mode``, ``status``, ``reason``, ``seconds``,
+    ``notes`` (ids of what limits its figures' meaning, docs/model/statistics.md; "" for none), a column for each coordinate that was varied, and one for each statistic and cost. ``values``: names of those wanted
     (default: all). ``frame.attrs``: ``units`` and ``descriptions`` by statistic, ``plan`` (text). Statistics of points that
     are not done are NaN. Raises StatisticsError, OSError.
     """
@@ -153,12 +163,15 @@ def _sweep(database, path, values):
     for name in names:
         if name not in quantities.index:
             raise StatisticsError(path, "values", f"there is no '{name}'; frame.attrs['units'] of read_sweep(path) has all")
-    points = pd.read_sql_query("SELECT id AS point, scene, design, mode, status, reason, seconds, coordinates FROM point "
+    points = pd.read_sql_query("SELECT id AS point, scene, design, mode, status, reason, seconds, coordinates, "
+                               "json_extract(nullif(document, ''), '$.notes') AS notes FROM point "
                                "ORDER BY id", database, index_col="point")
     try:
         varied = pd.DataFrame([json.loads(text) for text in points.pop("coordinates")], index=points.index)
     except (json.JSONDecodeError, TypeError) as error:
         raise StatisticsError(path, "point.coordinates", f"is no JSON: {error}") from None
+    points["notes"] = [", ".join(note["id"] for note in _notes(json.loads(text or "[]"), path, "point.document.notes"))
+                       for text in points["notes"]]
     marks = ",".join("?" * len(names))
     rows = pd.read_sql_query("SELECT point_id AS point, name, value FROM value" +
                              ("" if values is None else f" WHERE name IN ({marks})"), database,
