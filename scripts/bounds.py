@@ -25,6 +25,7 @@ def main():
     parser.add_argument("--grtx", default="build/release/grtx")
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--machine", default="configs/table1.toml")
+    parser.add_argument("--child-order", default="near_first")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("scenes", nargs="+", metavar="SCENE.ply:CAMERAS.json[:VIEW]")
     arguments = parser.parse_args()
@@ -36,7 +37,8 @@ def main():
             for design, options in DESIGNS.items():
                 trace, statistics = os.path.join(folder, "t.grtx"), os.path.join(folder, "s.json")
                 subprocess.run([arguments.grtx, "trace", "--quiet", "--scene", path, "--cameras", cameras, "--view", view,
-                                "--width", str(arguments.size), "--height", str(arguments.size), "--machine", arguments.machine, *options, "-o", trace],
+                                "--width", str(arguments.size), "--height", str(arguments.size), "--machine", arguments.machine, "--child-order",
+                                arguments.child_order, *options, "-o", trace],
                                check=True)
                 settings = [word for setting in arguments.set for word in ("--set", setting)]
                 subprocess.run([arguments.grtx, "sim", "--quiet", trace, "--machine", arguments.machine, *settings,

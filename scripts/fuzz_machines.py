@@ -32,19 +32,21 @@ import tempfile
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-TABLE1 = os.path.join(ROOT, "configs", "table1.toml")  # every key at its default
+TABLE1 = os.path.join(ROOT, "configs", "table1.toml")  # every key at its default, checkpoint traffic charged
 # Values that a rule wants to be powers of two.
 POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.sectors_per_cycle",
           "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes", "fast.stride",
           "dram.group_bytes"}
+# Whole sets of the default shapes: most other sizes are refused.
+SETS = {"l1.bytes": 32768, "l2.bytes": 8192}
 SCENES = [("object", 120), ("flat", 150), ("object", 400)]
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("tri80", "off"),
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
            ("tlas-sphere", "on")]
 TRACES = 150
 OUTSIDE = "outside of what was measured"
-# What a run that ends well may say: of the machine, of the host's cores, and of its own L1.
-NOTICES = rf"grtx: (.*{OUTSIDE}|sim: one thread |sim: \d+ of \d+ threads |sim: .* of the fills of the L1 were dropped)"
+# What a run that ends well may say: of the machine, of the host, and what limits its figures (notes).
+NOTICES = rf"grtx: (.*{OUTSIDE}|sim: )"
 
 
 class Key:
@@ -61,6 +63,8 @@ class Key:
     def text(self, value):
         if self.name in POWERS and value > 0:
             value = 2 ** round(math.log2(value))
+        if step := SETS.get(self.name):
+            value = max(1, round(value / step)) * step
         value = min(max(value, self.low), self.high)
         return str(round(value)) if self.whole else f"{value:.6g}"
 

@@ -60,6 +60,15 @@ void print_energy(const CostArguments& options, const GpuConfig& config,
   }
 }
 
+/// What the command line does not name, the machine's tracer options choose.
+void choose_for(const CostArguments& options, MachineUse& use) {
+  std::map<std::string, std::string> chosen = machine_tracer(options.machine);
+  for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
+    if (options.command->count(flag_of(named)) > 0) chosen.erase(named);
+  }
+  choose_nodes_and_lists(chosen, options.machine, use);
+}
+
 int cost(const CostArguments& options, bool json) {
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
@@ -71,9 +80,7 @@ int cost(const CostArguments& options, bool json) {
   MachineUse use = options.statistics.empty()
                        ? options.use
                        : machine_of_run(read_statistics(options.statistics).at("inputs"), options.statistics);
-  if (options.statistics.empty() && options.command->count("--checkpoint-bins") == 0) {
-    choose_bins(machine_tracer(options.machine), options.machine, use);
-  }
+  if (options.statistics.empty()) choose_for(options, use);
   const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
   MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
@@ -100,18 +107,25 @@ void add_cost(CLI::App& app, CommonOptions& common) {
                                    [options, &common] { return cost(*options, common.json); });
   options->command = command;
   add_machine_option(command, options->machine);
-  command
-      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
+  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--design", options->use.design, "Which units the machine has")
       ->check(one_of({"baseline", "sw", "hw", "grtx"}));
-  add_choice(command, "--pop-test", options->use.pop_test, "Whether stack entries hold their t");
+  add_choice(command, "--pop-test", options->use.pop_test,
+             "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,
                     "Designs sw and grtx for scenes of several objects (default: off)");
   add_choice(command, "--leaves", options->use.leaves, "What the primitive leaves are: of boxes, a shader tests them");
-  add_choice(command, "--layout", options->use.layout, "Node image that the machine reads");
+  add_choice(command, "--layout", options->use.layout,
+             "Node image that the machine reads; a machine may choose another");
+  command
+      ->add_option(
+          "--bvh-width", options->use.bvh_width,
+          "Children of an internal node, 2 to 8; 0: as many as a line of the layout holds; a machine may choose "
+          "another")
+      ->check(in_range(0u, traces::kMaxWidth));
   command
       ->add_option("--checkpoint-bins", options->use.checkpoint_bins,
                    "Near checkpoint bins of a ray, 0 for two buffers; a machine may choose another number")

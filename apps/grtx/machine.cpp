@@ -35,16 +35,6 @@ fs::path machines_folder() {
   return fs::is_directory(folders.front(), failed) ? folders.front() : folders.back();
 }
 
-std::vector<std::string> machine_names() {
-  std::vector<std::string> names;
-  std::error_code failed;
-  for (const auto& file : fs::directory_iterator(machines_folder(), failed)) {
-    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 std::string path_of(const std::string& machine) {
   if (machine.ends_with(".toml")) return machine;
   const std::vector<std::string> names = machine_names();
@@ -59,11 +49,6 @@ std::string path_of(const std::string& machine) {
                             fmt::join(names, ", "), nearest_name(machine, names)));
   }
   return (machines_folder() / (machine + ".toml")).string();
-}
-
-std::string flag_of(std::string key) {
-  std::replace(key.begin(), key.end(), '_', '-');
-  return "--" + key;
 }
 
 /// Options of the tracer as keys tracer.NAME; what is set goes to `values`.
@@ -81,12 +66,13 @@ void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::st
   });
 }
 
-/// The file's keys: of the hardware into `config`, of the tracer returned by name.
+/// The file's keys over those of `paper`: of the hardware into `config`, of the tracer returned by name.
 std::map<std::string, std::string> read_machine(const std::string& path, GpuConfig& config) {
   std::map<std::string, std::string> tracer;
   modules::ParameterList list;
   config.parameters(list);
   add_tracer_keys(list, tracer);
+  load_config_file(path_of(kDefaultMachine), list.items());
   load_config_file(path, list.items());
   std::erase_if(tracer, [](const auto& entry) { return entry.second.empty(); });
   return tracer;
@@ -94,12 +80,28 @@ std::map<std::string, std::string> read_machine(const std::string& path, GpuConf
 
 }  // namespace
 
+std::string flag_of(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+std::vector<std::string> machine_names() {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (const auto& file : fs::directory_iterator(machines_folder(), failed)) {
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
 
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
   return command->add_option("--machine", machine,
                              fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
-                                         ".toml; --config and options of the tracer override it",
+                                         ".toml of what differs from paper, or from what it includes; --config and "
+                                         "options of the tracer override it",
                                          fmt::join(machine_names(), ", ")));
 }
 

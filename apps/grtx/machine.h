@@ -1,5 +1,6 @@
 // A machine: one word for a hardware configuration and the tracer options that go with it. A file in configs/machines
-// holds both: keys of the configuration, and in [tracer] options of the command line, with _ for -.
+// holds both: keys of the configuration, and in [tracer] options of the command line, with _ for -. A file says what
+// differs from the machine that it includes, and where it includes none, from `paper`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,17 +18,24 @@ void set_machines_folder(const std::string& folder);
 /// What every command with --machine takes by default.
 inline constexpr const char* kDefaultMachine = "paper";
 
+/// Those of the project.
+std::vector<std::string> machine_names();
+
 /// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
 
-/// machine: a name, the path of a file, or "" for no machine, that is all keys at their defaults. Then the file
-/// `config`, if not "", and the settings key=value. Throws Error for unknown names, keys and values.
+/// machine: a name, the path of a file, or "" for no machine: all keys at their defaults, which are those of `paper`,
+/// and no tracer options. Then the file `config`, if not "", and the settings key=value. Throws Error for unknown
+/// names, keys and values.
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                               const std::vector<std::string>& settings);
 
 /// "machine: NAME", with what the command line changes about it.
 std::string describe_machine(const std::string& machine, const std::string& config,
                              const std::vector<std::string>& settings);
+
+/// The option of a key: --pop-test of pop_test.
+std::string flag_of(std::string key);
 
 /// A machine's name in statistics: of a file the name without folder and ending, so that they do not depend on where it
 /// lies.

@@ -8,16 +8,15 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string_view>
 #include <thread>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/design_progress.h"
-#include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
+#include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
 #include "grtx/apps/grtx/scene_cli.h"
@@ -216,7 +215,6 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                                                                : simulate(trace, config, simulation, options.mode);
                            ordered_json document = result.document;
                            document["violations"] = result.violations;
-                           document["caution"] = result.caution;
                            document["binding_bound"] = result.binding_bound;
                            return json_text(document);
                          }));
@@ -360,13 +358,8 @@ int run(RunArguments& options, const CommonOptions& common) {
     options.mode = unnamed_mode(traced, comparison, config, sampled);
     if (options.mode != SimulationMode::cycle) warn_of_ignored_keys(config, options.mode, sampled);
   }
-  const std::map<std::string, ordered_json> documents =
+  std::map<std::string, ordered_json> documents =
       simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
-  std::set<std::string> cautions;  // mostly the same of all designs
-  for (const auto& [name, document] : documents) cautions.insert(document.at("caution").get<std::string>());
-  for (const std::string& caution : cautions) {
-    warn_of_caution(caution, "--mode " + std::string(name_of(options.mode)));
-  }
 
   ordered_json results;
   results["schema"] = "grtx.run/1";
@@ -376,11 +369,17 @@ int run(RunArguments& options, const CommonOptions& common) {
   results["config"] = config_json(config);
   if (objects) results["speedup_over"] = comparison.reference();  // else over the baseline
   std::vector<std::string> violations;
+  const SimulationMode engine = options.mode == SimulationMode::sampled ? options.sampled.engine : options.mode;
+  std::map<std::string, ResultNotes> notes;
   for (const std::string& name : comparison.names()) {
     ordered_json& design = results["designs"][name];
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
-    warn_of_dropped_fills(documents.at(name).at("stats"), name);
+    // The command line may have named other tracer options than the machine.
+    put_first(machine_notes(options.machine, engine, traces::Reader(traced.designs.at(name).path).header()),
+              documents.at(name));
+    results["notes"][name] = documents.at(name).at("notes");
+    notes[name] = notes_from(results["notes"][name], name);
     const ordered_json& inputs = results["inputs"][name] = documents.at(name).at("inputs");
     if (inputs.value(std::string("trace.") + kFilesHash, "") != traced.files_hash) {
       throw Error(traced.designs.at(name).path, "", "was replaced by another trace while the run was under way");
@@ -406,6 +405,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   ReportOptions report;
   report.inputs = {options.output + "/results.json"};
   write_file(options.output + "/report.html", report_page(report));
+  print_notes(notes);
 
   if (common.json) {
     print_json(results);
@@ -439,8 +439,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_tracer_options(command, options->tracer);
   options->command = command;
   add_machine_option(command, options->machine);
-  command
-      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
+  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
   options->mode_option = add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim")

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "grtx/apps/grtx/commands.h"
-#include "grtx/apps/grtx/dropped_fills.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
+#include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/sampled_cli.h"
 #include "grtx/base/atomic_file.h"
@@ -40,6 +40,7 @@ struct SimArguments {
   bool list_config = false;
   bool list_statistics = false;
   bool no_idle_skip = false;
+  bool strict = false;
   SampledCli sampled;
   SimulationOptions simulation;
 };
@@ -63,11 +64,19 @@ void print_summary(const SimArguments& options, const SimulationResult& result) 
 }
 
 int report_faults(const SimulationResult& result) {
-  warn_of_dropped_fills(result.document.at("stats"), "sim");
+  print_notes({{"sim", notes_from(result.document.at("notes"), "sim")}});
   for (const std::string& violation : result.violations) {
     fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
   }
   return result.violations.empty() ? 0 : 1;
+}
+
+/// engine: that simulates. Throws Error with --strict when the trace is of another machine.
+ResultNotes notes_before(const SimArguments& options, SimulationMode engine) {
+  const traces::Reader reader(options.trace);
+  const ResultNotes others = tracer_notes(options.machine, reader.header());
+  if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
+  return machine_notes(options.machine, engine, reader.header());
 }
 
 /// Waveforms, timelines and heat maps are of simulations.
@@ -87,9 +96,10 @@ int run_sampled(const SimArguments& options, const GpuConfig& config, const Samp
         std::pair("--save-state", &options.simulation.save_state)}) {
     if (!path->empty()) throw Error("sim", option, "is for --mode cycle and fast");
   }
+  const ResultNotes notes = notes_before(options, sampled.engine);
   SampledResult result = simulate_sampled(options.trace, config, sampled);
+  put_first(notes, result.result.document);
   result.result.document["inputs"]["machine"] = machine_name(options.machine, config);
-  warn_of_caution(result.result.caution, "--mode sampled");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
   if (common.json) {
     print_json(result.result.document);
@@ -129,9 +139,10 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.quiet = common.quiet;
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
+  const ResultNotes notes = notes_before(options, options.mode);
   SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
+  put_first(notes, result.document);
   result.document["inputs"]["machine"] = machine_name(options.machine, config);
-  warn_of_caution(result.caution, "--mode fast");
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
   for (const HeatmapRequest& heatmap : heatmaps) {
     write_heatmap(heatmap.path, {heatmap.name,
@@ -156,11 +167,12 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                                    [options, &common] { return run_simulation(*options, common); });
   command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);
   add_machine_option(command, options->machine);
-  command
-      ->add_option("--config", options->config, "Configuration file; its keys override the machine's (default: none)")
+  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
+  command->add_flag("--strict", options->strict,
+                    "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
   add_choice(command, "--mode", options->mode,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/error.h"
@@ -15,11 +16,6 @@
 
 namespace grtx::sim {
 namespace {
-
-std::string flag_of(std::string name) {
-  std::replace(name.begin(), name.end(), '_', '-');
-  return "--" + name;
-}
 
 /// Options that change no byte of a trace have no place in its key.
 bool is_swept(const std::string& flag) { return flag != "--threads" && flag != "--help"; }

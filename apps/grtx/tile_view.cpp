@@ -58,7 +58,7 @@ int render_tile_view(const std::string& scene_file, const ViewOptions& view, fro
     host.add("tracer.tiles.build_seconds", structure.total_seconds(), "s", "host time of building the tiles' BVH");
     modules::StatisticList counted;
     frontend::TileCounters::table().describe(c, counted, "tracer");
-    const nlohmann::ordered_json document = statistics_document(config, inputs, counted, host);
+    const nlohmann::ordered_json document = statistics_document(config, inputs, {}, counted, host);
     if (!statistics.empty()) write_file(statistics, statistics_text(document));
     if (common.json) print_json(document);
   }

@@ -78,6 +78,20 @@ std::string remark(const frontend::SceneTracer& scene, const frontend::TracedVie
                      c.rounds, c.visits(), describe(scene.view()->objects()));
 }
 
+/// What limits the meaning of a trace's figures, and of what is simulated with it.
+ResultNotes notes_of(const frontend::TracedView& traced, const TracerCli& cli) {
+  traces::Header header;
+  header.inputs = traced.inputs;
+  header.checkpoint_capacity = cli.options.checkpoint_capacity;
+  traces::Totals totals;
+  for (const frontend::TracerCounters* counted : {&traced.result.counters, &traced.result.secondary}) {
+    totals.rounds += counted->rounds;
+    totals.any_hit_calls += counted->any_hit_calls();
+    totals.overflows += counted->checkpoint_overflows;
+  }
+  return trace_notes(header, totals);
+}
+
 int trace(const TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
   apply_machine_tracer(*options.command, options.machine);
   if (options.output.empty() && !options.no_trace) {
@@ -106,15 +120,17 @@ int trace(const TraceArguments& options, const CommonOptions& common, frontend::
   if (!options.image.empty()) write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
+  const ResultNotes notes = notes_of(traced, options.tracer);
   if (statistics) {
     nlohmann::ordered_json config;
     for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
-    nlohmann::ordered_json document = statistics_document(config, traced.inputs, tracer_statistics(scene, traced),
-                                                          tracer_host_statistics(scene, result));
+    nlohmann::ordered_json document = statistics_document(
+        config, traced.inputs, notes, tracer_statistics(scene, traced), tracer_host_statistics(scene, result));
     document["inputs"]["machine"] = machine_name(options.machine);
     if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
     if (common.json) print_json(document);
   }
+  print_notes({{"trace", notes}});
   if (!common.quiet && !common.json) {
     const auto& c = result.counters;
     say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",

@@ -151,23 +151,24 @@ RenderOptions render_options(const TracerCli& cli, bool quiet) {
   return r;
 }
 
+std::map<std::string, std::string> option_texts(const TracerCli& cli) {
+  std::map<std::string, std::string> texts;
+  visit_options(cli, [&]<typename Value>(std::string name, const Value& value, const char*, auto...) {
+    std::replace(name.begin(), name.end(), '-', '_');
+    if constexpr (NamedEnum<Value>) {
+      texts[name] = name_of(value);
+    } else if constexpr (std::is_same_v<Value, std::optional<unsigned>>) {
+      texts[name] = std::to_string(bvh_width(cli));
+    } else {
+      texts[name] = fmt::format("{}", value);
+    }
+  });
+  return texts;
+}
+
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, AccelKind accel) {
-  const auto as_text = [](const TracerCli& options) {
-    std::map<std::string, std::string> texts;
-    visit_options(options, [&]<typename Value>(std::string name, const Value& value, const char*, auto...) {
-      std::replace(name.begin(), name.end(), '-', '_');
-      if constexpr (NamedEnum<Value>) {
-        texts[name] = name_of(value);
-      } else if constexpr (std::is_same_v<Value, std::optional<unsigned>>) {
-        texts[name] = std::to_string(bvh_width(options));
-      } else {
-        texts[name] = fmt::format("{}", value);
-      }
-    });
-    return texts;
-  };
-  std::map<std::string, std::string> inputs = as_text(cli);
-  const std::map<std::string, std::string> defaults = as_text({});
+  std::map<std::string, std::string> inputs = option_texts(cli);
+  const std::map<std::string, std::string> defaults = option_texts({});
   for (const char* later : {"pop_test", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }

@@ -44,6 +44,8 @@ void add_tracer_options(CLI::App* command, TracerCli& cli);
 frontend::TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);
 frontend::AccelOptions accel_options(const TracerCli& cli, frontend::AccelKind accel);
 frontend::RenderOptions render_options(const TracerCli& cli, bool quiet);
+/// Every option that a trace's inputs may name, as text, by name with _ for -.
+std::map<std::string, std::string> option_texts(const TracerCli& cli);
 /// Resolved options as text, for the "inputs" of outputs and trace headers. Options that came later are left out at
 /// their defaults, so that hashes of inputs on record stay.
 std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool checkpoint, frontend::AccelKind accel);

@@ -32,8 +32,6 @@ constexpr Group kGroups[] = {{"rt",
                              {"own", "energy of units that are not the project's, as they price what they count"},
                              {"leakage", "leakage of the whole modelled machine over gpu.time_us"}};
 
-/// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
-/// that.
 std::uint64_t picojoules(double nanojoules) { return static_cast<std::uint64_t>(std::llround(nanojoules * 1e3)); }
 
 double nanojoules(std::uint64_t pj) { return static_cast<double>(pj) / 1e3; }
@@ -50,8 +48,7 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
     const auto found = counts.find(name);
     return found == counts.end() ? std::nullopt : std::optional(found->second);
   };
-  CostOptions options;
-  options.clock_mhz = config.core_mhz;
+  const CostOptions options;
   std::vector<EnergyPart> parts = run_energy(value, config, inventories, options, {});
 
   for (const modules::Statistic& s : list.items()) {

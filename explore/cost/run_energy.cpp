@@ -77,6 +77,13 @@ class Prices {
   const Technology& technology_;
 };
 
+/// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
+/// that, and sums of them are the same in any order.
+Range in_whole_picojoules(const Range& nanojoules) {
+  const auto whole = [](double nj) { return std::round(nj * 1e3) / 1e3; };
+  return {whole(nanojoules.low), whole(nanojoules.central), whole(nanojoules.high)};
+}
+
 }  // namespace
 
 std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig& config,
@@ -98,7 +105,7 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
   const Prices prices(inventories, options);
   std::vector<EnergyPart> parts;
   const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {
-    parts.push_back({name, actions, pj * (actions * 1e-3), basis});
+    parts.push_back({name, actions, in_whole_picojoules(pj * (actions * 1e-3)), basis});
   };
   add("rt.ray_box", value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
       "node tests, sort included");
@@ -160,14 +167,14 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
         {"own", 1.0, Range::exactly(own), "run, as units that not every machine has price what they count"});
   }
   const CostNode tree = cost_tree(inventories, options);
-  parts.push_back({"leakage", value("gpu.time_us"), tree.leakage_mw * value("gpu.time_us"), "us of the whole machine"});
+  add("leakage", value("gpu.time_us"), tree.leakage_mw * 1e3, "us of the whole machine");
   return parts;
 }
 
 Range total(const std::vector<EnergyPart>& parts) {
   Range sum;
   for (const EnergyPart& part : parts) sum += part.nanojoules;
-  return sum;
+  return in_whole_picojoules(sum);
 }
 
 }  // namespace grtx::sim

@@ -28,9 +28,10 @@ struct EnergyPart {
 /// A number that a run counted, by its name (docs of `grtx sim`); none when it is not among its statistics.
 using RunStatistics = std::function<std::optional<double>(const std::string& name)>;
 
-/// inventories: of the same machine. Order and names of the parts do not depend on the run, but for `own`. Throws
-/// Error{statistics, name, rule} for a count that a run must have and this one has not; a memory that is not ours may
-/// have no gpu.dram.*, which then costs nothing. statistics: what to call them.
+/// The one place that prices a run. inventories: of the same machine. Every part is in whole picojoules. Order and
+/// names of the parts do not depend on the run, but for `own`. Throws Error{statistics, name, rule} for a count that a
+/// run must have and this one has not; a memory that is not ours may have no gpu.dram.*, which then costs nothing.
+/// statistics: what to call them.
 std::vector<EnergyPart> run_energy(const RunStatistics& value, const GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
                                    const EnergyOptions& energy, const std::string& statistics = "statistics");

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "grtx/rtl_tlm/gpu/machine_use.h"
 
@@ -12,7 +13,10 @@ namespace grtx::sim {
 /// for values that nothing has.
 MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where);
 
-/// That of them which says how a ray's checkpoint lists are kept; they may also be a machine's tracer options.
-void choose_bins(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use);
+/// Those of them that a machine's tracer options say, too: nodes, stack entries and how checkpoint lists are kept.
+void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use);
+
+/// The same as options of `grtx cost`, all of them: a machine that is named there chooses nothing.
+std::vector<std::string> cost_arguments(const MachineUse& use);
 
 }  // namespace grtx::sim

@@ -1,10 +1,12 @@
 #include "grtx/explore/search/price.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/json.h"
 #include "grtx/explore/cost/cost_report.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
@@ -12,9 +14,7 @@ namespace grtx::sim {
 
 const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
   const MachineUse& use = point.use;
-  const std::string machine =
-      fmt::format("{} {} {} {} {} {} {} {}", use.design, name_of(use.leaves), name_of(use.pop_test),
-                  name_of(use.layout), use.objects, use.checkpoint_bins, use.checkpoint_capacity, point.config.text());
+  const std::string machine = fmt::format("{} {}", fmt::join(cost_arguments(use), " "), point.config.text());
   if (const auto found = known_.find(machine); found != known_.end()) return found->second;
   ChildProcess child("cost of " + point.design, [&] {
     const GpuConfig config = config_from(point.config.json());

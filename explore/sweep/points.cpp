@@ -43,9 +43,10 @@ std::string design_name(const Structure& s) {
 }
 
 /// tracer: resolved options, which leave out defaults; of a combination that cannot go together, the given ones.
-MachineUse machine_use(const Structure& s, ordered_json tracer) {
+MachineUse machine_use(const Structure& s, ordered_json tracer, bool several_objects) {
   tracer["accel"] = s.accel;
   tracer["checkpoint"] = s.checkpoint ? "on" : "off";
+  if (several_objects) tracer["levels"] = "3";
   return machine_of_run(tracer, "tracer");
 }
 
@@ -174,7 +175,7 @@ const PointMaker::Traced& PointMaker::traced(Asked asked) {
   Traced made;
   made.trace = std::make_shared<SweepTrace>(
       scenes_.at(asked.scene).trace(asked.view, structure, asked.options, tracer_, program_, made.broken));
-  made.use = machine_use(structure, made.trace->options.at("tracer"));
+  made.use = machine_use(structure, made.trace->options.at("tracer"), scenes_.at(asked.scene).input.several_objects);
   return asked_->emplace(std::move(asked), std::move(made)).first->second;
 }
 

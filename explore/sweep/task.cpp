@@ -10,6 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/files_read.h"
 #include "grtx/base/json.h"
+#include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/kept_tracer.h"
 #include "grtx/explore/sweep/own_folder.h"
@@ -241,19 +242,6 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   commands.run("cost", arguments);
   result["cost"] = read_json(commands.file("cost.out"));
   return result;
-}
-
-/// Of `grtx cost`: which units the machine has.
-std::vector<std::string> cost_arguments(const MachineUse& use) {
-  std::vector<std::string> arguments = {"--design",   use.design,
-                                        "--pop-test", std::string(name_of(use.pop_test)),
-                                        "--layout",   std::string(name_of(use.layout)),
-                                        "--leaves",   std::string(name_of(use.leaves))};
-  if (use.checkpoint_bins != 0) {
-    arguments.insert(arguments.end(), {"--checkpoint-bins", std::to_string(use.checkpoint_bins),
-                                       "--checkpoint-capacity", std::to_string(use.checkpoint_capacity)});
-  }
-  return arguments;
 }
 
 /// That the database can take it. Throws nlohmann::json::exception.

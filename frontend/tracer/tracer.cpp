@@ -107,6 +107,16 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   return header;
 }
 
+/// In the header what reading clamped in more than one in a hundred of a file's rows: it is then another scene.
+void note_clamped(const LoadReport& report, traces::Header& header) {
+  for (const auto& [reason, rows] : report.clamped) {
+    if (100 * rows <= report.rows) continue;
+    std::string& clamped = header.inputs["clamped"];
+    if (!clamped.empty()) clamped += "; ";
+    clamped += std::to_string(rows) + " of " + std::to_string(report.rows) + " rows: " + reason;
+  }
+}
+
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
@@ -143,6 +153,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   header.sh_record_bytes = 12ull * scene.sh_coefficients();
   header.inputs["scene"] = scene.name;
   header.inputs["scene_hash"] = scene.hash;
+  note_clamped(scene.report, header);
   return header;
 }
 
@@ -156,6 +167,7 @@ traces::Header trace_header(const MultiObjectWorld& world, const Camera& camera,
   for (const auto& object : world.objects()) {
     header.inputs["object_hash." + std::to_string(header.object_roots.size())] = object->scene.hash;
     header.object_roots.push_back(object->root);
+    note_clamped(object->scene.report, header);
   }
   return header;
 }

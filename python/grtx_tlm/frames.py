@@ -47,18 +47,25 @@ def _quantities(stats, path, place):
                          "description": [entry["description"] for entry in stats.values()]}).rename_axis("statistic")
 
 
+def _notes(notes, path, place):
+    """What limits the meaning of a run's figures: [{"id", "text"}]; files of earlier versions have none."""
+    if not isinstance(notes, list) or not all(isinstance(n, dict) and {"id", "text"} <= set(n) for n in notes):
+        raise StatisticsError(path, place, "must be a list of notes with id and text")
+    return notes
+
+
 def read_statistics(path):
     """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
 
     Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (int or float, as in the file; NaN for
-    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts). Raises
-    StatisticsError, OSError.
+    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts), and
+    ``notes``: [{"id", "text"}], what limits the figures' meaning. Raises StatisticsError, OSError.
     """
     path = os.fspath(path)
     document = _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
     frame = _quantities(_part(document, "stats", path), path, "stats")
     frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path),
-                       over_time=document.get("over_time") or {})
+                       notes=_notes(document.get("notes", []), path, "notes"), over_time=document.get("over_time") or {})
     return frame
 
 
@@ -84,6 +91,7 @@ class Results:
     - ``quantities``: frame of the same rows: ``unit``, ``description``.
     - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
     - ``frames``: frame of one row a frame of a sequence, a column a design, in cycles; empty for one view.
+    - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
     """
 
@@ -96,6 +104,7 @@ class Results:
     config: dict
     images_identical: bool
     violations: list
+    notes: dict
 
 
 def read_results(path):
@@ -120,6 +129,7 @@ def read_results(path):
         config=_part(document, "config", path),
         images_identical=document.get("images_identical"),
         violations=document.get("violations", []),
+        notes={name: _notes(notes, path, f"notes.{name}") for name, notes in document.get("notes", {}).items()},
     )
 
 
@@ -127,7 +137,8 @@ def read_sweep(path, values=None):
     """Points of a sweep or a search (SQLite, schema grtx.sweep/3, 2 or 1), opened read-only.
 
     Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``machine``, ``mode``, ``status``, ``reason``,
-    ``seconds``, ``earlier_plan``, a column for each coordinate, and one for each statistic and cost. Coordinates are what
+    ``seconds``, ``earlier_plan``, ``notes`` (ids of what limits its figures' meaning, docs/model/statistics.md; "" for none),
+    a column for each coordinate, and one for each statistic and cost. Coordinates are what
     the plan varied, and whatever else points of equal machine, mode, scene and design differ in. ``earlier_plan``: the plan
     that filled the database last does not ask for the point, so compare it with no other. Before schema 3 a database says
     neither machine nor plan: "" and False. ``values``: names of those wanted (default: all). ``frame.attrs``: ``units`` and
@@ -202,8 +213,11 @@ def _points(database, path, schema):
     machine, earlier = ("machine", "id NOT IN (SELECT point_id FROM present)") if schema == "grtx.sweep/3" else ("''", "0")
     points = pd.read_sql_query(
         f"SELECT id AS point, scene, design, {machine} AS machine, mode, status, reason, seconds, {earlier} AS earlier_plan, "
-        "coordinates, trace_key, config, json_extract(document, '$.inputs.\"memory.files_hash\"') AS memory FROM point "
+        "coordinates, trace_key, config, json_extract(document, '$.inputs.\"memory.files_hash\"') AS memory, "
+        "json_extract(nullif(document, ''), '$.notes') AS notes FROM point "
         "ORDER BY id", database, index_col="point").astype({"earlier_plan": bool})
+    points["notes"] = [", ".join(note["id"] for note in _notes(json.loads(text or "[]"), path, "point.document.notes"))
+                       for text in points["notes"]]
     traces = dict(database.execute("SELECT key, options FROM trace"))
     traces = {key: _trace_inputs(one) for key, one in
               zip(traces, _objects(traces.values(), path, "trace.options"))}

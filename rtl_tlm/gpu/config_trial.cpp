@@ -37,6 +37,22 @@ HostTable largest_table(const GpuConfig& c) {
                            [](const HostTable& a, const HostTable& b) { return a.bytes < b.bytes; });
 }
 
+/// Tags round a cache down to whole sets: another size is made than was asked for. step: bytes of a set in all caches
+/// of this size together; factors: its keys.
+void require_whole_sets(const std::string& origin, const char* key, std::uint64_t bytes, std::uint64_t step,
+                        const char* factors) {
+  if (bytes % step == 0) return;
+  const std::uint64_t below = bytes / step * step;
+  throw Error(origin, key, fmt::format("must be a multiple of {}, as {} or {}", factors, below, below + step));
+}
+
+void require_whole_sets(const GpuConfig& c, const std::string& origin) {
+  const auto set = [](const modules::SectorCacheTags::Geometry& g) { return std::uint64_t{g.ways} * g.line_bytes; };
+  require_whole_sets(origin, "l1.bytes", c.l1.geometry.bytes, set(c.l1.geometry), "l1.ways x l1.line_bytes");
+  require_whole_sets(origin, "l2.bytes", c.l2_bytes, c.interleave.slices * set(c.l2.geometry),
+                     "l2.slices x l2.ways x l2.line_bytes");
+}
+
 /// The configuration of an L2 slice with what the assembly decides filled in, as long as this lives.
 class AsAssembled {
  public:
@@ -81,6 +97,7 @@ void ConfigTrial::check(const std::string& origin) {
     const AsAssembled filled(config_);
     require_rules(list_, origin);
   }
+  require_whole_sets(config_, origin);
   const modules::RtlRefusal refusal = modules::rtl_refusal(config_.rt);
   if (*refusal.key != 0) throw Error(origin, std::string("rt.") + refusal.key, refusal.rule);
   const HostTable table = largest_table(config_);

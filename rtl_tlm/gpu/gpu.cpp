@@ -162,6 +162,23 @@ std::string hardware_of(const traces::Header& h) {
       h.bvh_width);
 }
 
+std::string addressed_scene(const traces::Header& header) {
+  std::string scene;
+  const auto add = [&](const auto& input) {
+    scene += fmt::format("{}{} {}", scene.empty() ? "" : ", ", input.first, input.second);
+  };
+  for (const auto& input : header.inputs) {
+    const std::string& name = input.first;
+    // Objects may have moved from frame to frame: the hash of the whole says where they stand.
+    if (header.three_level() ? name.starts_with("object_hash.") : name == "scene_hash") add(input);
+  }
+  if (scene.empty()) return "";
+  for (const char* const built : {"kernel_radius", "kernel_degree", "instance_bounds", "box_bits"}) {
+    if (const auto input = header.inputs.find(built); input != header.inputs.end()) add(*input);
+  }
+  return scene;
+}
+
 bool same_hardware(const traces::Header& a, const traces::Header& b) { return hardware_of(a) == hardware_of(b); }
 
 PauseAtEnd::PauseAtEnd(const sc_core::sc_module_name& name, const Gpu& gpu) : sc_module(name) {

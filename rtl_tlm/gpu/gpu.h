@@ -130,6 +130,9 @@ std::string hardware_of(const traces::Header& header);
 /// Whether traces with these headers run on the same machine: they differ in what is in memory alone, not in what is
 /// built.
 bool same_hardware(const traces::Header& a, const traces::Header& b);
+/// What the addresses of a trace stand for, as its inputs say: the files of its scene, and how its structure was built.
+/// Caches that hold another's would hit where nothing of this one was read. "": they do not say.
+std::string addressed_scene(const traces::Header& header);
 
 /// Pauses the kernel in the cycle in which the last warp has ended: for a program that steps it (run_for()).
 class PauseAtEnd final : public sc_core::sc_module {

@@ -140,7 +140,8 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
 
 std::string config_hash(const GpuConfig& config) {
   nlohmann::ordered_json json = config_json(config);
-  const nlohmann::ordered_json before = config_json(GpuConfig());
+  nlohmann::ordered_json before = config_json(GpuConfig());
+  before["rt.checkpoint.traffic"] = name_of(modules::TrafficCharging::charged);  // all there was
   GpuConfig copy = config;
   for (const modules::Parameter& key : config_keys(copy)) {
     if (key.later && json.at(key.name) == before.value(key.name, json.at(key.name))) json.erase(key.name);

@@ -66,7 +66,10 @@ struct DramSimulatorConfig {
   }
 };
 
+/// Begins as the hardware of the machine `paper`, the default of every command.
 struct GpuConfig {
+  GpuConfig() { rt.checkpoint.traffic = modules::TrafficCharging::uncharged; }
+
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
   unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
@@ -104,8 +107,8 @@ struct GpuConfig {
 /// The parameters of `config`, which must outlive them.
 std::vector<modules::Parameter> config_keys(GpuConfig& config);
 
-/// Defaults, then the file (if `path` is not empty), then the settings "key=value" in order. Throws Error for anything
-/// that is unknown, of the wrong type, out of range, or impossible in combination.
+/// The hardware of `paper`, then what the file says or includes (if `path` is not empty), then the settings "key=value"
+/// in order. Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination.
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
 /// The same on top of `config`, which `origin` gave.
 GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
@@ -116,8 +119,8 @@ void check_config(const GpuConfig& config, const std::string& origin);
 
 /// Every key with its resolved value, in table order.
 nlohmann::ordered_json config_json(const GpuConfig& config);
-/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. dram.model
-/// counts where it is not the built-in one, so that hashes on record stay.
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. Keys that came
+/// later count where they are not what was there before, so that hashes on record stay.
 std::string config_hash(const GpuConfig& config);
 /// The reference table of all keys, in Markdown (docs/model/configuration.md).
 std::string config_reference();

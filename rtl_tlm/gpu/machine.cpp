@@ -35,7 +35,7 @@ traces::Header header_of(const MachineUse& use) {
   header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
   header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;
-  header.bvh_width = traces::default_width(use.layout);
+  header.bvh_width = use.width();
   // The smallest node image there is; its size is no hardware.
   const std::uint64_t unit = header.node_sizes().unit();
   header.root = unit;

@@ -29,9 +29,12 @@ struct MachineUse {
   LeafTest leaves = LeafTest::triangles;
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
-  bool objects = false;                      ///< of sw and grtx: a scene TLAS above, three levels
-  unsigned checkpoint_bins = 0;              ///< of hw and grtx: bins in place of two buffers
+  unsigned bvh_width = 0;        ///< children of an internal node, 2 to 8; 0: as many as a line of the layout holds
+  bool objects = false;          ///< of sw and grtx: a scene TLAS above, three levels
+  unsigned checkpoint_bins = 0;  ///< of hw and grtx: bins in place of two buffers
   std::uint64_t checkpoint_capacity = 1024;  ///< entries of a bin
+
+  unsigned width() const { return bvh_width != 0 ? bvh_width : traces::default_width(layout); }
 };
 
 }  // namespace grtx::sim

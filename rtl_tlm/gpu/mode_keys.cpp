@@ -132,8 +132,4 @@ void warn_of_ignored_keys(const GpuConfig& config, const std::vector<SimulationM
   for (const auto& [because, names] : idle) warn(names, "with " + because);
 }
 
-void warn_of_caution(const std::string& caution, std::string_view what) {
-  if (!caution.empty()) fmt::print(stderr, "grtx: outside of what was measured for {}: {}\n", what, caution);
-}
-
 }  // namespace grtx::sim

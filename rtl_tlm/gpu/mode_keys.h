@@ -56,7 +56,4 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config);
 /// it.
 void warn_of_ignored_keys(const GpuConfig& config, const std::vector<SimulationMode>& modes, std::string_view what);
 
-/// A line on stderr with what a run says of its own error (Engine::caution()), if anything. what: as above.
-void warn_of_caution(const std::string& caution, std::string_view what);
-
 }  // namespace grtx::sim

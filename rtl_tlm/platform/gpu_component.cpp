@@ -167,11 +167,16 @@ void GpuComponent::start() {
   if (trace_ >= readers_.size()) {
     return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", trace_, readers_.size()));
   }
+  if (caches_ == modules::Caches::warm && last_ != nullptr &&
+      addressed_scene(last_->header()) != addressed_scene(readers_[trace_]->header())) {
+    return fail(LaunchError::other_scene, "kept caches hold another scene or structure: " + last_->path());
+  }
   if (!memory_->restart(caches_) && begun_) {
     return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
   }
   begun_ = true;
   const traces::Reader& reader = *readers_[trace_];
+  last_ = &reader;
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
   source_.switch_to(&launch_->source);
   gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);

@@ -53,6 +53,7 @@ enum class LaunchError : std::uint32_t {
   stands_still = 3,  ///< nothing moves although warps remain; it stays busy
   memory = 4,        ///< the memory system cannot begin anew
   broken_law = 5,    ///< it has ended, but SimulationResult::violations is not empty
+  other_scene = 6,   ///< the caches that it was to keep hold another scene
 };
 
 class GpuComponent final : public sc_core::sc_module {
@@ -100,6 +101,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Options options_;
   std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
+  const traces::Reader* last_ = nullptr;                  ///< that was launched last
   SwitchedSource source_;
   std::unique_ptr<Gpu> gpu_;
   std::unique_ptr<MemorySystem> memory_;

@@ -34,6 +34,9 @@ class CaseReader {
     case_.record = (folder_ / "records.tsv").string();
     case_.column = fs::path(path_).filename().string();
     case_.column.resize(case_.column.size() - kEnding.size());
+    if (std::any_of(case_.column.begin(), case_.column.end(), [](unsigned char c) { return c < 0x20; })) {
+      throw Error(path_, "", "a case's name must have no tab or line break: it heads a column of records.tsv");
+    }
     for (const auto& [name, node] : table) read_key(std::string(name.str()), node);
     if (case_.trace.empty()) throw Error(path_, "trace", "is needed: the trace's file");
     if (case_.mode != SimulationMode::sampled && sampled_ != nullptr) fail(*sampled_, "needs mode = \"sampled\"");

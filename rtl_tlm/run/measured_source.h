@@ -32,6 +32,7 @@ class MeasuredSource final : public modules::GroupSource {
   }
   void release(std::uint64_t position) override { source_.release(position); }
 
+  const traces::Header& header() const { return header_; }
   /// Totals and longest chains of all groups acquired so far.
   const traces::Totals& totals() const { return totals_; }
   const Chain& longest() const { return longest_; }

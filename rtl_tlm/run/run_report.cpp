@@ -12,10 +12,9 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   result.cycles = counters.cycles;
   result.binding_bound = binding_bound(bounds).name;
   result.violations = count_violations(counters, source.totals(), source.count());
-  if (engine != nullptr) result.caution = engine->caution();
   std::vector<std::string> below = bound_violations(counters.cycles, bounds);
   if (engine != nullptr && engine->estimates() && !below.empty()) {
-    result.caution += (result.caution.empty() ? "" : ", ") + below.front();
+    result.notes.push_back({"below-bound", "the estimate breaks a lower bound: " + below.front()});
     below.clear();
   }
   for (const auto& more : {finished.violations, below}) {
@@ -24,6 +23,10 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   describe(counters, result.statistics);
   if (engine != nullptr) engine->describe(result.statistics);
   describe(bounds, counters.cycles, result.statistics);
+  const auto add = [&result](ResultNotes more) { result.notes.insert(result.notes.end(), more.begin(), more.end()); };
+  add(trace_notes(source.header(), source.totals()));
+  add(run_notes(config, source.header(), source.count(), result.statistics));
+  if (engine != nullptr) add(engine->notes());
   if (price) price(config, finished.inventories, source.totals().rays, result.statistics);
 }
 

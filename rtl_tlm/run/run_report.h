@@ -8,7 +8,7 @@
 
 namespace grtx::sim {
 
-/// Fills cycles, statistics, violations, caution and binding_bound of `result` from what a run has left. source: gave
+/// Fills cycles, statistics, violations, notes and binding_bound of `result` from what a run has left. source: gave
 /// it its groups. engine: that ran, or nullptr: cycle by cycle. price: see SimulationOptions.
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const Engine* engine, const EnergyPricing& price, SimulationResult& result);

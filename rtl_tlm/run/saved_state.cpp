@@ -14,7 +14,7 @@ namespace {
 
 /// First in the file; a hash of all before it is last.
 constexpr std::string_view kMagic = "grtx.state/";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHashBytes = 8;
 
 void require(bool holds, const std::string& path, const std::string& place, const std::string& rule) {
@@ -27,7 +27,8 @@ void write_state(const std::string& path, const SavedState& state) {
   StateWriter out;
   out.put(kVersion);
   out.put(std::uint32_t{kModelVersion});
-  for (const std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.ran}) out.text(*text);
+  for (const std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran})
+    out.text(*text);
   out.put(state.memory_bytes);
   out.text(state.units);
   const std::string bytes = std::string(kMagic) + out.bytes();
@@ -49,7 +50,8 @@ SavedState read_state(const std::string& path) {
   const auto model = in.get<std::uint32_t>();
   require(model == kModelVersion, path, "model", fmt::format("is version {}, this is {}", model, kModelVersion));
   SavedState state;
-  for (std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.ran}) *text = in.text();
+  for (std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran})
+    *text = in.text();
   state.memory_bytes = in.get<std::uint64_t>();
   state.units = in.text();
   in.require_end();
@@ -65,6 +67,9 @@ void require_fits(const SavedState& state, const std::string& path, const GpuCon
   const std::string hardware = hardware_of(trace.header());
   require(state.hardware == hardware, path, "hardware",
           fmt::format("is for {}; {} is for {}", state.hardware, trace.path(), hardware));
+  const std::string scene = addressed_scene(trace.header());
+  require(state.scene == scene, path, "scene",
+          fmt::format("is another: {}; {} is of {}", state.scene, trace.path(), scene));
 }
 
 }  // namespace grtx::sim

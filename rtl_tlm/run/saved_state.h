@@ -14,6 +14,7 @@ struct SavedState {
   std::string mode;  ///< name of the engine
   std::string config_hash;
   std::string hardware;            ///< hardware_of() the traces
+  std::string scene;               ///< addressed_scene() of them
   std::string ran;                 ///< content hashes of the traces, in order
   std::uint64_t memory_bytes = 0;  ///< that these needed
   std::string units;               ///< of caches and rows, by the engine
@@ -22,7 +23,7 @@ struct SavedState {
 void write_state(const std::string& path, const SavedState& state);
 /// Throws Error for a file that is none, damaged, or of another version of model or file.
 SavedState read_state(const std::string& path);
-/// Throws Error{path, ...} unless the state is for this machine, this trace's hardware and this engine.
+/// Throws Error{path, ...} unless the state is for this machine, this trace's hardware and scene, and this engine.
 void require_fits(const SavedState& state, const std::string& path, const GpuConfig& config,
                   const traces::Reader& trace, const std::string& mode);
 

@@ -116,6 +116,9 @@ std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, co
   if (!same_hardware(warm->header(), reader.header())) {
     throw Error(options.warm_trace, "header", "is for other hardware than " + reader.path());
   }
+  if (addressed_scene(warm->header()) != addressed_scene(reader.header())) {
+    throw Error(options.warm_trace, "header", "is of another scene or structure than " + reader.path());
+  }
   return warm;
 }
 
@@ -137,9 +140,10 @@ std::string ran_before(const Engine::Work& work) {
 
 void save_state(const Engine::Work& work, const Engine& engine, FinishedRun& finished) {
   const std::string before = ran_before(work);
-  write_state(work.options.save_state, {engine.name(), config_hash(work.config), hardware_of(work.reader.header()),
-                                        (before.empty() ? "" : before + " ") + work.reader.content_hash(),
-                                        finished.memory_bytes, std::move(finished.units)});
+  write_state(work.options.save_state,
+              {engine.name(), config_hash(work.config), hardware_of(work.reader.header()),
+               addressed_scene(work.reader.header()), (before.empty() ? "" : before + " ") + work.reader.content_hash(),
+               finished.memory_bytes, std::move(finished.units)});
 }
 
 std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Engine& engine) {
@@ -383,7 +387,8 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }
-  result.document = statistics_document(config_json(config), result.inputs, result.statistics, result.host, over_time);
+  result.document =
+      statistics_document(config_json(config), result.inputs, result.notes, result.statistics, result.host, over_time);
   return result;
 }
 

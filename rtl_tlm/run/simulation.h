@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/timeline.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/rtl_tlm/run/result_notes.h"
 #include "grtx/rtl_tlm/run/saved_state.h"
 #include "grtx/traces/reader.h"
 
@@ -75,8 +76,8 @@ class Engine {
   virtual void prepare(const Work& work) = 0;
   /// source gives the groups of the work.
   virtual FinishedRun run(const Work& work, modules::GroupSource& source) = 0;
-  /// Why the cycles may be farther off than the documentation says; empty: no reason is known.
-  virtual std::string caution() const { return ""; }
+  /// Why the cycles may be farther off than the documentation says.
+  virtual ResultNotes notes() const { return {}; }
   /// Whether only a share of the work was timed: cycles below a lower bound are then a bad estimate, not a broken law.
   virtual bool estimates() const { return false; }
   /// Statistics of the engine itself.
@@ -89,7 +90,7 @@ struct SimulationResult {
   modules::StatisticList host;                ///< wall time, memory, speed of this machine
   std::map<std::string, std::string> inputs;  ///< hashes of trace and configuration, and what the trace was made from
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
-  std::string caution;                        ///< Engine::caution()
+  ResultNotes notes;                          ///< what limits the meaning of all this
   std::string binding_bound;                  ///< name of the largest lower bound
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
   unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for

@@ -14,6 +14,7 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   if (header.three_level()) inputs["levels"] = "3";
   if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);
   if (header.layout != traces::Header{}.layout) inputs["layout"] = name_of(header.layout);
+  if (header.bvh_width != traces::default_width(header.layout)) inputs["bvh_width"] = std::to_string(header.bvh_width);
   if (header.checkpoint_bins != 0) {
     inputs["checkpoint_bins"] = std::to_string(header.checkpoint_bins);
     inputs["checkpoint_capacity"] = std::to_string(header.checkpoint_capacity);

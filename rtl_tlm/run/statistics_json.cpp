@@ -30,7 +30,7 @@ nlohmann::ordered_json statistics_object(const modules::StatisticList& list) {
 }
 
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
-                                           const std::map<std::string, std::string>& inputs,
+                                           const std::map<std::string, std::string>& inputs, const ResultNotes& notes,
                                            const modules::StatisticList& statistics, const modules::StatisticList& host,
                                            const nlohmann::ordered_json& over_time) {
   nlohmann::ordered_json document;
@@ -38,6 +38,7 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
   document["model_version"] = kModelVersion;
   document["config"] = config;
   document["inputs"] = inputs;
+  document["notes"] = notes_json(notes);
   if (!over_time.is_null()) document["over_time"] = over_time;
   document["stats"] = statistics_object(statistics);
   const nlohmann::ordered_json last = statistics_object(host);
@@ -75,6 +76,7 @@ nlohmann::ordered_json read_statistics(const std::string& path) {
   for (const char* part : {"config", "inputs", "stats"}) {
     if (!document.contains(part) || !document.at(part).is_object()) throw Error(path, part, "must be an object");
   }
+  if (document.contains("notes")) notes_from(document.at("notes"), path);
   check_statistics(document.at("stats"), path, "");
   return document;
 }

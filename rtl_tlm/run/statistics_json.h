@@ -1,4 +1,5 @@
-// The statistics file of a run: {"schema": "grtx.stats/1", "config": {...}, "inputs": {...}, "stats": {...}}.
+// The statistics file of a run: {"schema": "grtx.stats/1", "config": {...}, "inputs": {...}, "notes": [...],
+// "stats": {...}}.
 #pragma once
 
 #include <map>
@@ -6,6 +7,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/rtl_tlm/run/result_notes.h"
 
 namespace grtx::sim {
 
@@ -16,11 +18,12 @@ nlohmann::ordered_json statistics_object(const modules::StatisticList& list);
 /// The whole document. `host` (what depends on the machine: wall time, memory, speed) comes last in "stats", so that
 /// the lines before it are byte-identical for the same inputs.
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
-                                           const std::map<std::string, std::string>& inputs,
+                                           const std::map<std::string, std::string>& inputs, const ResultNotes& notes,
                                            const modules::StatisticList& statistics, const modules::StatisticList& host,
                                            const nlohmann::ordered_json& over_time = nullptr);
 
-/// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts.
+/// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts or
+/// with bad notes; documents of earlier versions have none.
 nlohmann::ordered_json read_statistics(const std::string& path);
 
 /// Throws Error for what is no object of statistics with a number (null: not finite) each. place: before their names.

@@ -40,7 +40,7 @@ NOT_A_RESOURCE = {
 # More of these may be slower, by so much, and why.
 MAY_BE_SLOWER = {
     "gpu.sms": (0.5, "each begins with a cold L1, which fewer warps share"),
-    "gpu.resident_warps": (0.25, "more warps thrash an L1 that holds the nodes of few"),
+    "gpu.resident_warps": (0.25, "a small launch is balanced worse (docs/model/work_distributor.md)"),
 }
 SLOWER = 0.10  # all others: warps meet in another order, and of a few the last one decides
 

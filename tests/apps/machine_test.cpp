@@ -1,12 +1,12 @@
 // --machine: hardware keys and tracer options in one word; what the command line names overrides it; a wrong name or
 // key is one line and exit code 2.
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "apps/first_value.h"
 #include "apps/program.h"
 #include "grtx/base/atomic_file.h"
 #include "paths.h"
@@ -166,19 +166,11 @@ TEST_F(MachineTest, SweepPutsItBelowThePlan) {
                 "base = \"base.toml\"\nmode = \"fast\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\n"
                 "width = 16\nheight = 8\n[tracer]\nchild_order = \"near_first\"\n");
   must("sweep plan.toml --machine own.toml -o db.sqlite --jobs 1 --quiet");
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(folder_.path("db.sqlite").c_str(), &database), SQLITE_OK);
-  const auto text = [&](const char* query) {
-    sqlite3_stmt* statement = nullptr;
-    EXPECT_EQ(sqlite3_prepare_v2(database, query, -1, &statement, nullptr), SQLITE_OK);
-    EXPECT_EQ(sqlite3_step(statement), SQLITE_ROW);
-    const std::string value = reinterpret_cast<const char*>(sqlite3_column_text(statement, 0));
-    sqlite3_finalize(statement);
-    return nlohmann::json::parse(value);
+  const auto found = [&](const char* query) {
+    return nlohmann::json::parse(first_value(folder_.path("db.sqlite"), query));
   };
-  const nlohmann::json config = text("SELECT config FROM point WHERE status = 'done'");
-  const nlohmann::json tracer = text("SELECT options FROM trace WHERE status = 'done'").at("tracer");
-  sqlite3_close(database);
+  const nlohmann::json config = found("SELECT config FROM point WHERE status = 'done'");
+  const nlohmann::json tracer = found("SELECT options FROM trace WHERE status = 'done'").at("tracer");
   EXPECT_EQ(config.at("l1.bytes"), 65536);
   EXPECT_EQ(config.at("l1.latency"), 30);
   EXPECT_EQ(tracer.at("sort_key"), "peak");

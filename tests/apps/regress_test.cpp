@@ -189,6 +189,18 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   }
 }
 
+TEST_F(Regress, ANameWithATabOrALineBreakMakesARecordThatCannotBeRead) {
+  for (const char* name : {"a\tb", "a\nb"}) {
+    write_case(name);
+    const Outcome outcome = record();
+    EXPECT_EQ(outcome.code, 2) << outcome.out;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("a case's name must have no tab or line break"));
+    EXPECT_FALSE(folder_.has("d/records.tsv"));
+    std::filesystem::remove(folder_.path(std::string("d/") + name + ".case.toml"));
+  }
+}
+
 TEST_F(Regress, AnEmptyRecordIsEqual) {
   write_case("a");
   ASSERT_EQ(record().code, 0);

@@ -121,6 +121,8 @@ class Frames(unittest.TestCase):
             self.assertTrue(row["value"] == entry["value"] or entry["value"] is None and pd.isna(row["value"]), name)
             self.assertEqual((row["unit"], row["description"]), (entry["unit"], entry["description"]))
         self.assertEqual(frame.attrs["config"], document["config"])
+        self.assertEqual(frame.attrs["notes"], document["notes"])
+        self.assertIn("partial-launch", [note["id"] for note in frame.attrs["notes"]])
 
     def test_results_have_the_file_s_values(self):
         results, document = grtx_tlm.read_results(self.path("run")), self.document("run/results.json")
@@ -129,6 +131,8 @@ class Frames(unittest.TestCase):
             for name in ("gpu.cycles", "tracer.rays", "gpu.l1.node.hit_rate"):
                 self.assertEqual(results.statistics.loc[name, design], stats[name]["value"])
         cycles = results.statistics.loc["gpu.cycles"]
+        self.assertEqual(results.notes, document["notes"])
+        self.assertEqual(set(results.notes), set(document["designs"]))
         for design in ("sw", "hw", "grtx"):
             self.assertEqual(results.speedup[design], document["speedup"][design])
             self.assertAlmostEqual(results.speedup[design], cycles["baseline"] / cycles[design], places=12)
@@ -149,6 +153,7 @@ class Frames(unittest.TestCase):
         self.assertTrue(few["gpu.cycles"].equals(frame["gpu.cycles"]))
         self.assertNotIn("cost.mm2", few)
         self.assertEqual(frame.attrs["units"]["gpu.cycles"], "cycles")
+        self.assertTrue(frame["notes"].str.contains("partial-launch").all())
         database.close()
 
     def test_points_of_two_plans_and_machines_are_called_the_same(self):

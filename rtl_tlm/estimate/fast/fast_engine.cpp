@@ -8,7 +8,6 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"
-#include "grtx/rtl_tlm/estimate/fast/measured_region.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 
@@ -27,7 +26,7 @@ void FastEngine::prepare(const Work& work) {
   }
   first_ = first_sms(work.reader, work.groups, work.config);
   if (work.warm != nullptr) first_before_ = first_sms(*work.warm, all_groups(*work.warm), work.config);
-  outside_ = outside_of_measured(work.config, work.groups.size());
+  outside_ = outside_of_measured(work.config, work.groups.size(), work.reader.totals().visits());
   stride_ = fast_stride(work.config, work.reader.totals().visits() * work.groups.size() /
                                          std::max<std::uint64_t>(1, work.reader.group_count()));
 }

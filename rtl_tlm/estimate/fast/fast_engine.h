@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/rtl_tlm/estimate/fast/measured_region.h"
 #include "grtx/rtl_tlm/run/first_launches.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
@@ -16,7 +17,7 @@ class FastEngine final : public Engine {
   void prepare(const Work& work) override;
   FinishedRun run(const Work& work, modules::GroupSource& source) override;
   void describe(modules::StatisticList& list) const override;
-  std::string caution() const override { return outside_; }
+  ResultNotes notes() const override { return outside_notes(name(), outside_); }
   bool estimates() const override { return stride_ > 1; }
 
  private:

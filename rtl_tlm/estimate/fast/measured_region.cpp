@@ -55,7 +55,7 @@ bool inside(std::string_view key, double value, double usual) {
 
 }  // namespace
 
-std::string outside_of_measured(const GpuConfig& config, std::uint64_t groups) {
+std::string outside_of_measured(const GpuConfig& config, std::uint64_t groups, std::uint64_t visits) {
   GpuConfig own = config, defaults;
   const std::vector<modules::Parameter> keys = config_keys(own), usual = config_keys(defaults);
   std::vector<std::string> outside;
@@ -74,7 +74,13 @@ std::string outside_of_measured(const GpuConfig& config, std::uint64_t groups) {
         keys[i].value);
   }
   if (groups < kFewestMeasuredGroups) outside.push_back(fmt::format("a trace of {} groups", groups));
+  if (visits < kFewestMeasuredVisits) outside.push_back(fmt::format("{} node visits", visits));
   return fmt::format("{}", fmt::join(outside, ", "));
+}
+
+ResultNotes outside_notes(std::string_view mode, const std::string& outside) {
+  if (outside.empty()) return {};
+  return {{"outside-measured", fmt::format("outside of what was measured for --mode {}: {}", mode, outside)}};
 }
 
 }  // namespace grtx::sim

@@ -107,7 +107,8 @@ void SampledReport::finish(SampledResult& r) const {
   host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process");
   add_host_speed(host, {r.result.cycles, reader_.totals().visits(), wall, cpu}, config_);
   r.result.inputs = inputs();
-  r.result.document = statistics_document(config_json(config_), r.result.inputs, r.result.statistics, r.result.host);
+  r.result.document =
+      statistics_document(config_json(config_), r.result.inputs, r.result.notes, r.result.statistics, r.result.host);
   r.result.document["sampled"] = to_json(r.estimate);
 }
 
@@ -127,6 +128,7 @@ SampledResult SampledReport::whole(const std::string& why) const {
   SampledResult r;
   r.result.document = json.at("document");
   r.result.violations = json.at("violations").get<std::vector<std::string>>();
+  r.result.notes = notes_from(r.result.document.at("notes"), reader_.path());
   r.result.binding_bound = json.at("binding_bound").get<std::string>();
   ordered_json& stats = r.result.document.at("stats");
   r.result.cycles = stats.at("gpu.cycles").at("value").get<Cycle>();

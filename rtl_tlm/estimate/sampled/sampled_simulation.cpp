@@ -137,7 +137,7 @@ class SampledRun {
       if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
     }
     r.result.violations = thinned_.violations;
-    r.result.caution = outside_of_measured(config_, reader_.group_count());
+    r.result.notes = notes(r.result.statistics);
     report_.add_energy(r.result.statistics);
     report_.describe(r, {thinned_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;
@@ -147,6 +147,18 @@ class SampledRun {
     list.add("gpu.sampled.windows.step", windows_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
     report_.finish(r);
     return r;
+  }
+
+  ResultNotes notes(const modules::StatisticList& statistics) const {
+    const std::uint64_t groups = reader_.group_count(), visits = reader_.totals().visits();
+    const bool fast = options_.engine == SimulationMode::fast;
+    ResultNotes all = trace_notes(reader_.header(), reader_.totals());
+    for (const ResultNotes& more :
+         {run_notes(config_, reader_.header(), groups, statistics),
+          outside_notes("sampled", outside_of_measured(config_, groups, fast ? visits : kFewestMeasuredVisits))}) {
+      all.insert(all.end(), more.begin(), more.end());
+    }
+    return all;
   }
 
   const traces::Reader& reader_;

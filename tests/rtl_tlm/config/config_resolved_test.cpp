@@ -8,6 +8,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "paths.h"
+#include "temporary_folder.h"
 
 namespace grtx::sim {
 namespace {
@@ -43,8 +44,19 @@ TEST(PaperConfig, HasTheValuesOfTable1) {
   for (const auto& [key, value] : table) EXPECT_EQ(json.at(key).get<double>(), value) << key;
 }
 
-TEST(PaperConfig, IsWhatTheProgramDefaultsTo) {
-  EXPECT_EQ(config_json(load_config(kConfigs + "table1.toml", {})), config_json(GpuConfig{}));
+TEST(PaperConfig, WithoutTheChargeIsWhatTheProgramDefaultsTo) {
+  EXPECT_EQ(config_json(load_config(kConfigs + "table1.toml", {"rt.checkpoint.traffic=uncharged"})),
+            config_json(GpuConfig{}));
+}
+
+// By --config it started from the machine paper, by load_config() from Table I with every byte charged.
+TEST(ConfigFiles, AFileStartsFromAnotherMachineInTheApiThanOnTheCommandLine) {
+  const grtx::test::TemporaryFolder folder;
+  folder.write("own.toml", "[l1]\nlatency = 25\n");
+  GpuConfig expected;
+  expected.l1.latency = 25;
+  ASSERT_EQ(expected.rt.checkpoint.traffic, modules::TrafficCharging::uncharged);
+  EXPECT_EQ(config_json(load_config(folder.path("own.toml"), {})), config_json(expected));
 }
 
 TEST(SmallConfig, DiffersFromThePaperOnlyInItsOwnKeys) {
@@ -65,8 +77,9 @@ TEST(ConfigHash, DependsOnValuesOnly) {
 }
 
 TEST(ConfigHash, OfTheDefaultsIsTheOneOnRecordWhateverKeysCameLater) {
-  EXPECT_EQ(config_hash(GpuConfig{}), "f212f32ec23a6874");
-  EXPECT_EQ(config_hash(load_config("", {"l1.replacement=lru", "dram.timing.faw=0"})), "f212f32ec23a6874");
+  EXPECT_EQ(config_hash(load_config(kConfigs + "table1.toml", {})), "f212f32ec23a6874");
+  EXPECT_EQ(config_hash(load_config("", {"rt.checkpoint.traffic=charged", "l1.replacement=lru", "dram.timing.faw=0"})),
+            "f212f32ec23a6874");
 }
 
 TEST(ConfigKeys, AreUniqueDescribedAndHaveASource) {

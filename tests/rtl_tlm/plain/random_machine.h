@@ -92,6 +92,7 @@ inline void write_random(const std::string& path, const traces::testing::RandomO
 /// Any machine, from roomy to starved.
 inline GpuConfig random_machine(Random& random) {
   GpuConfig c;
+  c.rt.checkpoint.traffic = modules::TrafficCharging::charged;  // the plain machine has no other
   c.sms = 1 + random.upto(3);
   c.resident_warps = random.one_of({1U, 2U, 4U, 8U, 32U, 40U});
   c.rt_units = std::min(c.resident_warps, random.one_of({1U, 1U, 2U, 3U}));

@@ -218,6 +218,28 @@ TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
   EXPECT_EQ(found[2], 1u);
 }
 
+// Equal addresses are other bytes there.
+TEST(GpuComponent, KeptCachesOfAnotherSceneHitWhereNothingWasRead) {
+  const TemporaryFile first("first"), other("other");
+  for (const auto& [file, scene] : {std::pair(&first, "a"), std::pair(&other, "b")}) {
+    traces::Header header = test::tiny_header({2, 32});
+    header.inputs["scene_hash"] = scene;
+    traces::testing::write_trace(file->path(), header, {test::tiny_group({2, 32}, 0), test::tiny_group({2, 32}, 1)});
+  }
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {first.path(), other.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
+    Station station("a", options, {{0}, {1, true}, {0, true}, {1}});
+    sc_core::sc_start();
+    return nlohmann::json(station.launcher.errors).dump();
+  });
+  const auto refused = static_cast<std::uint32_t>(LaunchError::other_scene);
+  EXPECT_EQ(nlohmann::json::parse(child.result()), nlohmann::json({0u, refused, 0u, 0u}));
+}
+
 TEST(GpuComponent, RefusesTracesOfOtherHardware) {
   const TinyFile few(3);
   const TemporaryFile other("other");

@@ -121,7 +121,7 @@ inline ordered_json simulated(const Directed& d, const std::vector<std::string>&
   traces::check(traces::Reader(file.path()), true);
   std::vector<std::string> settings = {"gpu.sms=1",       "gpu.resident_warps=1", "gpu.core_mhz=1000",
                                        "dram.mhz=1000",   "l2.slices=1",          "rt.prefetch.enabled=false",
-                                       "rt.box.count=32", "rt.triangle.count=32"};
+                                       "rt.box.count=32", "rt.triangle.count=32", "rt.checkpoint.traffic=charged"};
   settings.insert(settings.end(), more.begin(), more.end());
   ChildProcess child("simulation", [&] {
     const SimulationResult result = test::simulate_priced(file.path(), load_config("", settings), {});

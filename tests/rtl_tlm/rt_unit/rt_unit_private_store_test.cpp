@@ -169,8 +169,9 @@ TEST_F(RtUnitPrivateStoreTest, NoOpenSectorIsLeftWhenAllEntriesAreStored) {
 }
 
 TEST_F(RtUnitPrivateStoreTest, IsPricedByItsEntriesWarpsAndPorts) {
-  GpuConfig config = load_config("", {"rt.private_store.checkpoint_entries=3", "rt.private_store.read_ports=2",
-                                      "rt.checkpoint.entry_bytes=16", "gpu.resident_warps=12", "gpu.rt_units=2"});
+  GpuConfig config = load_config(
+      "", {"rt.checkpoint.traffic=charged", "rt.private_store.checkpoint_entries=3", "rt.private_store.read_ports=2",
+           "rt.checkpoint.entry_bytes=16", "gpu.resident_warps=12", "gpu.rt_units=2"});
   BenchOptions options;
   options.rt = config.sm(0).rt;
   RtBench bench(small_header("tri20", kCapacity), options);

@@ -47,7 +47,12 @@ const std::vector<Case>& cases() {
        1000,
        "fifo",
        {"l1.link_capacity=1", "crossbar.link_capacity=1", "l1.mshr_entries=4", "l2.mshr_entries=4", "dram.queue=4"}},
-      {"odd", false, true, 1000, "fifo", {"l2.slices=3", "l1.banks=1", "simt.message_latency=7", "l1.link_latency=3"}},
+      {"odd",
+       false,
+       true,
+       1000,
+       "fifo",
+       {"l2.slices=3", "l2.bytes=61440", "l1.banks=1", "simt.message_latency=7", "l1.link_latency=3"}},
   };
   return all;
 }

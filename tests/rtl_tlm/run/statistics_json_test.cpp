@@ -17,7 +17,7 @@ nlohmann::ordered_json document() {
   statistics.add("gpu.b_rate", 0.1, "ratio", "a \"quoted\" text");
   statistics.add("gpu.a_none", std::numeric_limits<double>::quiet_NaN(), "ratio", "not a number");
   host.add("host.wall_seconds", 1.5, "s", "wall time");
-  return statistics_document({{"l1.latency", 20}}, {{"trace", "abc"}}, statistics, host);
+  return statistics_document({{"l1.latency", 20}}, {{"trace", "abc"}}, {{"no-hits", "of none"}}, statistics, host);
 }
 
 TEST(StatisticsJson, KeepsTheOrderOfTheListAndPutsTheHostLast) {
@@ -40,6 +40,7 @@ TEST(StatisticsJson, WritesIntegersExactlyAndDoublesInTheShortestForm) {
                 "  \"inputs\": {\n"
                 "    \"trace\": \"abc\"\n"
                 "  },\n"
+                "  \"notes\": [{\"id\":\"no-hits\",\"text\":\"of none\"}],\n"
                 "  \"stats\": {\n"
                 "    \"gpu.cycles\": {\"value\":18446744073709551615,\"unit\":\"cycles\",\"description\":\"time\"},\n"
                 "    \"gpu.b_rate\": {\"value\":0.1,\"unit\":\"ratio\",\"description\":\"a \\\"quoted\\\" text\"},\n"

@@ -22,9 +22,12 @@ TEST(MeasuredRegion, NamesKeysFarFromTheirDefaults) {
       {{"l2.mshr_merges=1"}, "l2.mshr_merges = 1"},    // another 18 %
       {{"dram.timing.refi=500"}, "dram.timing.refi = 500"}};
   for (const auto& [settings, outside] : cases) {
-    EXPECT_EQ(outside_of_measured(load_config("", settings), 128), outside);
+    EXPECT_EQ(outside_of_measured(load_config("", settings), 128, 3'000'000), outside);
   }
-  EXPECT_EQ(outside_of_measured({}, 127), "a trace of 127 groups");
+  EXPECT_EQ(outside_of_measured({}, 127, 2'999'999), "a trace of 127 groups, 2999999 node visits");
+  EXPECT_EQ(outside_notes("fast", ""), ResultNotes());
+  EXPECT_EQ(outside_notes("fast", "this"),
+            ResultNotes({{"outside-measured", "outside of what was measured for --mode fast: this"}}));
 }
 
 }  // namespace

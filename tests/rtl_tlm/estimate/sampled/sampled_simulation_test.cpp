@@ -103,8 +103,10 @@ TEST_F(SampledSimulation, FastModeRunsTheSameWindows) {
 
 TEST_F(SampledSimulation, SaysWhatIsOutsideOfWhatWasMeasured) {
   config_.rt.ray_box.interval = 50;
-  EXPECT_NE(simulate_sampled(file_.path(), config_, windows()).result.caution.find("rt.box.interval = 50"),
-            std::string::npos);
+  const ResultNotes notes = simulate_sampled(file_.path(), config_, windows()).result.notes;
+  ASSERT_FALSE(notes.empty());
+  EXPECT_EQ(notes.back().id, "outside-measured");
+  EXPECT_NE(notes.back().text.find("rt.box.interval = 50"), std::string::npos);
 }
 
 TEST_F(SampledSimulation, WhatFastModeLacksIsRefusedByItAndRunsInCycleMode) {
