@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
@@ -25,9 +26,10 @@ CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                               const std::vector<std::string>& settings);
 
-/// "machine: NAME", with what the command line changes about it.
+/// What the figures behind it are of: "machine: NAME", with what the command line changes about it, mode and version of
+/// the model.
 std::string describe_machine(const std::string& machine, const std::string& config,
-                             const std::vector<std::string>& settings);
+                             const std::vector<std::string>& settings, SimulationMode mode);
 
 /// A machine's name in statistics: of a file the name without folder and ending, so that they do not depend on where it
 /// lies.

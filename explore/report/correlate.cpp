@@ -15,6 +15,7 @@
 #include "grtx/base/printable.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/explore/report/mode_agreement.h"
+#include "grtx/explore/sweep/axis.h"
 
 namespace grtx::sim {
 namespace {
@@ -44,8 +45,6 @@ std::string design_of(const std::string& name) {
   const auto found = papers.find(name);
   return found == papers.end() ? name : found->second;
 }
-
-std::string text_of(const ordered_json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
 /// Everything but the scene: figures of several scenes share it.
 std::string group_of(const Measured& m) {

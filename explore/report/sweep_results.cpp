@@ -65,7 +65,7 @@ SweepResults read_sweep_results(const std::string& path) {
   std::map<std::int64_t, std::size_t> place;
   select(database,
          "SELECT id, key, mode, scene, design, coordinates, config, status, reason, "
-         "json_extract(document, '$.inputs') FROM point ORDER BY id",
+         "json_extract(document, '$.inputs'), json_extract(document, '$.notes') FROM point ORDER BY id",
          [&](const SqliteStatement& row) {
            ReportedPoint point;
            point.id = row.integer(0);
@@ -79,6 +79,9 @@ SweepResults read_sweep_results(const std::string& path) {
            point.status = row.text(7);
            point.reason = row.text(8);
            if (!row.null(9)) point.inputs = object(row.text(9), path, where + ": inputs");
+           if (!row.null(10)) {
+             point.notes = notes_from(ordered_json::parse(row.text(10), nullptr, false), path + ": " + where);
+           }
            for (const auto& [name, value] : point.coordinates.items()) {
              if (std::find(sweep.coordinates.begin(), sweep.coordinates.end(), name) == sweep.coordinates.end()) {
                sweep.coordinates.push_back(name);

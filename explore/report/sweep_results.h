@@ -7,11 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "grtx/rtl_tlm/run/result_notes.h"
+
 namespace grtx::sim {
 
 struct ReportedPoint {
   std::int64_t id = 0;
   std::string key;
+  std::string machine;  ///< its name; "" for none, and in a database that does not say it
   std::string mode;
   std::string scene;
   std::string design;
@@ -20,6 +23,7 @@ struct ReportedPoint {
   nlohmann::ordered_json inputs;       ///< of the simulation; null without a document
   std::string status;                  ///< pending, running, done, failed, killed or timeout
   std::string reason;
+  ResultNotes notes;                     ///< what limits the meaning of its values
   std::map<std::string, double> values;  ///< statistics and cost.*, by name
 
   bool done() const { return status == "done"; }

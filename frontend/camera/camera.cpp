@@ -68,9 +68,16 @@ glm::dvec3 Camera::direction(unsigned x, unsigned y) const {
 }
 
 std::uint64_t Camera::hash() const {
-  std::vector<double> numbers = {static_cast<double>(width),      static_cast<double>(height), position.x, position.y,
-                                 position.z,                      fx,                          fy,         cx,
-                                 cy,                              fisheye_fov,
+  std::vector<double> numbers = {static_cast<double>(width),
+                                 static_cast<double>(height),
+                                 position.x,
+                                 position.y,
+                                 position.z,
+                                 fx,
+                                 fy,
+                                 cx,
+                                 cy,
+                                 fisheye_fov,
                                  static_cast<double>(projection)};
   for (int column = 0; column < 3; ++column) {
     for (int row = 0; row < 3; ++row) numbers.push_back(rotation[column][row]);
