@@ -20,11 +20,20 @@ def main(program, files):
     def speedup(run, design):
         return value(run, "baseline", "gpu.cycles") / value(run, design, "gpu.cycles")
 
+    modes = sorted({inputs["mode"] for run in runs for inputs in run["inputs"].values()})
+    versions = sorted({str(run["model_version"]) for run in runs})
+    print(f"mode {', '.join(modes)}; model version {', '.join(versions)}")
     print(f"{'machine':<14}{'design':<8}{'speed-up':>8}" + "".join(f"{title:>10}" for title, *_ in COLUMNS))
     for run in runs:
         for design in DESIGNS:
             cells = (form.format(value(run, design, statistic) * scale) for _, statistic, scale, form in COLUMNS)
             print(f"{run['machine']:<14}{design:<8}{speedup(run, design):>8.2f}" + "".join(f"{cell:>10}" for cell in cells))
+    notes = {}  # a text and the machines whose figures it limits
+    for run in runs:
+        for note in (note for own in run.get("notes", {}).values() for note in own):
+            notes.setdefault(note["text"], {})[run["machine"]] = None
+    for text, machines in notes.items():
+        print(f"mind ({', '.join(machines)}): {text}")
     identical = all(run["images_identical"] for run in runs)
     print("images of the four designs:", "bit-identical" if identical else "DIFFERENT")
 

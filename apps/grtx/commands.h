@@ -18,7 +18,7 @@ namespace grtx::sim {
 
 /// What main and the commands share.
 struct CommonOptions {
-  bool quiet = false;           ///< no progress, no informative text; results and errors are still printed
+  bool quiet = false;           ///< no progress; no text of a command whose result is a file or its exit code
   bool json = false;            ///< --json: one JSON document in place of text
   bool list_json = false;       ///< --list-json: what --json of each command prints
   CommandFiles files;           ///< what the chosen command reads and writes

@@ -20,18 +20,18 @@ struct CorrelateArguments {
   double within = std::numeric_limits<double>::infinity();
 };
 
-int correlate_files(const CorrelateArguments& options, bool json) {
+int correlate_files(const CorrelateArguments& options, const CommonOptions& common) {
   const SweepResults sweep = read_sweep_results(options.database);
   const Correlation result = correlate(read_measured(options.measured), sweep, options.database);
   if (!options.output.empty()) {
     const std::string name = std::filesystem::path(options.measured).filename().string();
     write_file(options.output, correlation_page(result, name, sweep));
   }
-  if (json) {
+  if (common.json) {
     nlohmann::ordered_json document = json_document("correlate");
     document.update(correlation_json(result));
     print_json(document);
-  } else {
+  } else if (options.output.empty() || !common.quiet) {
     fmt::print("{}", correlation_text(result));
   }
   return result.mean_error > options.within ? 1 : 0;
@@ -43,7 +43,7 @@ void add_correlate(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<CorrelateArguments>();
   CLI::App* command =
       make_command(app, common, "correlate", "Measured figures of real machines against a sweep: errors and ranks",
-                   [options, &common] { return correlate_files(*options, common.json); });
+                   [options, &common] { return correlate_files(*options, common); });
   command->add_option("MEASURED", options->measured, "CSV of measured figures (no default)")
       ->type_name(kInputFile)
       ->required();

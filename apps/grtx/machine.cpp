@@ -10,6 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/rtl_tlm/config/config_file.h"
+#include "grtx/rtl_tlm/run/model_version.h"
 
 namespace grtx::sim {
 namespace {
@@ -113,9 +114,10 @@ GpuConfig load_machine_config(const std::string& machine, const std::string& con
 }
 
 std::string describe_machine(const std::string& machine, const std::string& config,
-                             const std::vector<std::string>& settings) {
-  return fmt::format("machine: {}{}{}", machine, config.empty() ? "" : ", with " + config,
-                     settings.empty() ? "" : fmt::format(", {}", fmt::join(settings, ", ")));
+                             const std::vector<std::string>& settings, SimulationMode mode) {
+  return fmt::format("machine: {}{}{}; mode {}, model version {}", machine, config.empty() ? "" : ", with " + config,
+                     settings.empty() ? "" : fmt::format(", {}", fmt::join(settings, ", ")), name_of(mode),
+                     kModelVersion);
 }
 
 std::string machine_name(const std::string& machine) {

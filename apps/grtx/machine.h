@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
@@ -30,9 +31,10 @@ CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                               const std::vector<std::string>& settings);
 
-/// "machine: NAME", with what the command line changes about it.
+/// What the figures behind it are of: "machine: NAME", with what the command line changes about it, mode and version of
+/// the model.
 std::string describe_machine(const std::string& machine, const std::string& config,
-                             const std::vector<std::string>& settings);
+                             const std::vector<std::string>& settings, SimulationMode mode);
 
 /// The option of a key: --pop-test of pop_test.
 std::string flag_of(std::string key);

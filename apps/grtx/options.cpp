@@ -35,7 +35,9 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
                        std::function<int()> body) {
   CLI::App* command = app.add_subcommand(name, description);
   command->option_defaults()->always_capture_default();
-  command->add_flag("--quiet", common.quiet, "No progress and no informative text (default: off)");
+  command->add_flag(
+      "--quiet", common.quiet,
+      "No progress, and no text but errors, warnings and what the command is asked to print (default: off)");
   command->add_flag("--json", common.json, json_help(name));
   command->callback([&common, command, body = std::move(body)] {
     refuse_nan(*command);

@@ -122,11 +122,12 @@ int ray(const RayArguments& options, const CommonOptions& common) {
                              : fmt::format("Ray of pixel {},{}", options.pixel[0], options.pixel[1])) +
                " in " + std::filesystem::path(options.trace).filename().string();
   for (const Chosen& rays : chosen) traces::check_group(options.trace, header, rays.group);
-  std::vector<std::vector<WarpSlice>> timelines(chosen.size());
+  std::vector<WarpTimeline> timelines(chosen.size());
   if (!options.timeline.empty()) {
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       timelines[i] = read_warp_timeline(options.timeline, reader.content_hash(), chosen[i].group.index);
     }
+    page.timeline_config = timelines.front().config_hash;
   }
   FilesRead files;
   std::optional<RayScene> scene;
@@ -142,7 +143,7 @@ int ray(const RayArguments& options, const CommonOptions& common) {
   bool oriented = false;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const traces::RayGroup& group = chosen[i].group;
-    DrawnWarp warp{RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i])};
+    DrawnWarp warp{RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
     if (scene) scene->describe(warp.nodes.nodes());
     for (const RayNode& node : warp.nodes.nodes()) oriented = oriented || node.orientation != 0;
     for (const unsigned lane : chosen[i].lanes) {

@@ -36,6 +36,7 @@
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/run/json_file.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -151,6 +152,35 @@ TracedDesigns trace_designs(const RunArguments& options, const Comparison& compa
     }
   }
   return all;
+}
+
+/// Results that an earlier run left go before the pictures of this one come, and so do its pictures: those that its
+/// results name and that are still as it wrote them.
+void remove_earlier_run(const std::string& folder) {
+  const std::string path = folder + "/results.json";
+  if (!std::filesystem::exists(path)) return;
+  std::vector<std::string> files = {path, folder + "/report.html"};
+  try {
+    for (const ordered_json& image : read_json(path).value("images", ordered_json::array())) {
+      const std::string file = folder + "/" + image.value("file", "");
+      const bool beside = std::filesystem::path(file).parent_path() == folder && std::filesystem::is_regular_file(file);
+      if (beside && hex(xxh3(read_file(file))) == image.value("hash", "")) files.push_back(file);
+    }
+  } catch (const Error&) {  // no results of ours: it is written over, as ever
+  } catch (const ordered_json::exception&) {
+  }
+  for (const std::string& file : files) std::filesystem::remove(file);
+}
+
+/// One a frame. Returns [{"file", "hash"}] for results.json: what shows a picture can tell whether it is this run's.
+ordered_json write_images(const std::string& folder, const std::vector<frontend::Image>& images) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string path = images.size() == 1 ? folder + "/image.png" : frame_path(folder + "/image.png", i);
+    frontend::write_image(path, images[i]);
+    list.push_back({{"file", std::filesystem::path(path).filename().string()}, {"hash", hex(xxh3(read_file(path)))}});
+  }
+  return list;
 }
 
 constexpr std::chrono::milliseconds kLook{200};                    ///< how often the parent looks at its simulations
@@ -307,7 +337,7 @@ void print_intervals(const ordered_json& results) {
 void print_summary(const RunArguments& options, const Comparison& comparison, const ordered_json& results,
                    const TracedDesigns& traced, bool free_checkpoints) {
   const bool objects = results.contains("speedup_over");
-  fmt::print("{}\n", describe_machine(options.machine, options.config, options.settings));
+  say("{}", describe_machine(options.machine, options.config, options.settings, options.mode));
   print_table(results.at("designs"), comparison);
   if (options.mode == SimulationMode::sampled) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
@@ -349,11 +379,9 @@ int run(RunArguments& options, const CommonOptions& common) {
   const FileLock lock(options.output + "/" + kLock, options.output, "another grtx run is filling it");
 
   const TracedDesigns traced = trace_designs(options, comparison, objects, common);
+  remove_earlier_run(options.output);
   const std::size_t frames = traced.images.size();
-  for (std::size_t i = 0; i < frames; ++i) {
-    const std::string image = options.output + "/image.png";
-    frontend::write_image(frames == 1 ? image : frame_path(image, i), traced.images[i]);
-  }
+  const ordered_json images = write_images(options.output, traced.images);
   if (options.mode_option->count() == 0) {
     options.mode = unnamed_mode(traced, comparison, config, sampled);
     if (options.mode != SimulationMode::cycle) warn_of_ignored_keys(config, options.mode, sampled);
@@ -398,6 +426,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   } else if (options.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
   }
+  results["images"] = images;
   if (frames > 1) add_frames(results, comparison, options.view.views, frames);
   results["images_identical"] = traced.identical;
   results["violations"] = violations;
@@ -409,7 +438,7 @@ int run(RunArguments& options, const CommonOptions& common) {
 
   if (common.json) {
     print_json(results);
-  } else {
+  } else if (!quiet) {
     print_summary(options, comparison, results, traced,
                   config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged);
   }

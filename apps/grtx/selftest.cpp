@@ -195,7 +195,7 @@ std::string first_difference(std::string golden, std::string found) {
   return "";
 }
 
-int selftest(bool print, bool as_json) {
+int selftest(bool print, bool as_json, bool quiet) {
   ordered_json json = json_document("selftest");
   Selftest test;
   bool ok = true;
@@ -212,7 +212,7 @@ int selftest(bool print, bool as_json) {
     const std::string difference = first_difference(step.golden, found);
     if (as_json) {
       json["steps"].push_back({{"step", step.name}, {"ok", difference.empty()}, {"difference", difference}});
-    } else {
+    } else if (!quiet || !difference.empty()) {
       fmt::print("{:<6} {}\n", step.name, difference.empty() ? "OK" : difference);
     }
     ok = ok && difference.empty();
@@ -220,7 +220,7 @@ int selftest(bool print, bool as_json) {
   if (as_json) {
     if (!print) json["ok"] = ok;
     print_json(json);
-  } else if (!print) {
+  } else if (!print && (!quiet || !ok)) {
     fmt::print("{}\n", ok ? "OK" : "FAILED");
   }
   return ok ? 0 : 1;
@@ -232,7 +232,7 @@ void add_selftest(CLI::App& app, CommonOptions& common) {
   const auto print = std::make_shared<bool>(false);
   CLI::App* command =
       make_command(app, common, "selftest", "Small runs against hashes and numbers on record; OK in under a minute",
-                   [print, &common] { return selftest(*print, common.json); });
+                   [print, &common] { return selftest(*print, common.json, common.quiet); });
   command->add_flag("--print", *print, "Print what this program gives in place of comparing it (default: off)");
 }
 

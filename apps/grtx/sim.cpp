@@ -51,7 +51,7 @@ double number(const nlohmann::ordered_json& document, const char* name) {
 
 void print_summary(const SimArguments& options, const SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  say("{}", describe_machine(options.machine, options.config, options.settings));
+  say("{}", describe_machine(options.machine, options.config, options.settings, options.mode));
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));

@@ -185,9 +185,15 @@ std::string round_table(const RayPage& page) {
 
 std::string facts(const RayPage& page) {
   const traces::Header& h = *page.header;
+  const auto input = [&h](const char* name) {
+    const auto found = h.inputs.find(name);
+    return found == h.inputs.end() ? std::string() : found->second;
+  };
+  std::string of = input("scene");
+  if (!input("camera").empty()) of += (of.empty() ? "view " : ", view ") + input("camera");
   std::string text = fmt::format(
-      "<p>{}: structure {}, tracing {}, k = {}, checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
-      escape(file_name(page.trace)), name_of(h.accel), name_of(h.tracing), h.k,
+      "<p>{}: {}structure {}, tracing {}, k = {}, checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
+      escape(file_name(page.trace)), of.empty() ? "" : escape(of) + ", ", name_of(h.accel), name_of(h.tracing), h.k,
       h.checkpoint ? fmt::format("on ({}, up to {} entries)", name_of(h.checkpoint_order), h.checkpoint_capacity)
                    : "off",
       h.width, h.height, number(static_cast<double>(h.gaussians)));
@@ -223,9 +229,11 @@ std::string ray_page(const RayPage& page) {
       escape(page.title), facts(page));
   if (timeline) {
     out += fmt::format(
-        "<p class=\"note\">Times are those of {}. A timeline holds a warp's rounds and what the warp did in them; the "
+        "<p class=\"note\">Times are core cycles of {}{}. A timeline holds a warp's rounds and what the warp did in "
+        "them; the "
         "events inside a round have no times of their own.</p>\n",
-        escape(file_name(page.timeline)));
+        escape(file_name(page.timeline)),
+        page.timeline_config.empty() ? "" : ", of the configuration " + escape(page.timeline_config));
   }
   out += details("All rounds as a table", round_table(page));
   out += "</main>\n<footer><p>Written by grtx " GRTX_VERSION " ray. Trace " + escape(page.trace_hash) +

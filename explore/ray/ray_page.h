@@ -44,8 +44,9 @@ struct RayPage {
   std::string trace;  ///< file
   std::string trace_hash;
   const traces::Header* header = nullptr;
-  std::string scene;     ///< file; "": not given
-  std::string timeline;  ///< file; "": not given
+  std::string scene;            ///< file; "": not given
+  std::string timeline;         ///< file; "": not given
+  std::string timeline_config;  ///< hash of the configuration that its times are of
   std::vector<DrawnWarp> warps;
   std::vector<DrawnGaussian> gaussians;
   std::vector<std::array<float, 9>> orientations;  ///< rows, by RayNode::orientation

@@ -66,12 +66,12 @@ class Follower {
 
 }  // namespace
 
-std::vector<WarpSlice> read_warp_timeline(const std::string& path, const std::string& trace_hash, std::uint32_t group) {
+WarpTimeline read_warp_timeline(const std::string& path, const std::string& trace_hash, std::uint32_t group) {
   check_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(path, "", "cannot be opened");
   Follower follower(group);
-  std::string of_trace;
+  std::string of_trace, config_hash;
   // Events are dropped as soon as they are read: a timeline may be larger than memory.
   const auto drop_events = [&](int depth, json::parse_event_t what, json& value) {
     if (depth > kMostJsonLevels) throw Error(path, "", json_levels_rule());
@@ -82,6 +82,7 @@ std::vector<WarpSlice> read_warp_timeline(const std::string& path, const std::st
   try {
     const json rest = json::parse(file, drop_events);
     of_trace = rest.at("otherData").at("trace").get<std::string>();
+    config_hash = rest.at("otherData").value("config", "");
   } catch (const json::parse_error& error) {
     throw Error(path, fmt::format("byte {}", error.byte), "is not valid JSON");
   } catch (const json::exception&) {
@@ -90,9 +91,10 @@ std::vector<WarpSlice> read_warp_timeline(const std::string& path, const std::st
   if (of_trace != trace_hash) {
     throw Error(path, "trace", fmt::format("is the timeline of another trace: {}, not {}", of_trace, trace_hash));
   }
-  std::vector<WarpSlice> slices = std::move(follower).slices();
-  if (slices.empty()) throw Error(path, "", fmt::format("does not show warp {}: its window is elsewhere", group));
-  return slices;
+  WarpTimeline timeline{std::move(follower).slices(), config_hash};
+  if (timeline.slices.empty())
+    throw Error(path, "", fmt::format("does not show warp {}: its window is elsewhere", group));
+  return timeline;
 }
 
 }  // namespace grtx::sim

@@ -16,6 +16,7 @@
 #include "grtx/base/printable.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/explore/report/mode_agreement.h"
+#include "grtx/explore/sweep/axis.h"
 
 namespace grtx::sim {
 namespace {
@@ -44,10 +45,6 @@ std::string design_of(const std::string& name) {
       {"tri20", "baseline"}, {"tlas-tri20", "sw"}, {"tri20+checkpoint", "hw"}, {"tlas-tri20+checkpoint", "grtx"}};
   const auto found = papers.find(name);
   return found == papers.end() ? name : found->second;
-}
-
-std::string text_of(const ordered_json& value) {
-  return value.is_string() ? value.get<std::string>() : json_text(value);
 }
 
 /// Everything but the scene: figures of several scenes share it.

@@ -24,7 +24,7 @@ std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share
 }  // namespace
 
 std::string correlation_page(const Correlation& c, const std::string& measured, const SweepResults& sweep) {
-  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n";
+  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n" + subject_html(sweep);
   body += headline(percent(c.mean_error), "mean error", "of simulated against measured");
   body += headline(times(c.factor), "common factor", percent(c.scaled_error) + " mean error beyond it");
   if (std::isfinite(c.spearman)) {
@@ -32,7 +32,8 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
   }
   body += "</section>\n<section id=\"scatter\"><h2>Measured and simulated</h2>\n";
   ordered_json rows = ordered_json::array();
-  Table table("Measured against simulated",
+  const std::string machines = machines_of(sweep);
+  Table table("Measured against simulated" + (machines.empty() ? "" : "; " + machines),
               {{"figure", false}, {"measured"}, {"simulated"}, {"error"}, {"in the measured range", false}});
   for (const Comparison& one : c.comparisons) {
     const bool outlier = std::find(c.outliers.begin(), c.outliers.end(), one.label) != c.outliers.end();

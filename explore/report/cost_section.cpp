@@ -141,7 +141,7 @@ std::string configuration_section(const std::vector<ReportRun>& runs, const std:
     std::vector<std::string> names;
     std::vector<const ordered_json*> configs;
     for (const ReportRun& run : runs) {
-      names.push_back(run.name);
+      names.push_back(run.title());
       configs.push_back(&run.results.config);
     }
     out += details(runs.size() == 1 ? "Configuration of the run" : "Configurations of the runs",

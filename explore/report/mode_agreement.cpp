@@ -5,12 +5,12 @@
 #include <limits>
 #include <map>
 
-#include "grtx/base/json.h"
+#include "grtx/explore/report/sweep_views.h"
 
 namespace grtx::sim {
 namespace {
 
-/// Time by design and coordinates.
+/// Time by everything but the mode.
 using Times = std::map<std::string, double>;
 
 struct SceneModes {
@@ -27,7 +27,7 @@ std::vector<SceneModes> times_of(const SweepResults& sweep) {
     auto scene = std::find_if(scenes.begin(), scenes.end(), [&](const SceneModes& s) { return s.scene == p.scene; });
     if (scene == scenes.end()) scene = scenes.insert(scenes.end(), {p.scene, {}, {}});
     if (!scene->times.contains(p.mode)) scene->modes.push_back(p.mode);
-    scene->times[p.mode][p.design + "\n" + json_text(p.coordinates)] = time;
+    scene->times[p.mode][but_for_mode(sweep, p)] = time;
   }
   return scenes;
 }

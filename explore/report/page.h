@@ -5,7 +5,8 @@
 
 namespace grtx::sim {
 
-/// What stands before a page's first style: document type, title, and that it loads nothing. title: plain text.
+/// What stands before a page's first style: document type, title, and a policy by which the browser loads nothing,
+/// whatever the content says (the charts' expressions are compiled, hence 'unsafe-eval'). title: plain text.
 std::string page_head(const std::string& title);
 
 /// A whole page. title: plain text; command: that writes it; body: sections, each with an id and a heading right behind

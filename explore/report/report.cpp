@@ -24,11 +24,6 @@ struct Inputs {
   std::vector<ReportSweep> sweeps;
 };
 
-std::string input(const DesignResult& design, const char* name) {
-  const auto found = design.inputs.find(name);
-  return found != design.inputs.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
 /// What says which units a machine had; of results that do not say it, the design does.
 ordered_json machine_inputs(const std::string& design, const ordered_json& inputs) {
   const bool two_level = design == "sw" || design == "grtx";
@@ -40,14 +35,9 @@ ordered_json machine_inputs(const std::string& design, const ordered_json& input
 
 /// Statistics of another design on the same view and machine join a run: their ratios are speed-ups.
 bool joins(const RunResults& run, const RunResults& other) {
-  if (run.has_verdict || other.has_verdict || run.config != other.config || run.label != other.label) return false;
-  for (const DesignResult& own : run.designs) {
-    if (own.name == other.designs.front().name) return false;
-  }
-  const DesignResult& a = run.designs.front();
-  const DesignResult& b = other.designs.front();
-  const std::string scene = input(a, "trace.scene_hash");
-  return !scene.empty() && scene == input(b, "trace.scene_hash");
+  if (run.has_verdict || other.has_verdict || run.design(other.designs.front().name) != nullptr) return false;
+  if (!run.subject.unknown().empty() || !other.subject.unknown().empty()) return false;
+  return run.subject.differences(other.subject, MayDiffer::designs).empty();
 }
 
 void price_machines(ReportSweep& sweep) {
@@ -96,11 +86,8 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
       same->results.over_time = ordered_json();  // of one design: the lines would not say which
     }
   }
-  for (std::size_t r = 0; r < inputs.runs.size(); ++r) {
-    ReportRun& run = inputs.runs[r];
-    run.name = inputs.runs.size() == 1 ? "Run"
-               : r < 26                ? fmt::format("Run {}", static_cast<char>('A' + r))
-                                       : fmt::format("Run {}", r + 1);
+  name_runs(inputs.runs);
+  for (ReportRun& run : inputs.runs) {
     for (const DesignResult& design : run.results.designs) {
       run.machines.push_back(machine_figures(run.results.config, machine_inputs(design.name, design.inputs),
                                              design.statistics, run.results.file));
@@ -115,14 +102,15 @@ std::string machines_section(const Inputs& inputs) {
       "<p>The paper gives no area and no energy: these figures are this model's own (docs/model/cost.md).</p>\n";
   for (const ReportRun& run : inputs.runs) {
     for (std::size_t i = 0; i < run.machines.size(); ++i) {
-      const std::string title = run.bar_label(i);
+      const std::string title = run.results.label + ", " + run.results.designs[i].name;
       out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
     }
   }
   for (const ReportSweep& sweep : inputs.sweeps) {
     for (const ReportSweep::Machine& machine : sweep.machines) {
       const std::string title =
-          fmt::format("{} #{}, {}", sweep.results.file, sweep.results.points[machine.point].id, machine.what);
+          fmt::format("{} #{}, {}, {}", sweep.results.file, sweep.results.points[machine.point].id, machine.what,
+                      subject_of(sweep.results, sweep.results.points[machine.point]).machine_text());
       out += details("Machine of " + escape(title), cost_section(machine.figures, title),
                      &machine == &sweep.machines.front());
     }
@@ -139,7 +127,7 @@ std::string run_inputs(const ReportRun& run) {
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
   }
-  Table table(run.name + ": inputs of the simulations", columns);
+  Table table(run.title() + ": inputs of the simulations", columns);
   for (const std::string& name : names) {
     std::vector<std::string> cells = {escape(name)};
     for (const DesignResult& design : run.results.designs) {
@@ -147,7 +135,7 @@ std::string run_inputs(const ReportRun& run) {
     }
     table.row(cells);
   }
-  return table.rows() == 0 ? "" : details(escape(run.name) + ": inputs of the simulations", table.html());
+  return table.rows() == 0 ? "" : details(escape(run.title()) + ": inputs of the simulations", table.html());
 }
 
 std::string inputs_section(const Inputs& inputs, const std::vector<std::string>& images) {
@@ -185,6 +173,7 @@ std::string pictures_section(const std::vector<std::string>& images) {
 std::string report_page(const ReportOptions& options) {
   const Inputs inputs = read_inputs(options.inputs);
   std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n";
+  body += apart_table(inputs.runs);
   for (const ReportRun& run : inputs.runs) body += run_headline(run);
   for (const ReportSweep& sweep : inputs.sweeps) body += search_headline(sweep) + sweep_headline(sweep);
   body += "</section>\n";

@@ -46,22 +46,49 @@ DesignResult design_result(const std::string& name, const ordered_json& statisti
   return design;
 }
 
-std::string label_of(const ordered_json& inputs, const std::string& file) {
-  std::string label = text(inputs, "trace.scene");
-  if (label.empty()) return file;
-  label = std::filesystem::path(label).stem().string();
-  if (const std::string camera = text(inputs, "trace.camera"); !camera.empty()) label += ", view " + camera;
-  if (const std::string k = text(inputs, "trace.k"); !k.empty()) label += ", k = " + k;
-  return label;
+/// The picture that results.json names, if it still is the one that the run wrote: the folder may hold another's.
+void find_picture(const ordered_json& document, const std::string& path, RunResults& run) {
+  const ordered_json images = document.value("images", ordered_json::array());
+  if (!images.is_array() || images.empty()) return;
+  const std::string file = images.front().is_object() ? text(images.front(), "file") : "";
+  if (file.empty() || std::filesystem::path(file).filename() != file) {
+    throw Error(path, "images", "must be a list of files in the same folder, each with its hash");
+  }
+  const std::filesystem::path picture = std::filesystem::path(path).parent_path() / file;
+  if (!std::filesystem::exists(picture)) {
+    run.picture_problem = file + " is not beside " + run.file;
+  } else if (hex(xxh3(read_file(picture.string()))) != text(images.front(), "hash")) {
+    run.picture_problem = file + " beside " + run.file + " is not the picture of this run";
+  } else {
+    run.picture = picture.string();
+  }
+}
+
+/// {"low", "high"} by design.
+std::map<std::string, Interval> intervals(const ordered_json& document, const char* name) {
+  std::map<std::string, Interval> all;
+  const ordered_json of = document.value(name, ordered_json::object());
+  for (const auto& [design, interval] : of.items()) {
+    if (!interval.is_object() || !interval.contains("low") || !interval.contains("high")) continue;
+    if (!interval.at("low").is_number() || !interval.at("high").is_number()) continue;
+    const Interval found{interval.at("low").get<double>(), interval.at("high").get<double>()};
+    if (found.low < found.high) all[design] = found;
+  }
+  return all;
 }
 
 void read_run(const ordered_json& document, const std::string& path, RunResults& run) {
+  const ordered_json all_inputs =
+      document.contains("inputs") ? object(document, "inputs", path) : ordered_json::object();
   for (const auto& [name, statistics] : object(document, "designs", path).items()) {
-    const ordered_json inputs = document.contains("inputs") ? document.at("inputs").value(name, ordered_json::object())
-                                                            : ordered_json::object();
+    const ordered_json inputs = all_inputs.value(name, ordered_json::object());
     run.designs.push_back(design_result(name, statistics, inputs, path));
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
+    if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
+      run.designs.back().notes = notes_from(notes->at(name), path);
+    }
   }
+  run.speedup_intervals = intervals(document, "speedup_interval");
   if (document.contains("speedup_over")) run.speedup_over = text(document, "speedup_over");
   run.has_verdict = document.contains("images_identical") && document.at("images_identical").is_boolean();
   if (run.has_verdict) run.images_identical = document.at("images_identical").get<bool>();
@@ -69,10 +96,7 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.violations.push_back(violation.is_string() ? violation.get<std::string>() : json_text(violation));
   }
   run.program = "grtx " + text(document, "version");
-  for (const char* name : {"image.png", "image_0.png"}) {  // of a sequence the first frame
-    const std::filesystem::path picture = std::filesystem::path(path).parent_path() / name;
-    if (run.picture.empty() && std::filesystem::exists(picture)) run.picture = picture.string();
-  }
+  find_picture(document, path, run);  // of a sequence the first frame
 }
 
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
@@ -80,6 +104,7 @@ void read_simulation(const ordered_json& document, const std::string& path, RunR
   std::string name = design_name(text(inputs, "accel"), text(inputs, "checkpoint"));
   if (name.empty()) name = "run";
   run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
+  if (document.contains("notes")) run.designs.back().notes = notes_from(document.at("notes"), path);
   run.over_time = document.value("over_time", ordered_json());
   run.program = text(inputs, "program");
 }
@@ -92,6 +117,22 @@ double DesignResult::value(const std::string& statistic) const {
   return found->at("value").get<double>();
 }
 
+std::optional<Interval> DesignResult::cycles_interval() const {
+  return grtx::sim::cycles_interval([this](const char* statistic) { return value(statistic); });
+}
+
+std::optional<Interval> ratio_of(const std::optional<Interval>& over, const std::optional<Interval>& of) {
+  if (!over || !of) return std::nullopt;
+  return Interval{over->low / of->high, over->high / of->low};
+}
+
+std::optional<Interval> RunResults::speedup_interval(const DesignResult& own) const {
+  if (const auto known = speedup_intervals.find(own.name); known != speedup_intervals.end()) return known->second;
+  const DesignResult* reference = design(speedup_over);
+  if (reference == nullptr || reference->name == own.name) return std::nullopt;
+  return ratio_of(reference->cycles_interval(), own.cycles_interval());
+}
+
 const DesignResult* RunResults::design(const std::string& name) const {
   for (const DesignResult& d : designs) {
     if (d.name == name) return &d;
@@ -101,8 +142,10 @@ const DesignResult* RunResults::design(const std::string& name) const {
 
 std::string design_name(const std::string& accel, const std::string& checkpoint) {
   if (accel.empty() || (checkpoint != "on" && checkpoint != "off")) return "";
-  const bool two_level = accel.starts_with("tlas-");
-  return checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  const bool checkpoints = checkpoint == "on";
+  if (accel == "tri20") return checkpoints ? "hw" : "baseline";
+  if (accel == "tlas-tri20") return checkpoints ? "grtx" : "sw";
+  return accel + (checkpoints ? "+checkpoint" : "");  // none of the paper's
 }
 
 RunResults read_run_results(const std::string& path) {
@@ -123,11 +166,15 @@ RunResults read_run_results(const std::string& path) {
     read_simulation(document, path, run);
   }
   if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
-  run.label = label_of(run.designs.front().inputs, run.file);
-  const std::string machine = text(schema == "grtx.run/1" ? document : object(document, "inputs", path), "machine");
-  if (!machine.empty()) {
-    run.label += ", machine " + std::filesystem::path(machine).stem().string();
+  const ordered_json& inputs = run.designs.front().inputs;
+  std::map<std::string, std::string> more;  // what grtx run says once for all its designs
+  if (schema == "grtx.run/1") more["machine"] = text(document, "machine");
+  if (const auto version = document.find("model_version"); version != document.end()) {
+    more["model_version"] = version->dump();
   }
+  run.subject = Subject(inputs, run.config, more);
+  run.label = run.subject.scene().empty() ? run.file : "";
+  if (const std::string of = run.subject.text(); !of.empty()) run.label += (run.label.empty() ? "" : ", ") + of;
   return run;
 }
 

@@ -173,12 +173,14 @@ std::string designs_table(const ReportRun& run) {
   const DesignResult* reference = run.results.design(run.results.speedup_over);
   for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
     const DesignResult& d = run.results.designs[i];
-    const double bound = d.value("gpu.bound.fraction");
-    table.row({escape(d.name), number(d.value("gpu.cycles")),
-               reference == nullptr ? "" : times(reference->value("gpu.cycles") / d.value("gpu.cycles")),
+    const double bound = d.value("gpu.bound.fraction"), hits = d.value("gpu.l1.node.hit_rate");
+    table.row({escape(d.name), number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number),
+               reference == nullptr ? ""
+                                    : times(reference->value("gpu.cycles") / d.value("gpu.cycles")) +
+                                          interval_html(run.results.speedup_interval(d), times),
                number(d.value("gpu.rt.node_visits")), number(d.value("gpu.rt.node_fetches")),
                number(d.value("gpu.rt.node_fetch_latency")),
-               fmt::format("{:.1f} %", 100.0 * d.value("gpu.l1.node.hit_rate")), number(d.value("gpu.l2.accesses")),
+               std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : "", number(d.value("gpu.l2.accesses")),
                number(d.value("gpu.dram.bytes") * 1e-6), number(energy_nj(d, run.machines[i]) * 1e-3),
                escape(d.binding_bound) + (std::isfinite(bound) ? fmt::format(" {:.0f} %", 100.0 * bound) : "")});
   }
@@ -238,11 +240,6 @@ std::string over_time(const ReportRun& run, std::size_t index) {
 
 }  // namespace
 
-std::string ReportRun::bar_label(std::size_t design) const {
-  const std::string& own = results.designs[design].name;
-  return name == "Run" ? own : name.substr(4) + " " + own;
-}
-
 std::string headline(const std::string& value_html, const std::string& what, const std::string& note) {
   return fmt::format("<div class=\"card\"><dt>{}</dt><dd>{}</dd>{}</div>\n", escape(what), value_html,
                      note.empty() ? "" : "<dd class=\"note\">" + escape(note) + "</dd>");
@@ -258,11 +255,13 @@ std::string run_headline(const ReportRun& run) {
   for (const RunTarget& target : run_targets()) {
     if (target.statistic != "gpu.cycles") continue;
     const double own = target.of_run(run.results);
-    if (std::isfinite(own)) cards += headline(times(own), target.name, "paper: " + times(target.paper) + " (mean)");
+    if (!std::isfinite(own)) continue;
+    cards += headline(times(own) + interval_html(interval_of(target, run.results), times), target.name,
+                      "paper: " + times(target.paper) + " (mean)");
   }
   if (cards.empty()) {
     for (const DesignResult& d : run.results.designs) {
-      cards += headline(number(d.value("gpu.cycles")), "Cycles, " + d.name,
+      cards += headline(number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number), "Cycles, " + d.name,
                         fmt::format("{:.1f} µs", d.value("gpu.time_us")));
     }
   }
@@ -279,83 +278,21 @@ std::string run_headline(const ReportRun& run) {
     cards += headline(number(static_cast<double>(run.results.violations.size())), "Violated laws",
                       "conservation checks of the hardware model");
   }
-  return fmt::format("<h3>{}: {}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(run.name), escape(run.results.label),
+  return fmt::format("<h3>{}</h3>\n{}{}<dl class=\"cards\">\n{}</dl>\n", escape(run.title()), subject_html(run),
                      run_verdict(run), cards);
-}
-
-std::string paper_section(const std::vector<ReportRun>& runs) {
-  std::vector<Table::Column> columns = {{"figure", false}, {"paper"}};
-  for (const ReportRun& run : runs) columns.push_back({runs.size() == 1 ? "model" : run.name});
-  if (runs.size() > 1) columns.push_back({"mean"});
-  columns.push_back({"model / paper"});
-  columns.push_back({"place in the paper", false});
-  Table table("The paper's figures and the model's", columns);
-  ordered_json bars = ordered_json::array(), ticks = ordered_json::array();
-  std::vector<std::string> labels, series;
-  for (const ReportRun& run : runs) series.push_back(runs.size() == 1 ? "model" : run.name);
-  for (const RunTarget& target : run_targets()) {
-    const auto shown = [&](double v) { return !std::isfinite(v) ? "" : target.ratio() ? times(v) : number(v); };
-    std::vector<std::string> cells = {escape(target.name), (target.at_least ? "≥ " : "") + shown(target.paper)};
-    double sum = 0.0;
-    unsigned count = 0;
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-      const double own = target.of_run(runs[r].results);
-      cells.push_back(shown(own));
-      if (!std::isfinite(own)) continue;
-      sum += own;
-      ++count;
-      if (target.ratio()) bars.push_back({{"label", target.name}, {"series", series[r]}, {"value", own}});
-    }
-    if (count == 0) continue;
-    if (runs.size() > 1) cells.push_back(shown(sum / count));
-    cells.push_back(fmt::format("{:.2f}", sum / count / target.paper));
-    cells.push_back(escape(target.source));
-    table.row(cells);
-    if (target.ratio()) {
-      labels.push_back(target.name);
-      ticks.push_back({{"label", target.name}, {"value", target.paper}});
-    }
-  }
-  for (const CostTarget& target : cost_targets()) {
-    std::vector<std::string> cells = {escape(target.name), number(target.paper) + " " + target.unit};
-    double last = std::numeric_limits<double>::quiet_NaN();
-    for (const ReportRun& run : runs) {
-      double own = std::numeric_limits<double>::quiet_NaN();
-      for (std::size_t i = 0; i < run.machines.size(); ++i) {
-        const std::string& design = run.results.designs[i].name;
-        if ((design == "grtx" || design == "hw") && !run.machines[i].cost.is_null()) {
-          own = target.of_machine(run.machines[i].cost);
-        }
-      }
-      cells.push_back(std::isfinite(own) ? number(own) + " " + target.unit : "");
-      if (std::isfinite(own)) last = own;
-    }
-    if (!std::isfinite(last)) continue;
-    if (runs.size() > 1) cells.push_back("");
-    cells.push_back(fmt::format("{:.2f}", last / target.paper));
-    cells.push_back(escape(target.source));
-    table.row(cells);
-  }
-  if (table.rows() == 0) return "";
-  const std::string caption = "Ratios of the model (bars) and of the paper (ticks)";
-  return "<section id=\"paper\"><h2>The paper and the model</h2>\n"
-         "<p>The paper's means are over six scenes of which no trained copies are public, so its ratios are compared "
-         "with those on other scenes; a quotient of 1 is not to be expected. Storage and buffers are of the run's own "
-         "machine; the paper's has 8 warps an RT core and 32 resident warps an SM.</p>\n" +
-         (labels.empty() ? ""
-                         : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
-         table.html() + "</section>\n";
 }
 
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out =
-      fmt::format("<section id=\"run{}\"><h2>{}: {}</h2>\n", index, escape(run.name), escape(run.results.label));
+      fmt::format("<section id=\"run{}\"><h2>Run: {}</h2>\n{}", index, escape(run.title()), subject_html(run));
   out += designs_table(run) + bytes_table(run);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
   }
   if (!run.results.picture.empty()) {
     out += picture(picture_uri(run.results.picture), run.results.label + ": the picture as simulated");
+  } else if (!run.results.picture_problem.empty()) {
+    out += "<p class=\"note\">No picture: " + escape(run.results.picture_problem) + ".</p>\n";
   }
   out += over_time(run, index);
   return out + all_statistics(run) + "</section>\n";
@@ -373,13 +310,15 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
                                         static_cast<double>(modules::kSectorBytes) * 1e-6)});
     }
   }
-  return "<section id=\"bars\"><h2>Where cycles, traffic and energy went</h2>\n" +
+  const std::string machines = machines_of(runs), of = machines.empty() ? "" : "; " + machines;
+  return "<section id=\"bars\"><h2>Where cycles, traffic and energy went</h2>\n" + subjects_html(runs) +
          bars_html("stalls", stalls, "cycles of all RT units", "cycles",
-                   "Cycles of the RT units: a warp was scheduled (issue), or why none was") +
-         bars_html("l2", l2, "accesses", "region", "Accesses of the L2, sectors of 32 B, by what they were for") +
-         bars_html("dram", dram, "MB", "region", "Bytes read from DRAM and written to it, MB, by what they were for") +
+                   "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of) +
+         bars_html("l2", l2, "accesses", "region", "Accesses of the L2, sectors of 32 B, by what they were for" + of) +
+         bars_html("dram", dram, "MB", "region",
+                   "Bytes read from DRAM and written to it, MB, by what they were for" + of) +
          bars_html("energy", energy, "nJ", "part",
-                   "Energy of the run by part, nJ, central estimate, process node of grtx cost") +
+                   "Energy of the run by part, nJ, central estimate, process node of grtx cost" + of) +
          "</section>\n";
 }
 

@@ -129,7 +129,8 @@ std::string run_verdict(const ReportRun& run) {
     text += fmt::format("<strong>{} is fastest</strong>", escape(best->name));
     if (reference != nullptr && reference != best) {
       text += fmt::format(", {:.2f} times as fast as {}", reference->value("gpu.cycles") / best->value("gpu.cycles"),
-                          escape(reference->name));
+                          escape(reference->name)) +
+              interval_html(run.results.speedup_interval(*best), times);
       const std::string why = reasons(*reference, *best);
       if (!why.empty()) text += ": it " + escape(why);
     }

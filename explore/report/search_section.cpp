@@ -29,6 +29,7 @@ class SearchPage {
         search_(sweep.results.search),
         objectives_(search_.at("objectives").get<std::vector<std::string>>()) {
     for (const ordered_json& parameter : search_.at("parameters")) parameters_.push_back(parameter.at("key"));
+    if (const std::string machines = machines_of(sweep.results); !machines.empty()) of_ = "; " + machines;
   }
 
   std::string headlines() const {
@@ -44,7 +45,8 @@ class SearchPage {
                           o == 0 ? words(best.at("coordinates")) : "over the reference");
       }
     }
-    return fmt::format("<h3>Search {}</h3>\n<dl class=\"cards\">\n{}</dl>\n", escape(sweep_.results.file), cards);
+    return fmt::format("<h3>Search {}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(sweep_.results.file),
+                       subject_html(sweep_.results), cards);
   }
 
   std::string html() const {
@@ -54,13 +56,14 @@ class SearchPage {
       constraints += (constraints.empty() ? "" : "; ") + rule.get<std::string>();
     }
     return fmt::format(
-               "<section id=\"{}_search\" class=\"sweep\"><h2>Search {}</h2>\n"
+               "<section id=\"{}_search\" class=\"sweep\"><h2>Search {}</h2>\n{}"
                "<p>{} candidates of {} in {} generations: {} broken, {} too dear, {} failed, {} screened ({}), {} "
                "confirmed ({}), {} on the front. Reference: {}.{}</p>\n",
-               sweep_.id, escape(sweep_.results.file), cell(counts.at("candidates")), cell(counts.at("space")),
-               counts.at("generations").get<std::size_t>() + 1, cell(counts.at("broken")), cell(counts.at("too_dear")),
-               cell(counts.at("failed")), cell(counts.at("screened")), cell(search_.at("screening").at("mode")),
-               cell(counts.at("confirmed")), cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
+               sweep_.id, escape(sweep_.results.file), subject_html(sweep_.results), cell(counts.at("candidates")),
+               cell(counts.at("space")), counts.at("generations").get<std::size_t>() + 1, cell(counts.at("broken")),
+               cell(counts.at("too_dear")), cell(counts.at("failed")), cell(counts.at("screened")),
+               cell(search_.at("screening").at("mode")), cell(counts.at("confirmed")),
+               cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
                escape(words(search_.at("reference").at("coordinates"))),
                constraints.empty() ? "" : " Constraints: " + escape(constraints) + ".") +
            front_charts() + front_table() + path_html() + effects_html() + invalid_table() + "</section>\n";
@@ -127,7 +130,7 @@ class SearchPage {
       for (const std::string& objective : objectives_) columns.push_back({objective + ", evaluation"});
     }
     for (const std::string& parameter : parameters_) columns.push_back({parameter});
-    Table table("The front, over the reference; the least " + objectives_[0] + " first", columns);
+    Table table("The front, over the reference; the least " + objectives_[0] + " first" + of_, columns);
     for (const ordered_json& index : search_.at("front")) {
       const ordered_json& one = candidate(index);
       std::vector<std::string> cells = {"#" + text_of(index)};
@@ -150,7 +153,8 @@ class SearchPage {
     std::vector<Table::Column> columns = {{"change", false}};
     for (const std::string& objective : objectives_) columns.push_back({objective});
     columns.push_back({"note", false});
-    Table table("From the reference to the best design, one change at a time; figures after each change", columns);
+    Table table("From the reference to the best design, one change at a time; figures after each change" + of_,
+                columns);
     double before = 1.0;
     for (const ordered_json& step : path) {
       const std::string label =
@@ -186,7 +190,7 @@ class SearchPage {
     for (const ordered_json& effect : search_.at("effects")) {
       const std::string objective = effect.at("objective");
       ordered_json rows = ordered_json::array();
-      Table table("What each value contributes to " + objective,
+      Table table("What each value contributes to " + objective + of_,
                   {{"parameter", false}, {"value"}, {"candidates"}, {"factor"}});
       for (const ordered_json& parameter : effect.at("parameters")) {
         for (const ordered_json& value : parameter.at("values")) {
@@ -223,6 +227,7 @@ class SearchPage {
   const ReportSweep& sweep_;
   const ordered_json& search_;
   std::vector<std::string> objectives_, parameters_;
+  std::string of_;  ///< machines, modes: for captions
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "grtx/explore/report/machine_figures.h"
+#include "grtx/explore/report/paper_targets.h"
 #include "grtx/explore/report/run_results.h"
 #include "grtx/explore/report/sweep_results.h"
 
@@ -13,10 +14,12 @@ namespace grtx::sim {
 /// A run and what the cost model says of each of its designs, in their order.
 struct ReportRun {
   RunResults results;
-  std::string name;  ///< "Run A", or "Run" when it is alone
+  std::string name;  ///< what sets it apart from the page's other runs; "" when it is alone
   std::vector<MachineFigures> machines;
 
-  /// "A grtx", or "grtx" when the run is alone.
+  /// Its name, of one that is alone what it is of.
+  const std::string& title() const { return name.empty() ? results.label : name; }
+  /// "paper: grtx", or "grtx" when the run is alone.
   std::string bar_label(std::size_t design) const;
 };
 
@@ -31,6 +34,30 @@ struct ReportSweep {
   };
   std::vector<Machine> machines;
 };
+
+// What figures are of.
+/// Names runs by what sets them apart.
+void name_runs(std::vector<ReportRun>& runs);
+/// What a run's figures are of, and what limits their meaning.
+std::string subject_html(const ReportRun& run);
+/// The same of a sweep's points: machines, modes, and how many points each note limits.
+std::string subject_html(const SweepResults& sweep);
+/// The same of each run.
+std::string subjects_html(const std::vector<ReportRun>& runs);
+/// The facts in which several runs differ, a column a run, and why some are not compared; "" of a run that is alone.
+std::string apart_table(const std::vector<ReportRun>& runs);
+/// machines_text() of runs: for captions of figures of all.
+std::string machines_of(const std::vector<ReportRun>& runs);
+/// The same of a sweep's finished points.
+std::string machines_of(const SweepResults& sweep);
+/// Of a figure of the paper that a run has with an interval.
+std::optional<Interval> interval_of(const RunTarget& target, const RunResults& run);
+/// "1.9× to 2.1×"; "" without an interval. shown: number() or times().
+std::string interval_text(const std::optional<Interval>& interval, std::string (*shown)(double));
+/// The same in brackets, small, behind its figure.
+std::string interval_html(const std::optional<Interval>& interval, std::string (*shown)(double));
+/// A paragraph a note; that of several designs once.
+std::string notes_html(const std::vector<std::pair<std::string, ResultNotes>>& by_name);
 
 // Runs.
 std::string run_headline(const ReportRun& run);
@@ -54,7 +81,7 @@ std::string search_headline(const ReportSweep& sweep);
 std::string search_section(const ReportSweep& sweep);
 
 // Both.
-/// Storage and area by hierarchy. cost: as `grtx cost --json`; title: plain text.
+/// Storage, area and energy by hierarchy. title: plain text, that names the machine.
 std::string cost_section(const MachineFigures& machine, const std::string& title);
 std::string configuration_section(const std::vector<ReportRun>& runs, const std::vector<ReportSweep>& sweeps);
 

@@ -1,5 +1,5 @@
-// Sections on sweeps, view by view: Pareto fronts, table of points, stalls and energy of chosen points, effects of the
-// coordinates.
+// The section on a sweep, view by view: Pareto fronts, table of points, stalls and energy of chosen points, effects of
+// the coordinates.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,22 +19,25 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The point's design and coordinates in words: "grtx, l1.bytes = 65536".
+/// The point's machine, design and coordinates in words: "paper, grtx, l1.bytes = 65536".
 std::string words(const ReportedPoint& p) {
-  std::string text = p.design;
+  std::string text = p.machine + (p.machine.empty() || p.design.empty() ? "" : ", ") + p.design;
   for (const auto& [name, value] : p.coordinates.items()) {
     text += (text.empty() ? "" : ", ") + name + " = " + text_of(value);
   }
   return text;
 }
 
-/// Columns that tell the points of a view apart: the design when it varies, then the coordinates that do.
+/// Columns that tell the points of a view apart: machine and design when they vary, then the coordinates that do.
 struct Describing {
   std::string title;
   std::function<ordered_json(const ReportedPoint&)> of;
 };
 std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& shown) {
   std::vector<Describing> list;
+  if (sweep.several(&ReportedPoint::machine)) {
+    list.push_back({"machine", [](const ReportedPoint& p) { return ordered_json(p.machine); }});
+  }
   if (sweep.several(&ReportedPoint::design)) {
     list.push_back({"design", [](const ReportedPoint& p) { return ordered_json(p.design); }});
   }
@@ -46,10 +49,17 @@ std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& 
   return list;
 }
 
-/// As a bar or a mark is called: "#12 grtx, l1.bytes = 65536".
-std::string full_label(const SweepViews& shown, const ShownPoint& p) {
-  const std::string name = shown.name(shown.first(p));
-  return p.label + (name.empty() ? "" : " " + name);
+/// What limits the figures of a point, by id; of a mean that of all its points.
+std::string note_ids(const SweepResults& results, const ShownPoint& point) {
+  std::vector<std::string> ids;
+  for (const std::size_t i : point.of) {
+    for (const ResultNote& note : results.points[i].notes) {
+      if (std::find(ids.begin(), ids.end(), note.id) == ids.end()) ids.push_back(note.id);
+    }
+  }
+  std::string text;
+  for (const std::string& id : ids) text += (text.empty() ? "" : ", ") + id;
+  return text;
 }
 
 constexpr std::size_t kTooltip = 5;  // columns; with more the point's name stands for them
@@ -62,10 +72,16 @@ std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const
     const double time = shown.value(point, kTime), own = shown.value(point, cost.field);
     if (!std::isfinite(time) || !std::isfinite(own)) continue;
     const ReportedPoint& p = shown.first(point);
-    ordered_json row = {{"id", point.id},        {"label", point.label},
-                        {"name", shown.name(p)}, {"time", time},
-                        {"cost", own},           {"front", cost.field == kArea ? point.on_area : point.on_energy},
-                        {"view", point.view},    {"none", "all points"}};
+    ordered_json row = {{"id", point.id},
+                        {"label", point.label},
+                        {"name", shown.name(p)},
+                        {"time", time},
+                        {"cost", own},
+                        {"front", cost.field == kArea ? point.on_area : point.on_energy},
+                        {"view", point.view},
+                        {"none", "all points"},
+                        {"interval", interval_text(shown.time_interval(point), number)},
+                        {"notes", note_ids(sweep.results, point)}};
     // Names of coordinates hold dots, which Vega-Lite would read as paths: numbered fields carry them.
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const ordered_json value = columns[c].of(p);
@@ -74,16 +90,20 @@ std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const
     rows.push_back(std::move(row));
   }
   if (rows.empty()) return "";
+  const auto any = [&rows](const char* field) {
+    return std::any_of(rows.begin(), rows.end(), [field](const ordered_json& row) { return row.at(field) != ""; });
+  };
   if (columns.size() > kTooltip) tooltip.push_back({"name", "differs in"});
   for (std::size_t c = 0; c < columns.size() && columns.size() <= kTooltip; ++c) {
     tooltip.push_back({fmt::format("c{}", c), columns[c].title});
   }
   tooltip.push_back({"time", "time, µs", true});
+  if (any("interval")) tooltip.push_back({"interval", "95 % interval of it"});
   tooltip.push_back({"cost", cost.title, true});
-  const std::string caption =
-      what +
-      " against simulated time. Points on the front are large, on the dashed line. Hover for the "
-      "configuration; drag a box to choose points, double-click to choose all.";
+  if (any("notes")) tooltip.push_back({"notes", "mind"});
+  const std::string caption = what + " against simulated time, " + machines_of(sweep.results) +
+                              ". Points on the front are large, on the dashed line. Hover for the "
+                              "configuration; drag a box to choose points, double-click to choose all.";
   return chart(sweep.id + "_" + (cost.field == kArea ? "area" : "energy"), what + " against time, one mark a point",
                caption,
                pareto_chart(rows, {"time", "time, µs"}, {"cost", cost.title}, tooltip, columns.empty() ? "none" : "c0"),
@@ -109,7 +129,7 @@ std::string bars_html(const ReportSweep& sweep, const SweepViews& shown, const s
       if (!(value > 0.0)) continue;
       if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
       rows.push_back({{"id", point.id},
-                      {"label", full_label(shown, point)},
+                      {"label", shown.full_label(point)},
                       {"order", shown.value(point, kTime)},
                       {"front", point.on_front()},
                       {"view", point.view},
@@ -132,15 +152,21 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   titles.push_back({"on the front of", false});
   for (const char* title : {"cycles", "L1 hit rate", "DRAM MB", "mm², low – high"}) titles.push_back({title});
   for (const Describing& column : columns) titles.push_back({column.title});
-  Table table(sweep.results.file + ": finished points", titles, sweep.id + "_points");
-  const std::size_t reference = shown.reference();
+  const auto noted = [&](const ShownPoint& point) { return !note_ids(sweep.results, point).empty(); };
+  const bool any_notes = std::any_of(shown.points().begin(), shown.points().end(), noted);
+  if (any_notes) titles.push_back({"mind", false});
+  Table table(sweep.results.file + ": finished points, " + machines_of(sweep.results), titles, sweep.id + "_points");
+  const SpeedupOver reference = shown.reference();
+  std::vector<std::string> machines;
   for (const ShownPoint& point : shown.points()) {
     const ReportedPoint& p = shown.first(point);
     const auto value = [&](const char* name) { return shown.value(point, name); };
     std::vector<std::string> cells = {point.label};
     if (several) cells.push_back(escape(shown.views()[point.view].title));
-    cells.push_back(number(value(kTime)));
-    cells.push_back("<span class=\"speedup\">" + times(shown.speedup(point, reference)) + "</span>");
+    cells.push_back(number(value(kTime)) + interval_html(shown.time_interval(point), number));
+    const std::optional<Interval> interval = shown.speedup_interval(point, reference);
+    cells.push_back("<span class=\"speedup\">" + times(shown.speedup(point, reference)) +
+                    interval_html(interval, times) + "</span>");
     cells.push_back(number(value(kArea)));
     cells.push_back(number(value(kEnergy)));
     cells.push_back(point.on_area ? (point.on_energy ? "mm², nJ" : "mm²") : point.on_energy ? "nJ" : "");
@@ -151,8 +177,16 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
     const double low = value("cost.mm2_low"), high = value("cost.mm2_high");
     cells.push_back(std::isfinite(low) && std::isfinite(high) ? number(low) + " – " + number(high) : "");
     for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
-    table.row(cells, fmt::format(" data-id=\"{}\" data-view=\"{}\" data-machine=\"{}\" data-time=\"{}\"{}", point.id,
-                                 point.view, point.machine, value(kTime), point.on_front() ? " class=\"front\"" : ""));
+    if (any_notes) cells.push_back(escape(note_ids(sweep.results, point)));
+    if (std::find(machines.begin(), machines.end(), p.machine) == machines.end()) machines.push_back(p.machine);
+    const auto base = std::find(machines.begin(), machines.end(), p.machine) - machines.begin();
+    const std::optional<Interval> time = shown.time_interval(point);
+    table.row(cells,
+              fmt::format(" data-id=\"{}\" data-view=\"{}\" data-machine=\"{}\" data-keys=\"{}\" data-base=\"{}\" "
+                          "data-design=\"{}\" data-time=\"{}\"{}{}",
+                          point.id, point.view, point.machine, point.keys, base, escape(p.design), value(kTime),
+                          time ? fmt::format(" data-low=\"{}\" data-high=\"{}\"", time->low, time->high) : "",
+                          point.on_front() ? " class=\"front\"" : ""));
   }
   return table.rows() == 0 ? "" : table.html();
 }
@@ -175,51 +209,55 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-/// For each value of each coordinate, the points of the first view that have it.
+/// For each value of each coordinate, the points of the first view that have it, of one machine and one design.
 std::string effects_table(const SweepResults& results, const SweepViews& shown,
                           const std::vector<Describing>& columns) {
   if (shown.points().empty()) return "";
-  const std::string of = shown.views().size() > 1 ? ", " + shown.views().front().title : "";
-  Table table(results.file + ": what each value does" + of, {{"coordinate", false},
-                                                             {"value"},
-                                                             {"points"},
-                                                             {"least time, µs"},
-                                                             {"median time, µs"},
-                                                             {"median mm²"},
-                                                             {"median nJ a ray"}});
-  for (const Describing& column : columns) {
-    std::vector<ordered_json> values;
-    for (const ShownPoint& point : shown.points()) {
-      const ordered_json v = column.of(shown.first(point));
-      if (point.view == 0 && std::find(values.begin(), values.end(), v) == values.end()) values.push_back(v);
-    }
-    if (values.size() < 2) continue;
-    std::sort(values.begin(), values.end());
-    for (const ordered_json& value : values) {
-      std::vector<double> time, area, energy;
-      for (const ShownPoint& point : shown.points()) {
-        if (point.view != 0 || column.of(shown.first(point)) != value) continue;
-        time.push_back(shown.value(point, kTime));
-        area.push_back(shown.value(point, kArea));
-        energy.push_back(shown.value(point, kEnergy));
+  const std::string of = shown.views().size() > 1 ? shown.views().front().title + ", " : "";
+  Table table(results.file + ": what each value does, " + of + machines_of(results), {{"machine and design", false},
+                                                                                      {"coordinate", false},
+                                                                                      {"value"},
+                                                                                      {"points"},
+                                                                                      {"least time, µs"},
+                                                                                      {"median time, µs"},
+                                                                                      {"median mm²"},
+                                                                                      {"median nJ a ray"}});
+  std::map<std::pair<std::string, std::string>, std::vector<const ShownPoint*>> alike;  // by machine and design
+  for (const ShownPoint& point : shown.points()) {
+    if (point.view == 0) alike[{shown.first(point).machine, shown.first(point).design}].push_back(&point);
+  }
+  for (const auto& [own, points] : alike) {
+    const std::string name = own.first + (own.first.empty() ? "" : ", ") + own.second;
+    for (const Describing& column : columns) {
+      std::map<ordered_json, std::vector<const ShownPoint*>> by_value;
+      for (const ShownPoint* point : points) by_value[column.of(shown.first(*point))].push_back(point);
+      if (by_value.size() < 2) continue;
+      for (const auto& [value, having] : by_value) {
+        std::vector<double> time, area, energy;
+        for (const ShownPoint* point : having) {
+          time.push_back(shown.value(*point, kTime));
+          area.push_back(shown.value(*point, kArea));
+          energy.push_back(shown.value(*point, kEnergy));
+        }
+        table.row({escape(name), escape(column.title), cell(value), number(static_cast<double>(time.size())),
+                   number(*std::min_element(time.begin(), time.end())), number(median(time)), number(median(area)),
+                   number(median(energy))});
       }
-      table.row({escape(column.title), cell(value), number(static_cast<double>(time.size())),
-                 number(*std::min_element(time.begin(), time.end())), number(median(time)), number(median(area)),
-                 number(median(energy))});
     }
   }
   return table.rows() == 0 ? "" : table.html();
 }
 
 std::string agreement_table(const SweepResults& results) {
-  Table table(results.file + ": points that two modes have simulated", {{"scene", false},
-                                                                        {"mode", false},
-                                                                        {"against", false},
-                                                                        {"points"},
-                                                                        {"time, mean ratio"},
-                                                                        {"least ratio"},
-                                                                        {"largest ratio"},
-                                                                        {"rank correlation (Kendall's tau)"}});
+  Table table(results.file + ": points that two modes have simulated, " + machines_of(results),
+              {{"scene", false},
+               {"mode", false},
+               {"against", false},
+               {"points"},
+               {"time, mean ratio"},
+               {"least ratio"},
+               {"largest ratio"},
+               {"rank correlation (Kendall's tau)"}});
   for (const ModeAgreement& a : mode_agreements(results)) {
     const auto ratio = [](double value) { return fmt::format("{:.3f}", value); };
     table.row({escape(a.scene), escape(a.mode), escape(a.against), number(static_cast<double>(a.points)),
@@ -246,12 +284,24 @@ std::string controls(const ReportSweep& sweep, const SweepViews& shown, const st
     views += fmt::format("<option value=\"{}\">{}</option>", v, escape(shown.views()[v].title));
   }
   if (!views.empty()) views = "<label>View <select class=\"view\">" + views + "</select></label> ";
+  const SpeedupOver at_first = shown.reference();
+  const auto option = [&](const std::string& value, const SpeedupOver& over, const std::string& label) {
+    points += fmt::format("<option value=\"{}\"{}>{}</option>", escape(value), over == at_first ? " selected" : "",
+                          escape(label));
+  };
+  std::vector<std::string> designs;
+  for (const ShownPoint& point : shown.points()) {
+    const std::string& design = shown.first(point).design;
+    if (std::find(designs.begin(), designs.end(), design) == designs.end()) designs.push_back(design);
+  }
+  for (const std::string& design : designs) {
+    if (designs.size() > 1) option("design:" + design, {design, 0}, design + " with the same keys");
+  }
   std::vector<std::size_t> known;
   for (const ShownPoint& point : shown.points()) {
     if (std::find(known.begin(), known.end(), point.machine) != known.end()) continue;
     known.push_back(point.machine);
-    points += fmt::format("<option value=\"{}\"{}>{}</option>", point.machine,
-                          point.machine == shown.reference() ? " selected" : "", escape(full_label(shown, point)));
+    option(fmt::format("point:{}", point.machine), {"", point.machine}, shown.full_label(point));
   }
   for (std::size_t c = 0; c < columns.size(); ++c) {
     colours += fmt::format("<option value=\"c{}\">{}</option>", c, escape(columns[c].title));
@@ -267,51 +317,12 @@ std::string controls(const ReportSweep& sweep, const SweepViews& shown, const st
 
 }  // namespace
 
-std::string sweep_headline(const ReportSweep& sweep) {
-  const SweepResults& results = sweep.results;
-  const SweepViews shown(results);
-  std::map<std::string, std::size_t> states;
-  for (const ReportedPoint& p : results.points) ++states[p.status];
-  std::string other;
-  for (const auto& [status, count] : states) {
-    if (status != "done") other += fmt::format("{}{} {}", other.empty() ? "" : ", ", count, status);
-  }
-  std::string cards = headline(fmt::format("{} / {}", states["done"], results.points.size()), "Points done", other);
-  const char* const values[3] = {kTime, kArea, kEnergy};
-  const char* const names[3] = {"Least time", "Least area", "Least energy a ray"};
-  const char* const units[3] = {" µs", " mm²", " nJ"};
-  std::size_t front = 0;
-  for (unsigned i = 0; i < 3; ++i) {
-    const ShownPoint* best = nullptr;
-    for (const ShownPoint& p : shown.points()) {
-      if (p.view != 0 || !std::isfinite(shown.value(p, values[i]))) continue;
-      front += i == 0 && p.on_area ? 1 : 0;
-      if (best == nullptr || shown.value(p, values[i]) < shown.value(*best, values[i])) best = &p;
-    }
-    if (best == nullptr) continue;
-    cards += headline(number(shown.value(*best, values[i])) + units[i], names[i], full_label(shown, *best));
-    if (i != 0) continue;
-    if (const double ratio = shown.speedup(*best, shown.reference()); std::isfinite(ratio)) {
-      for (const ShownPoint& p : shown.points()) {
-        if (p.view != 0 || p.machine != shown.reference()) continue;
-        cards += headline(times(ratio), "Largest speed-up", "over " + full_label(shown, p));
-      }
-    }
-  }
-  cards += headline(number(static_cast<double>(front)), "Points on the front", "of mm² against time");
-  const bool mean = !shown.views().empty() && shown.views().front().is_mean();
-  const std::string of = mean                       ? fmt::format(": {}, geometric means", shown.views().front().title)
-                         : shown.views().size() > 1 ? ": " + shown.views().front().title
-                                                    : "";
-  return fmt::format("<h3>{}{}</h3>\n<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(of), cards);
-}
-
 std::string sweep_section(const ReportSweep& sweep) {
   const SweepResults& results = sweep.results;
   const SweepViews shown(results);
   const std::vector<Describing> columns = describing(results, shown);
-  std::string out =
-      fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n", sweep.id, escape(results.file));
+  std::string out = fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n{}", sweep.id,
+                                escape(results.file), subject_html(results));
   if (shown.views().size() > 1) {
     out +=
         shown.views().front().is_mean()
@@ -327,9 +338,11 @@ std::string sweep_section(const ReportSweep& sweep) {
   out += points_table(sweep, shown, columns);
   out += "<div class=\"pair\">" +
          bars_html(sweep, shown, "gpu.rt.stall.", "stalls", "cycles of all RT units",
-                   "Cycles of the RT units of the chosen points (until you choose: those on a front), fastest first") +
+                   "Cycles of the RT units of the chosen points (until you choose: those on a front), fastest first; " +
+                       machines_of(results)) +
          bars_html(sweep, shown, "gpu.energy_nj.", "energy", "nJ",
-                   "Energy of the chosen points by part (until you choose: those on a front), fastest first") +
+                   "Energy of the chosen points by part (until you choose: those on a front), fastest first; " +
+                       machines_of(results)) +
          "</div>\n";
   out += effects_table(results, shown, columns) + agreement_table(results) + unfinished_table(results) +
          earlier_table(results) + traces_table(results);

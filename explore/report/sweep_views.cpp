@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string_view>
 
 #include "grtx/base/json.h"
 #include "grtx/explore/sweep/axis.h"
@@ -20,21 +22,40 @@ constexpr std::size_t kFew = 4;  // coordinates that a name lists
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 bool is_view(const std::string& coordinate) {
-  return coordinate == "view" || coordinate == "scene" || coordinate == "mode";
+  constexpr std::array<std::string_view, 6> kNames = {"view", "width", "height", "fov_scale", "scene", "mode"};
+  return std::find(kNames.begin(), kNames.end(), coordinate) != kNames.end();
 }
 
-std::string view_of(const ReportedPoint& p) {
-  return p.scene + (p.coordinates.contains("view") ? ", view " + text_of(p.coordinates.at("view")) : "");
+/// A view as people call it, and as nothing else may be called.
+struct ViewName {
+  std::string title, text;
+  bool operator==(const ViewName&) const = default;
+};
+ViewName view_of(const ReportedPoint& p, const Subject& subject) {
+  const auto coordinate = [&p](const char* name) {
+    return p.coordinates.contains(name) ? text_of(p.coordinates.at(name)) : std::string();
+  };
+  std::string title = p.scene;
+  if (!coordinate("view").empty()) title += ", view " + coordinate("view");
+  if (const std::string width = coordinate("width"), height = coordinate("height"); !width.empty() || !height.empty()) {
+    const auto size = [&](const std::string& own, const char* name) {
+      return own.empty() ? subject.setting(name) : own;
+    };
+    title += ", " + size(width, "width") + " × " + size(height, "height");
+  }
+  if (!coordinate("fov_scale").empty()) title += ", fov_scale = " + coordinate("fov_scale");
+  return {title, title + "\n" + subject.view_text()};
 }
 
-std::string machine_of(const ReportedPoint& p) {
+/// Everything but design, view and mode.
+std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   std::map<std::string, std::string> sorted;
   for (const auto& [name, value] : p.coordinates.items()) {
-    if (!is_view(name)) sorted[name] = json_text(value);
+    if (!is_view(name) && name != "design") sorted[name] = json_text(value);
   }
-  std::string text = p.design;
+  std::string text = p.machine;
   for (const auto& [name, value] : sorted) text += "\n" + name + "=" + value;
-  return text;
+  return text + "\n" + subject.settings_text();
 }
 
 template <typename T>
@@ -47,26 +68,44 @@ std::size_t position_in(std::vector<T>& list, const T& value) {
 
 }  // namespace
 
+Subject subject_of(const SweepResults& results, const ReportedPoint& point) {
+  const auto version = results.meta.find("model_version");
+  return {point.inputs,
+          point.config,
+          {{"machine", point.machine},
+           {"mode", point.mode},
+           {"model_version", version == results.meta.end() ? "" : version->second}}};
+}
+
+std::string but_for_mode(const SweepResults& results, const ReportedPoint& point) {
+  const Subject subject = subject_of(results, point);
+  return point.design + "\n" + view_of(point, subject).text + "\n" + keys_of(point, subject);
+}
+
 SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   find_varying();
-  std::vector<std::string> machines, modes;
+  std::map<std::string, std::size_t> keys, machines;  // numbers in order of appearance
+  std::vector<std::string> modes;
   for (const ReportedPoint& p : results.points) {
     if (p.done()) position_in(modes, p.mode);
   }
   std::int64_t means = 0;
   for (const std::string& mode : modes) {
     const std::string suffix = modes.size() > 1 ? ", " + mode : "";
-    std::vector<std::string> names;                         // of the mode's views
+    std::vector<ViewName> names;                            // of the mode's views
     std::vector<ShownPoint> own;                            // view: in names
     std::map<std::size_t, std::vector<std::size_t>> found;  // by machine: points, at most one a view
     for (std::size_t i = 0; i < results.points.size(); ++i) {
       const ReportedPoint& p = results.points[i];
       if (!p.done() || p.mode != mode) continue;
+      const Subject subject = subject_of(results, p);
       ShownPoint point{.id = p.id,
                        .label = fmt::format("#{}", p.id),
-                       .view = position_in(names, view_of(p)),
-                       .machine = position_in(machines, machine_of(p)),
+                       .view = position_in(names, view_of(p, subject)),
+                       .keys = keys.try_emplace(keys_of(p, subject), keys.size()).first->second,
                        .of = {i}};
+      const std::string machine = fmt::format("{} {}", point.keys, p.design);
+      point.machine = machines.try_emplace(machine, machines.size()).first->second;
       found[point.machine].push_back(i);
       own.push_back(std::move(point));
     }
@@ -86,7 +125,11 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
       points_.insert(points_.end(), mean.begin(), mean.end());
     }
     const std::size_t before = views_.size();
-    for (const std::string& name : names) views_.push_back({name + suffix, 1});
+    std::map<std::string, unsigned> titles;
+    for (const ViewName& name : names) {
+      const unsigned same = ++titles[name.title];  // of a scene or camera file that was edited
+      views_.push_back({name.title + (same == 1 ? "" : fmt::format(" ({})", same)) + suffix, 1});
+    }
     for (ShownPoint& point : own) point.view += before;
     points_.insert(points_.end(), own.begin(), own.end());
   }
@@ -151,6 +194,7 @@ double SweepViews::sum(const ShownPoint& point, const std::string& name) const {
 
 std::string SweepViews::name(const ReportedPoint& point) const {
   std::vector<std::string> parts;
+  if (results_.several(&ReportedPoint::machine)) parts.push_back(point.machine);
   if (results_.several(&ReportedPoint::design)) parts.push_back(point.design);
   std::size_t listed = 0, more = 0;
   for (std::size_t i = 0; i < varying_.size(); ++i) {
@@ -170,18 +214,49 @@ std::string SweepViews::name(const ReportedPoint& point) const {
   return text;
 }
 
-std::size_t SweepViews::reference() const {
-  for (const ShownPoint& point : points_) {
-    if (point.view == 0 && first(point).design == "baseline") return point.machine;
-  }
-  return points_.empty() ? 0 : points_.front().machine;
+std::string SweepViews::full_label(const ShownPoint& point) const {
+  const std::string own = name(first(point));
+  return point.label + (own.empty() ? "" : " " + own);
 }
 
-double SweepViews::speedup(const ShownPoint& point, std::size_t machine) const {
+SpeedupOver SweepViews::reference() const {
+  if (points_.empty()) return {};
+  std::vector<std::string> designs;
+  for (const ShownPoint& point : points_) position_in(designs, first(point).design);
+  if (designs.size() == 1) return {"", points_.front().machine};
+  const bool has_baseline = std::find(designs.begin(), designs.end(), "baseline") != designs.end();
+  return {has_baseline ? "baseline" : designs.front(), 0};
+}
+
+const ShownPoint* SweepViews::over(const ShownPoint& point, const SpeedupOver& reference) const {
   for (const ShownPoint& other : points_) {
-    if (other.view == point.view && other.machine == machine) return value(other, kTime) / value(point, kTime);
+    if (other.view != point.view) continue;
+    const ReportedPoint &own = first(point), &its = first(other);
+    const bool fits = reference.design.empty()
+                          ? other.machine == reference.machine && its.design == own.design && its.machine == own.machine
+                          : other.keys == point.keys && its.design == reference.design;
+    if (fits) return &other;
   }
-  return kNoValue;
+  return nullptr;
+}
+
+double SweepViews::speedup(const ShownPoint& point, const SpeedupOver& reference) const {
+  const ShownPoint* other = over(point, reference);
+  return other == nullptr ? kNoValue : value(*other, kTime) / value(point, kTime);
+}
+
+std::optional<Interval> SweepViews::speedup_interval(const ShownPoint& point, const SpeedupOver& reference) const {
+  const ShownPoint* other = over(point, reference);
+  if (other == nullptr || other == &point) return std::nullopt;
+  return ratio_of(time_interval(*other), time_interval(point));
+}
+
+std::optional<Interval> SweepViews::time_interval(const ShownPoint& point) const {
+  if (point.of.size() != 1) return std::nullopt;
+  const auto cycles = cycles_interval([&](const char* name) { return value(point, name); });
+  const double scale = value(point, kTime) / value(point, "gpu.cycles");
+  if (!cycles || !std::isfinite(scale)) return std::nullopt;
+  return Interval{cycles->low * scale, cycles->high * scale};
 }
 
 }  // namespace grtx::sim

@@ -2,9 +2,11 @@
 // views trace other rays, so a front of both would compare nothing.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "grtx/explore/report/run_results.h"
 #include "grtx/explore/report/sweep_results.h"
 
 namespace grtx::sim {
@@ -14,18 +16,33 @@ inline constexpr const char* kTime = "gpu.time_us";
 inline constexpr const char* kArea = "cost.mm2";
 inline constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
 
-/// A point of the database that is done, or what the same design and coordinates have over all views.
+/// A point of the database that is done, or what the same machine, design and coordinates have over all views.
 struct ShownPoint {
   std::int64_t id = 0;          ///< of the database; of a mean below 0
   std::string label;            ///< "#12", of a mean "mean 3"
   std::size_t view = 0;         ///< in SweepViews::views
-  std::size_t machine = 0;      ///< design and coordinates without the view: the same in all views
+  std::size_t keys = 0;         ///< machine, options and coordinates without the view: the same in all views
+  std::size_t machine = 0;      ///< the same with the design
   std::vector<std::size_t> of;  ///< in SweepResults::points: one, or one a view
   bool on_area = false;         ///< on the front of area and time of its view
   bool on_energy = false;       ///< on that of energy and time
 
   bool on_front() const { return on_area || on_energy; }
 };
+
+/// What speed-ups are over. A ratio is of designs on one machine with the same keys, or of keys within one design of
+/// one machine, never of both.
+struct SpeedupOver {
+  std::string design;       ///< with the keys of each point; "": of one ShownPoint::machine
+  std::size_t machine = 0;  ///< when no design is named
+
+  bool operator==(const SpeedupOver&) const = default;
+};
+
+/// What a point is of, without its scene's and design's names.
+Subject subject_of(const SweepResults& results, const ReportedPoint& point);
+/// Equal of points that differ in their mode alone.
+std::string but_for_mode(const SweepResults& results, const ReportedPoint& point);
 
 struct SweepView {
   std::string title;      ///< "hall, view 2", "all 6 views"
@@ -51,10 +68,18 @@ class SweepViews {
   /// What sets a point apart from the others: all coordinates that vary when these are few, else those that differ from
   /// what most points have, four at the most.
   std::string name(const ReportedPoint& point) const;
-  /// The point that others are compared with at first: the first baseline, else the first point, of the first view.
-  std::size_t reference() const;
-  /// Time of that design and coordinates in the point's view over the point's time; NaN without one.
-  double speedup(const ShownPoint& point, std::size_t machine) const;
+  /// As a bar or a mark is called: "#12 grtx, l1.bytes = 65536".
+  std::string full_label(const ShownPoint& point) const;
+  /// At first: with several designs the baseline's, or the first's, with the keys of each point; else the first point.
+  SpeedupOver reference() const;
+  /// nullptr when its view has no such point, or none that it may be compared with.
+  const ShownPoint* over(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Time of that point over the point's; NaN without one.
+  double speedup(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Of that ratio; what both simulations have in common is not known here.
+  std::optional<Interval> speedup_interval(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Of a time that was estimated, µs; nothing of a mean.
+  std::optional<Interval> time_interval(const ShownPoint& point) const;
 
  private:
   nlohmann::ordered_json coordinate(const ReportedPoint& point, const std::string& name) const;

@@ -107,7 +107,7 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
   std::vector<StoredPoint> points;
   SqliteStatement row(database,
                       "SELECT id, key, trace_key, machine, mode, scene, design, coordinates, config, status, reason, "
-                      "earlier_plan, json_extract(document, '$.inputs') FROM " +
+                      "earlier_plan, json_extract(document, '$.inputs'), json_extract(document, '$.notes') FROM " +
                           points_of(schema_of(database).value()) + " ORDER BY id");
   while (row.step()) {
     if (!wanted(row.text(1))) continue;
@@ -126,6 +126,7 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
     point.reason = row.text(10);
     point.earlier_plan = row.integer(11) != 0;
     if (!row.null(12)) point.inputs = stored_object(row.text(12), path, where + ": inputs");
+    if (!row.null(13)) point.notes = notes_from(parse_json(row.text(13), path, where + ": notes"), path + ": " + where);
   }
   return points;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grtx/explore/sweep/sqlite.h"
+#include "grtx/rtl_tlm/run/result_notes.h"
 
 namespace grtx::sim {
 
@@ -25,6 +26,7 @@ struct StoredPoint {
   nlohmann::ordered_json inputs;                        ///< of the simulation; null without a document
   std::string status;                                   ///< pending, running, done, failed, killed or timeout
   std::string reason;
+  ResultNotes notes;          ///< what limits the meaning of its values
   bool earlier_plan = false;  ///< the plan that filled the database last does not ask for it
 
   bool done() const { return status == "done"; }

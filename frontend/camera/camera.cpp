@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 #include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"
 #include "grtx/frontend/camera/readers.h"
@@ -34,6 +35,7 @@ Camera Camera::fov_scaled(double factor) const {
     throw Error("camera " + name, "", "the field of view's factor must be positive and finite");
   }
   Camera result = *this;
+  result.fov_scale *= factor;
   result.fx /= factor;
   result.fy /= factor;
   // An equidistant fisheye is linear in the angle itself.
@@ -64,6 +66,25 @@ glm::dvec3 Camera::direction(unsigned x, unsigned y) const {
   // sin(theta) / theta tends to 1 on the axis.
   const double side = theta > 0.0 ? std::sin(theta) / theta : 1.0;
   return glm::normalize(rotation * glm::dvec3(a * side, b * side, std::cos(theta)));
+}
+
+std::uint64_t Camera::hash() const {
+  std::vector<double> numbers = {static_cast<double>(width),
+                                 static_cast<double>(height),
+                                 position.x,
+                                 position.y,
+                                 position.z,
+                                 fx,
+                                 fy,
+                                 cx,
+                                 cy,
+                                 fisheye_fov,
+                                 static_cast<double>(projection)};
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) numbers.push_back(rotation[column][row]);
+  }
+  for (double& number : numbers) number += 0.0;  // -0 and 0 are one
+  return xxh3(numbers.data(), numbers.size() * sizeof(double));
 }
 
 std::vector<Camera> load_cameras(const std::string& path) {

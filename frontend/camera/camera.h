@@ -1,6 +1,7 @@
 // Cameras and primary rays. Internal convention: right, down, forward; pixel centres at +0.5.
 #pragma once
 
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -19,6 +20,7 @@ struct Camera {
   glm::dmat3 rotation{1.0};                       ///< camera to world; columns are right, down, forward
   double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels; fisheye: fx, fy are pixels a radian (0: see fisheye_fov)
   Projection projection = Projection::pinhole;    ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
+  double fov_scale = 1.0;    ///< product of what fov_scaled() was given: fx, fy and fisheye_fov hold it already
   double fisheye_fov = 0.0;  ///< radians, full angle; no ray beyond; with fx, fy = 0 it spans the image
 
   /// The same view at another resolution: focal lengths and centre scale per axis, so both fields of view are kept.
@@ -30,6 +32,9 @@ struct Camera {
   /// Unit direction in world space through the centre of pixel (x, y), double precision; zero vector when the
   /// projection has no ray there (outside the fisheye circle).
   glm::dvec3 direction(unsigned x, unsigned y) const;
+
+  /// Of everything that decides on the rays, so not of the name: cameras of one hash see the same.
+  std::uint64_t hash() const;
 };
 
 /// 3DGS cameras.json, NeRF transforms.json, or a COLMAP binary folder. Throws Error{file, place, rule}.

@@ -1,5 +1,6 @@
 #include "grtx/frontend/tracer/tracer.h"
 
+#include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 
@@ -104,6 +105,8 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.blas_bytes = header.two_level ? header.node_image_bytes - header.blas_base : 0;
   header.checkpoint_capacity = options.checkpoint ? options.checkpoint_capacity : 0;
   header.inputs["camera"] = camera.name;
+  header.inputs["camera_hash"] = hex(camera.hash());
+  header.inputs["fov_scale"] = fmt::format("{}", camera.fov_scale);
   return header;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 #include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
@@ -17,10 +18,13 @@ traces::Header sequence_header(const std::vector<Camera>& cameras, const std::ve
   traces::Header header = header_of(cameras.front(), render.front());
   if (cameras.size() == 1) return header;
   header.frame_groups = {header.groups};
+  std::string hashes = header.inputs["camera_hash"];
   for (std::size_t i = 1; i < cameras.size(); ++i) {
     header.frame_groups.push_back(header_of(cameras[i], render[i]).groups);
     header.groups += header.frame_groups.back();
+    hashes += hex(cameras[i].hash());
   }
+  header.inputs["camera_hash"] = hex(xxh3(hashes));
   header.inputs["camera"] = cameras.front().name + " to " + cameras.back().name;
   return header;
 }

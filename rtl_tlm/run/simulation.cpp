@@ -152,6 +152,12 @@ std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Eng
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
   inputs["mode"] = engine.name();
   if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
+  if (work.warm != nullptr) {  // of two designs the traces differ, and yet the same view may have run before
+    const auto& before = work.warm->header().inputs;
+    if (const auto camera = before.find("camera_hash"); camera != before.end()) {
+      inputs["warm.camera_hash"] = camera->second;
+    }
+  }
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }

@@ -10,6 +10,8 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   for (const auto& [name, value] : header.inputs) inputs["trace." + name] = value;
   inputs["accel"] = name_of(header.accel);
   inputs["k"] = std::to_string(header.k);
+  inputs["width"] = std::to_string(header.width);
+  inputs["height"] = std::to_string(header.height);
   inputs["checkpoint"] = header.checkpoint ? "on" : "off";
   if (header.three_level()) inputs["levels"] = "3";
   if (header.pop_test != traces::Header{}.pop_test) inputs["pop_test"] = name_of(header.pop_test);

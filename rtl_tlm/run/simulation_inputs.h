@@ -9,8 +9,8 @@
 
 namespace grtx::sim {
 
-/// Trace, configuration, program, and "memory.files" of a memory that files configure: name -> hash or value. What
-/// came later is left out where it has its default, so that documents on record stay as they are.
+/// Trace, its image in pixels, configuration, program, and "memory.files" of a memory that files configure: name ->
+/// hash or value. What came later is left out where it has its default, so that documents on record stay as they are.
 std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config);
 
 }  // namespace grtx::sim

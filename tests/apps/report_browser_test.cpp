@@ -105,6 +105,22 @@ TEST_F(ReportInBrowser, ASweepIsDrawnHoveredAndBrushed) {
   EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
 }
 
+// The chart library's tooltip shows a field of the name "image" as the picture at that address: hovering fetched it.
+TEST_F(ReportInBrowser, ACoordinateCalledImageIsTextAndNoRequest) {
+  testing_sweep::make_grid(folder.path("foreign.sqlite"), "{}");
+  testing_sweep::execute(folder.path("foreign.sqlite"),
+                         "UPDATE point SET coordinates = json_set(json_remove(coordinates, '$.k'), '$.image', "
+                         "'http://127.0.0.1:9/' || json_extract(coordinates, '$.k') || '.png')");
+  const Outcome made = folder.run("report foreign.sqlite -o foreign.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const json found = look("foreign.html");
+  ASSERT_TRUE(found.contains("plain"));
+  EXPECT_THAT(found.at("requests"), IsEmpty()) << found.at("requests");
+  EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");  // nor one that the page's policy refused
+  EXPECT_THAT(found.at("hover").at("text").get<std::string>(),
+              testing::ContainsRegex("image.*http://127.0.0.1:9/[48].png"));
+}
+
 // Two scenes, three machines: 1 to 3 in the room, 4 to 6 in the hall, where times are ten to fifty times as long.
 TEST_F(ReportInBrowser, PointsOfTwoScenesAreComparedWithinEach) {
   json points = json::array();

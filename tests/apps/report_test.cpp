@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "apps/program.h"
 #include "grtx/base/atomic_file.h"
@@ -64,6 +65,7 @@ TEST(Report, NothingOfAPageComesFromElsewhere) {
   EXPECT_EQ(count(page, " src="), count(page, " src=\"data:"));
   EXPECT_EQ(count(page, "<link"), 1u);
   EXPECT_THAT(page, HasSubstr("<link rel=\"icon\" href=\"data:,\">"));
+  EXPECT_THAT(page, HasSubstr("content=\"default-src 'none'; img-src data:;"));  // and the browser holds it to that
   EXPECT_THAT(page, Not(HasSubstr("@import")));
   EXPECT_THAT(page, Not(HasSubstr("url(")));
 }
@@ -125,6 +127,103 @@ TEST(Report, SimulationsOfOneViewAreComparedWithEachOther) {
   EXPECT_THAT(folder.read("r.html"), AllOf(HasSubstr("Speed-up, GRTX-SW"), HasSubstr(", machine paper")));
   ASSERT_EQ(folder.run("report tlas-tri20.json -o one.html").code, 0);
   EXPECT_THAT(folder.read("one.html"), Not(HasSubstr("Speed-up, GRTX-SW")));
+}
+
+// A baseline of 16 x 8 rays beside a grtx of 32 x 16, of another field of view, transmittance, mode or warmth was a
+// speed-up.
+TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
+  const Folder folder;
+  const auto must = [&](const std::string& arguments) {
+    const Outcome outcome = folder.run(arguments + " --quiet");
+    ASSERT_EQ(outcome.code, 0) << arguments << ": " << outcome.err;
+  };
+  must("synth --preset object --count 1500 --seed 7 -o s.ply");
+  const auto simulate = [&](const std::string& name, const std::string& accel, const std::string& size,
+                            const std::string& traced, const std::string& simulated) {
+    must("trace --scene s.ply --cameras s.cameras.json --accel " + accel + " " + size + " " + traced + " -o t.grtx");
+    must("sim t.grtx --set gpu.sms=1 --stats " + name + " " + simulated);
+  };
+  const std::string size = "--width 16 --height 8", baseline = "tri20 --checkpoint off";
+  const std::string grtx = "tlas-tri20 --checkpoint on";
+  simulate("b.json", baseline, size, "--view 0", "");
+  simulate("g.json", grtx, size, "--view 0", "");
+  const auto page = [&](const std::string& files) {
+    must("report " + files + " -o r.html");
+    const std::string whole = folder.read("r.html");
+    return whole.substr(0, whole.find("</footer>"));
+  };
+  EXPECT_THAT(page("b.json g.json"), AllOf(HasSubstr("times as fast as baseline"), Not(HasSubstr("the runs differ"))));
+  struct Case {
+    const char *size, *traced, *simulated;
+    const char* difference;  ///< cells of the baseline's and of the other's, in the table of what differs
+  };
+  for (const Case& c : {Case{"--width 32 --height 16", "--view 0", "", "size</th><td>16 × 8</td><td>32 × 16"},
+                        Case{nullptr, "--view 1", "", "view</th><td>"},
+                        Case{nullptr, "--view 0 --fov-scale 0.5", "", "fov_scale</th><td>1</td><td>0.5"},
+                        Case{nullptr, "--view 0 --ert 0.5", "", "ert</th><td>0.01</td><td>0.5"},
+                        Case{nullptr, "--view 0 --k 4", "", "k</th><td>8</td><td>4"},
+                        Case{nullptr, "--view 0 --secondary glass", "", "secondary</th><td>none</td><td>glass"},
+                        Case{nullptr, "--view 0", "--set l1.bytes=65536", "l1.bytes</th><td>"},
+                        Case{nullptr, "--view 0", "--machine modern", "machine</th><td>"},
+                        Case{nullptr, "--view 0", "--mode sampled --share 1", "mode</th><td>cycle</td><td>sampled"},
+                        Case{nullptr, "--view 0", "--warm g.grtx", "warm.camera_hash</th><td></td><td>"}}) {
+    if (std::string(c.simulated).find("--warm") != std::string::npos) {
+      must("trace --scene s.ply --cameras s.cameras.json --accel " + grtx + " " + size + " --view 0 -o g.grtx");
+    }
+    simulate("other.json", grtx, c.size == nullptr ? size : c.size, c.traced, c.simulated);
+    EXPECT_THAT(page("b.json other.json"), AllOf(Not(HasSubstr("times as fast")), HasSubstr(c.difference)))
+        << c.traced << c.simulated;
+  }
+}
+
+/// What docs/model/figures.md calls the tables and charts of a page.
+std::vector<std::string> listed_figures() {
+  const std::string page = read_file(grtx::paths::source_dir() + "/docs/model/figures.md");
+  std::istringstream lines(page.substr(page.find("## On the pages")));
+  std::vector<std::string> names;
+  for (std::string line; std::getline(lines, line) && !line.starts_with("## Elsewhere");) {
+    const std::string cell = line.starts_with("| ") ? line.substr(2, line.find(" | ") - 2) : "";
+    for (std::size_t at = cell.find('`'); at != std::string::npos; at = cell.find('`', at + 1)) {
+      const std::size_t end = cell.find('`', at + 1);
+      names.push_back(cell.substr(at + 1, end - at - 1));
+      at = end;
+    }
+  }
+  return names;
+}
+
+// Tables of the inputs, of the configuration and of what has no result aside. Each is in the list of figures.
+TEST(Report, EveryTableSaysItsMachineItsModeAndTheVersionOfTheModel) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
+  const Outcome run = folder.run("run --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 --config " +
+                                 grtx::paths::source_dir() + "/configs/small.toml --quiet -o out");
+  ASSERT_EQ(run.code, 0) << run.err;
+  make_grid(folder, "grid.sqlite");
+  testing_sweep::execute(folder.path("grid.sqlite"),
+                         "UPDATE point SET document = json_set(document, '$.inputs', json('{\"machine\": \"paper\"}')) "
+                         "WHERE status = 'done'; INSERT OR REPLACE INTO meta VALUES ('model_version', '7')");
+  const Outcome made = folder.run("report out/results.json grid.sqlite -o r.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string page = folder.read("r.html");
+  const std::string begin = "<caption><span>";
+  std::size_t figures = 0;
+  const std::vector<std::string> listed = listed_figures();
+  ASSERT_GE(listed.size(), 15u);
+  for (std::size_t at = page.find(begin); at != std::string::npos; at = page.find(begin, at + 1)) {
+    const std::string caption = page.substr(at + begin.size(), page.find("</span>", at) - at - begin.size());
+    const auto is_of = [&caption](const char* words) { return caption.find(words) != std::string::npos; };
+    if (is_of("What this page was made of") || is_of("inputs of the simulations") || is_of("Every key of") ||
+        is_of("points without a result") || is_of("traces")) {
+      continue;
+    }
+    ++figures;
+    const auto names_it = [&caption](const std::string& name) { return caption.find(name) != std::string::npos; };
+    EXPECT_TRUE(std::any_of(listed.begin(), listed.end(), names_it)) << "docs/model/figures.md lacks: " << caption;
+    EXPECT_THAT(caption, HasSubstr("machine")) << caption;
+    EXPECT_THAT(caption, AllOf(HasSubstr("mode cycle"), HasSubstr("model version"))) << caption;
+  }
+  EXPECT_GE(figures, 20u);
 }
 
 TEST(Report, BadInputIsOneLine) {

@@ -55,6 +55,32 @@ TEST_F(RunTest, FourDesignsEndToEnd) {
   EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
 }
 
+// The table was printed all the same.
+TEST_F(RunTest, AQuietRunPrintsNothing) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  const Outcome quiet = test::shell("( " + grtx::paths::program() + " run " + scene_arguments() +
+                                    "--set gpu.sms=1 --quiet -o " + folder + "/out 2>/dev/null )");
+  EXPECT_EQ(quiet.code, 0);
+  EXPECT_EQ(quiet.output, "");
+}
+
+// A run of one view left image.png, and the report of a sequence of another scene showed it.
+TEST_F(RunTest, PicturesOfAnEarlierRunGo) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + "--set gpu.sms=1 --quiet -o " + folder + "/out");
+  write_file(folder + "/out/image_7.png", "a picture of mine");
+  must("synth --preset hall --count 300 --seed 8 -o " + folder + "/h.ply --quiet");
+  must("run --scene " + folder + "/h.ply --cameras " + folder +
+       "/h.cameras.json --views 0:1 --width 24 --height 16 --set gpu.sms=1 --mode cycle --quiet -o " + folder + "/out");
+  EXPECT_FALSE(std::filesystem::exists(folder + "/out/image.png"));
+  EXPECT_EQ(read_file(folder + "/out/image_7.png"), "a picture of mine");
+  const nlohmann::json images = json("out/results.json").at("images");
+  ASSERT_EQ(images.size(), 2u);
+  EXPECT_EQ(images[0].at("file"), "image_0.png");
+  const std::string page = read_file(folder + "/out/report.html");
+  EXPECT_NE(page.find("<img src=\"data:image/png;base64,"), std::string::npos);
+}
+
 TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   std::filesystem::create_directories(folder + "/out");

@@ -22,13 +22,20 @@
   // Charts that were drawn, by the id of their figure.
   const views = new Map();
 
+  // Names and values in a tooltip come from foreign files: they are text, whatever they are called. (The library's own
+  // tooltip shows a field with the name "image" as the picture at that address.)
+  const tooltip_html = (fields, to_html) => {
+    const rows = Object.entries(fields).filter(([, value]) => value !== undefined && value !== '');
+    return `<table>${rows.map(([name, value]) => `<tr><td class="key">${to_html(name)}</td><td class="value">${to_html(value)}</td></tr>`).join('')}</table>`;
+  };
+
   const draw = async (figure) => {
     const place = figure.querySelector('.drawing');
     const spec = JSON.parse(figure.querySelector('.spec').textContent);
     spec.$schema = 'https://vega.github.io/schema/vega-lite/v6.json';  // names the language; nothing is loaded
     const result = await vegaEmbed(place, spec, {
       mode: 'vega-lite', renderer: 'svg', actions: false, config: config(place.clientWidth),
-      tooltip: { theme: 'custom' },
+      tooltip: { theme: 'custom', formatTooltip: tooltip_html },
     });
     views.set(figure.id, { figure, spec, view: result.view });
   };
@@ -66,13 +73,25 @@
     if (status) status.textContent = ids === null ? `${all} points` : `${shown} of ${all} points chosen`;
   };
 
-  // The time of a point with the chosen design and coordinates, in the same view, over that of each row.
-  const speedups = (group, machine) => {
+  // Time over time, with the widest interval that two estimates leave. over: "design:NAME", of the same keys, or
+  // "point:NUMBER", of which the keys differ; then design and machine are the same.
+  const speedups = (group, over) => {
     const rows = [...document.getElementById(group + '_points').tBodies[0].rows];
-    const times = new Map(rows.filter((row) => row.dataset.machine === machine).map((row) => [row.dataset.view, Number(row.dataset.time)]));
+    const [kind, wanted] = [over.slice(0, over.indexOf(':')), over.slice(over.indexOf(':') + 1)];
+    const place = (row) => row.dataset.view + (kind === 'design' ? ' ' + row.dataset.keys : '');
+    const others = new Map(rows.filter((row) => (kind === 'design' ? row.dataset.design : row.dataset.machine) === wanted)
+      .map((row) => [place(row), row]));
+    const times = (ratio) => `${ratio.toFixed(2)}×`;
     for (const row of rows) {
-      const ratio = times.get(row.dataset.view) / Number(row.dataset.time);
-      row.querySelector('.speedup').textContent = Number.isFinite(ratio) ? `${ratio.toFixed(2)}×` : '';
+      const cell = row.querySelector('.speedup'), other = others.get(place(row));
+      const alike = other && (kind === 'design' || (other.dataset.design === row.dataset.design && other.dataset.base === row.dataset.base));
+      const ratio = alike ? Number(other.dataset.time) / Number(row.dataset.time) : NaN;
+      cell.textContent = Number.isFinite(ratio) ? times(ratio) : '';
+      if (!Number.isFinite(ratio) || other === row || !row.dataset.low || !other.dataset.low) continue;
+      const interval = document.createElement('span');
+      interval.className = 'interval';
+      interval.textContent = ` (${times(other.dataset.low / row.dataset.high)} to ${times(other.dataset.high / row.dataset.low)})`;
+      cell.append(interval);
     }
   };
 

@@ -29,6 +29,20 @@ void expect_direction(const glm::dvec3& actual, const glm::dvec3& expected) {
   for (glm::length_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(actual[axis], expected[axis], 1e-14);
 }
 
+TEST(Camera, OfOneHashSeeTheSame) {
+  Camera renamed = pinhole();
+  renamed.name = "another";
+  renamed.position.x = -0.0;
+  EXPECT_EQ(renamed.hash(), pinhole().hash());
+  Camera moved = pinhole(), turned = pinhole(), fisheye = pinhole().as_fisheye(1.0);
+  moved.position.z = 1e-9;
+  turned.rotation[0] = -turned.rotation[0];
+  for (const Camera& other : {moved, turned, fisheye, pinhole().resized(16, 8), pinhole().fov_scaled(1.01)}) {
+    EXPECT_NE(other.hash(), pinhole().hash());
+  }
+  EXPECT_DOUBLE_EQ(pinhole().fov_scaled(0.5).fov_scaled(0.5).fov_scale, 0.25);
+}
+
 TEST(Camera, PinholeDirectionsOfKnownPixels) {
   const Camera camera = pinhole();
   expect_direction(camera.direction(0, 0), glm::normalize(glm::dvec3(-3.5 / 4.0, -1.5 / 2.0, 1.0)));

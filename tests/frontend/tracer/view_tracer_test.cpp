@@ -10,6 +10,7 @@
 #include "frontend/scene/scene_bytes.h"
 #include "frontend/tracer/random_scene.h"
 #include "grtx/base/error.h"
+#include "grtx/base/hash.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
@@ -71,6 +72,9 @@ TEST(ViewTracer, ASequenceIsItsFramesOneAfterTheOther) {
   sequence.build({AccelKind::tlas_tri20});
   const TracedView traced = sequence.trace(options, render, sequence_file.str());
   const traces::Reader reader(sequence_file.str());
+  const auto& inputs = reader.header().inputs;
+  EXPECT_EQ(inputs.at("camera_hash"), hex(xxh3(hex(cameras[0].hash()) + hex(cameras[1].hash()))));
+  EXPECT_EQ(inputs.at("fov_scale"), "1");
   ASSERT_EQ(traced.further.size(), 1u);
   ASSERT_EQ(reader.header().frame_groups, (std::vector<std::uint64_t>{12, 12}));
   std::uint64_t visits = 0, hits = 0;
