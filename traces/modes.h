@@ -31,13 +31,10 @@ constexpr auto enum_names(NodeLayout) {
 }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
-/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. stochastic: the nearest of
-/// those for which the any-hit shader's coin says so; each round is a sample of its own. list: as single, in a list of
-/// k entries that stays unsorted; blending picks the nearest from it, a batch at a time.
-enum class Tracing : std::uint8_t { multi, single, closest, stochastic, list };
-constexpr auto enum_names(Tracing) {
-  return names_in_order<Tracing>({"multi", "single", "closest", "stochastic", "list"});
-}
+/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. list: as single,
+/// in a list of k entries that stays unsorted; blending picks the nearest from it, a batch at a time.
+enum class Tracing : std::uint8_t { multi, single, closest, list };
+constexpr auto enum_names(Tracing) { return names_in_order<Tracing>({"multi", "single", "closest", "list"}); }
 /// Hits are appended as they come, and no hit that has room moves t_max.
 constexpr bool collects_unsorted(Tracing t) { return t == Tracing::single || t == Tracing::list; }
 

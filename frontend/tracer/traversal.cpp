@@ -32,7 +32,7 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
       root_box_(box_of_children(structure.image, structure.root)),
       options_(options),
       test_children_(node_test(options.simd, layout_)),
-      policy_(structure, options),
+      policy_(options),
       object_(structure.gaussians, structure.world),
       leaf_hits_(structure, options),
       walk_(image_, walk_kernels(options.simd, layout_)),

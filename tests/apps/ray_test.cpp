@@ -103,7 +103,6 @@ INSTANTIATE_TEST_SUITE_P(
                       RayCase{"overflow", "--accel tlas-tri20 --checkpoint on --checkpoint-capacity 8 --k 4"},
                       RayCase{"single", "--accel tri20 --tracing single --k 8"},
                       RayCase{"closest", "--accel tlas-tri20 --tracing closest"},
-                      RayCase{"stochastic", "--accel tlas-tri20 --tracing stochastic --samples 3"},
                       RayCase{"stored_triangles", "--accel tri20 --triangle-test world --checkpoint on"},
                       RayCase{"linear", "--accel tlas-tri20 --checkpoint on --mapping linear --warp-size 8"}),
     [](const auto& one) { return one.param.name; });

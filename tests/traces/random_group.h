@@ -37,7 +37,7 @@ struct RandomOptions {
   unsigned objects = 0;  ///< with two_level: TLASes below a scene TLAS; 0: there is none
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
-  Tracing tracing = Tracing::multi;  ///< all but multi need checkpoint = false; closest and stochastic k = 1
+  Tracing tracing = Tracing::multi;  ///< all but multi need checkpoint = false; closest k = 1
 };
 
 struct RandomTrace {
@@ -141,14 +141,11 @@ class RandomRay {
       const bool replay = options_.checkpoint && !ray_.rounds.empty() && !ray_.rounds.back().overflow;
       const Round round = trace_round(replay);
       ray_.rounds.push_back(round);
-      if (stochastic() ? ray_.rounds.size() == 1 + seed_ % 4 : round.k_count < options_.k || round.terminated)
-        return ray_;
+      if (round.k_count < options_.k || round.terminated) return ray_;
     }
   }
 
  private:
-  bool stochastic() const { return options_.tracing == Tracing::stochastic; }
-
   struct Entry {
     std::uint32_t address;
     std::uint64_t t;
@@ -189,7 +186,6 @@ class RandomRay {
     overflow_ = false;
     t_max_ = ~std::uint64_t{0};
     k_buffer_.clear();
-    looked_at_.clear();
     std::sort(evictions_.begin(), evictions_.end());
     const std::size_t preload = std::min<std::size_t>(options_.k, evictions_.size());
     k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(preload));
@@ -232,14 +228,6 @@ class RandomRay {
 
   void blend(Round& round) {
     round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
-    if (stochastic()) {
-      round.processed_count = static_cast<std::uint16_t>(looked_at_.size());
-      for (const Hit& hit : looked_at_) {
-        Processed entry{.gaussian = hit.gaussian & 0x7FFFFFFFU, .blended = !k_buffer_.empty() && hit == k_buffer_[0]};
-        ray_.processed.push_back(entry);
-      }
-      return;
-    }
     round.terminated = !k_buffer_.empty() && random_() % 6 == 0;
     round.processed_count = round.k_count;
     if (round.terminated) round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
@@ -405,7 +393,6 @@ class RandomRay {
       push_event(EventKind::visit_leaf, top.address, static_cast<unsigned>(LeafOutcome::beyond), write(top) ? 1 : 0);
       return;
     }
-    if (stochastic()) return toss(top, {t_hit, gaussian});
     if (!ray_.rounds.empty() && t_hit <= t_last_) return leaf(top, LeafOutcome::behind);
     if (options_.tracing == Tracing::closest) return commit_nearest(top, {t_hit, gaussian});
     for (const Hit& hit : k_buffer_) {
@@ -436,19 +423,6 @@ class RandomRay {
     k_buffer_.assign(1, hit);
     t_max_ = hit.t;
     leaf(top, LeafOutcome::nearest);
-  }
-
-  void toss(const Entry& top, const Hit& hit) {
-    // No hit twice, not even as another instance's: the one that stops the sample must be one of them.
-    const bool seen = std::find(looked_at_.begin(), looked_at_.end(), hit) != looked_at_.end();
-    if (seen) return leaf(top, LeafOutcome::miss);
-    looked_at_.push_back(hit);
-    const bool stops = hash(top.address, top.context(), 6 + ray_.rounds.size()) % 3 == 0;
-    if (!stops || (!k_buffer_.empty() && !(hit < k_buffer_[0]))) return leaf(top, LeafOutcome::ignored);
-    const bool first = k_buffer_.empty();
-    k_buffer_.assign(1, hit);
-    t_max_ = hit.t;
-    leaf(top, first ? LeafOutcome::inserted : LeafOutcome::displaced);
   }
 
   // How many entries a heap moves depends on its layout; here any legal number will do.
@@ -485,7 +459,6 @@ class RandomRay {
   BinOrder order_;
   std::uint64_t reached_ = 0, far_from_ = 0;  ///< stretch of the last round's t_max; lowest one of the far bin
   std::vector<Hit> k_buffer_;
-  std::vector<Hit> looked_at_;  ///< stochastic: in this round
   std::vector<Hit> evictions_;
   std::uint64_t t_max_ = 0;
   std::uint64_t t_last_ = 0;
@@ -630,20 +603,6 @@ inline std::vector<RandomOptions> all_random_options() {
     o.objects = 1 + seed % 3;
     o.depth = o.bvh_width == 2 ? 4 : o.bvh_width == 6 ? 2 : 1;  // three trees deep, a ray visits many nodes
     all.push_back(o);
-  }
-  // Samples, last: the seeds of all others stay what they were.
-  for (const bool two_level : {false, true}) {
-    for (const auto child_order : {ChildOrder::near_first, ChildOrder::slot, ChildOrder::vulkan_sim}) {
-      RandomOptions o;
-      o.seed = ++seed;
-      o.two_level = two_level;
-      o.checkpoint = false;
-      o.child_order = child_order;
-      o.pop_test = o.seed % 2 == 0 ? PopTest::on : PopTest::off;
-      o.tracing = Tracing::stochastic;
-      o.k = 1;
-      all.push_back(o);
-    }
   }
   // Bins in place of two buffers, behind them.
   for (const bool two_level : {false, true}) {

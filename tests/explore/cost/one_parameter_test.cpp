@@ -132,7 +132,6 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
       {"simt.cost.list_per_entry", "80", kTiming, kShader, {}, "list"},
       {"simt.cost.list_exchange", "50", kTiming, kShader, {}, "list"},
-      {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
       {"simt.cost.blend_per_entry", "48", kTiming, kShader},
       {"simt.cost.sh_per_coefficient", "8", kTiming, kShader},
@@ -249,7 +248,6 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
-      if (tracing == traces::Tracing::stochastic) random.k = 1;
       if (kind == "obb") random.layout = traces::NodeLayout::obb;
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
@@ -270,7 +268,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const bool one_level = kind == "single" || kind == "stochastic" || kind == "list";
+      const bool one_level = kind == "single" || kind == "list";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
       MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;

@@ -44,9 +44,8 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   trace.child_order = random.coin() ? traces::ChildOrder::near_first : traces::ChildOrder::slot;
   trace.tracing = random.one_of({traces::Tracing::multi, traces::Tracing::multi, traces::Tracing::multi,
                                  traces::Tracing::single, traces::Tracing::closest});
-  if (trace.tracing == traces::Tracing::closest && seed % 2 == 0) trace.tracing = traces::Tracing::stochastic;
   trace.checkpoint = trace.tracing == traces::Tracing::multi && random.upto(2) != 0;
-  if (trace.tracing == traces::Tracing::closest || trace.tracing == traces::Tracing::stochastic) trace.k = 1;
+  if (trace.tracing == traces::Tracing::closest) trace.k = 1;
   if (trace.tracing == traces::Tracing::single) trace.k = random.one_of({1U, 3U, 8U, 100U});
   trace.capacity = trace.checkpoint ? random.one_of({6U, 1000U, 1000U}) : 0;
   trace.checkpoint_order =
