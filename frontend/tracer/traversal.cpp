@@ -34,14 +34,11 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
       test_children_(node_test(options.simd, layout_)),
       policy_(options),
       object_(structure.gaussians, structure.world),
-      leaf_hits_(structure, options),
-      walk_(image_, walk_kernels(options.simd, layout_)),
-      walks_lists_(can_walk_lists(structure)) {}
+      leaf_hits_(structure, options) {}
 
 void Traversal::begin_ray(const TraceRay& ray) {
   memory_.clear();
   add_root(root_);
-  if (walks_lists_) walk_.begin_ray(root_);
   object_.begin_ray();
   leaf_hits_.begin_ray(ray);
   if (tracker_ != nullptr) tracker_->begin_ray();
@@ -63,7 +60,6 @@ void Traversal::miss_scene(RayState& state, Recorder& recorder) {
 
 template <typename Recorder>
 void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) {
-  if (!Recorder::kEnabled && walks_lists_) return walk_round(ray, state);
   traces::with_child_order(options_.child_order, [&]<typename Order>(Order) {
     stack_.clear();
     if (state.replay) return resume<Order>(ray, state, recorder);
