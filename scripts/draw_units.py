@@ -165,7 +165,7 @@ def node_formats():
     f = Figure("Bytes of nodes in the layouts", 412)
     box, triangle, matrix, link, other = "unit", "mem", "mark", "area", "box"
     rows = [
-        ("vulkan_sim, obb", None),
+        ("vulkan_sim", None),
         ("internal", [(0, 12, "origin", box), (12, 16, "", link), (16, 28, "kinds", other), (28, 64, "6 boxes of 8 bits", box)]),
         ("triangle leaf", [(0, 16, "index", other), (16, 64, "three vertices", triangle)]),
         ("instance leaf", [(0, 16, "id, root", link), (16, 64, "world to object", matrix), (64, 80, "BLAS, id", link),

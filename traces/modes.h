@@ -23,12 +23,10 @@ constexpr bool has_procedural_leaves(AccelKind kind) {
 }
 
 /// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.
-/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. obb: vulkan_sim
-/// with child boxes in a rotated frame of their node. compressed: eight children in 64 B, and leaves of 64 B.
-enum class NodeLayout : std::uint8_t { vulkan_sim, compact, obb, compressed };
-constexpr auto enum_names(NodeLayout) {
-  return names_in_order<NodeLayout>({"vulkan_sim", "compact", "obb", "compressed"});
-}
+/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. compressed:
+/// eight children in 64 B, and leaves of 64 B.
+enum class NodeLayout : std::uint8_t { vulkan_sim, compact, compressed };
+constexpr auto enum_names(NodeLayout) { return names_in_order<NodeLayout>({"vulkan_sim", "compact", "compressed"}); }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
 /// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. list: as single,

@@ -48,7 +48,6 @@ struct RayPage {
   std::string timeline;  ///< file; "": not given
   std::vector<DrawnWarp> warps;
   std::vector<DrawnGaussian> gaussians;
-  std::vector<std::array<float, 9>> orientations;  ///< rows, by RayNode::orientation
 };
 
 std::string ray_page(const RayPage& page);

@@ -1,6 +1,5 @@
 #include "grtx/frontend/tracer/traversal.h"
 
-#include <cassert>
 #include <limits>
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
@@ -11,10 +10,8 @@
 namespace grtx::frontend {
 namespace {
 
-// A root's boxes are never oriented.
 Box box_of_children(const NodeImage& image, std::uint32_t root) {
   const DecodedInternal node = image.decode_internal(root * image.sizes().unit());
-  assert(node.orientation == 0);
   Box box;
   for (unsigned i = 0; i < node.child_count; ++i) box.extend(node.boxes[i]);
   return box;

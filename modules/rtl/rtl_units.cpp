@@ -134,11 +134,9 @@ std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const Rt
 std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
                                                  const RtlBenchOptions& options) {
   require_none(box_rtl_refusal(rt.config));
-  const traces::NodeSizes sizes = rt.header.node_sizes();
-  if (sizes.oriented() || sizes.decoder_priced()) {
-    throw Error(
-        "trace", "header",
-        "the RTL decodes and rotates no boxes, but the node layout needs it: needs rt.box.implementation = tlm");
+  if (rt.header.node_sizes().decoder_priced()) {
+    throw Error("trace", "header",
+                "the RTL decodes no boxes, but the node layout needs it: needs rt.box.implementation = tlm");
   }
   if (rt.header.bvh_width > IntersectionRtlLimits::kBoxes) {
     throw Error("trace", "header", "bvh_width must be at most 8 with rt.box.implementation = rtl");

@@ -92,7 +92,6 @@ INSTANTIATE_TEST_SUITE_P(
                       RayCase{"ellipsoid", "--accel ellipsoid --checkpoint on --k 3"},
                       RayCase{"tlas_sphere", "--accel tlas-sphere --checkpoint on --k 3"},
                       RayCase{"compact", "--accel tri20 --layout compact --checkpoint on"},
-                      RayCase{"obb", "--accel tlas-tri20 --layout obb --checkpoint on"},
                       RayCase{"compressed", "--accel tlas-tri20 --layout compressed --checkpoint on"},
                       RayCase{"lifo", "--accel tlas-tri20 --checkpoint on --checkpoint-order lifo --k 4"},
                       RayCase{"nearest", "--accel tlas-tri20 --checkpoint on --checkpoint-order nearest --k 4"},

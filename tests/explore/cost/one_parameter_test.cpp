@@ -87,7 +87,6 @@ const std::vector<Mutation>& mutations() {
       {"rt.box.count", "1", kBoth},
       {"rt.box.latency", "26", kBoth},
       {"rt.box.interval", "4", kBoth},
-      {"rt.box.rotate_latency", "12", kBoth, "", {}, "obb"},
       {"rt.triangle.count", "1", kBoth},
       {"rt.triangle.latency", "74", kBoth},
       {"rt.triangle.interval", "4", kBoth},
@@ -248,7 +247,6 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
-      if (kind == "obb") random.layout = traces::NodeLayout::obb;
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
@@ -273,7 +271,6 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;
       if (kind == "box") use.leaves = LeafTest::boxes;
-      if (kind == "obb") use.layout = traces::NodeLayout::obb;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {

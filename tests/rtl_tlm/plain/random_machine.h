@@ -53,7 +53,7 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed % 5 == 4) trace.child_order = traces::ChildOrder::vulkan_sim;
   if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
   using traces::NodeLayout;
-  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed});
+  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::compressed});
   if (trace.tracing == traces::Tracing::single && seed % 2 == 0) trace.tracing = traces::Tracing::list;
   Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
   if (trace.checkpoint && bins.coin()) {

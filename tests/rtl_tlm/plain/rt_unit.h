@@ -44,9 +44,7 @@ class RtUnit {
     const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
       return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
     };
-    modules::IntersectionUnit::Config box = config.ray_box;
-    if (header.layout == traces::NodeLayout::obb) box.latency += config.box_rotate_latency;  // the ray, before it
-    units_ = {pipelines(box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_transform)};
     leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
