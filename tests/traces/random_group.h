@@ -29,8 +29,7 @@ struct RandomOptions {
   bool checkpoint = true;
   std::uint64_t capacity = 1000;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
-  unsigned bins = 0;              ///< checkpoint bins of `capacity` entries each; 0: there are two buffers
-  bool bins_by_distance = false;  ///< as the tracer chooses and reads them (a power of two); else any
+  unsigned bins = 0;  ///< checkpoint bins of `capacity` entries each; 0: there are two buffers
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   bool two_level = false;
@@ -205,7 +204,7 @@ class RandomRay {
         source_.erase(next);
         read_source(entry);
       } else if (!to_read_.empty()) {
-        if (stays()) break;  // and the rest with it
+        if (random_() % 8 == 0) break;  // it stays, and the rest with it
         std::deque<Entry>& bin = bins_[to_read_.front()];
         to_read_.pop_front();
         const Entry entry = bin.front();
@@ -254,15 +253,8 @@ class RandomRay {
   void begin_bins(bool replay) {
     if (options_.bins == 0) return;
     if (!replay) bins_.assign(options_.bins + 1, {});
-    if (options_.bins_by_distance) {
-      reached_ = stretch(t_max_);
-      const std::uint64_t ahead = far_from_ - std::min(far_from_, reached_);
-      order_ = {static_cast<std::uint8_t>(reached_ % options_.bins),
-                static_cast<std::uint8_t>(std::min<std::uint64_t>(ahead, options_.bins))};
-    } else {
-      order_ = {static_cast<std::uint8_t>(random_() % options_.bins),
-                static_cast<std::uint8_t>(random_() % (options_.bins + 1))};
-    }
+    order_ = {static_cast<std::uint8_t>(random_() % options_.bins),
+              static_cast<std::uint8_t>(random_() % (options_.bins + 1))};
     to_read_.clear();
     for (unsigned i = 0; i < options_.bins; ++i) {
       if (i == order_.before_far) to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
@@ -273,44 +265,16 @@ class RandomRay {
       to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
     }
   }
-  static std::uint64_t stretch(std::uint64_t t) { return t / 150; }
-  bool full(std::uint64_t bin) const { return bins_[bin].size() == options_.capacity; }
-  bool append_to_bin(std::uint64_t bin, const Entry& entry) {
-    bins_[bin].push_back(entry);
-    ray_.bins.push_back(static_cast<std::uint8_t>(bin));
-    return true;
-  }
-  bool write_by_distance(const Entry& entry) {
-    const std::uint64_t nearest = stretch(t_max_), behind = nearest + options_.bins;
-    std::uint64_t number = std::clamp(stretch(entry.t), nearest, behind);
-    if (number == behind && !full(options_.bins)) {
-      far_from_ = bins_[options_.bins].empty() ? behind : std::min(far_from_, behind);
-      return append_to_bin(options_.bins, entry);
-    }
-    for (number = std::min(number, behind - 1); full(number % options_.bins); --number) {
-      if (number == nearest) {
-        overflow_ = true;
-        return false;
-      }
-    }
-    return append_to_bin(number % options_.bins, entry);
-  }
-  // By the stretch of the next entry's bin, against that of t_max.
-  bool stays() {
-    if (!options_.bins_by_distance) return random_() % 8 == 0;
-    const unsigned bin = to_read_.front();
-    const std::uint64_t number = bin == options_.bins ? far_from_ : reached_ + (bin - order_.first) % options_.bins;
-    return number > stretch(t_max_);
-  }
   bool write_to_bin(const Entry& entry) {
-    if (options_.bins_by_distance) return write_by_distance(entry);
     const unsigned bin =
         static_cast<unsigned>(std::min<std::uint64_t>(entry.t / 500 % (options_.bins + 3), options_.bins));
-    if (full(bin)) {
+    if (bins_[bin].size() == options_.capacity) {
       overflow_ = true;
       return false;
     }
-    return append_to_bin(bin, entry);
+    bins_[bin].push_back(entry);
+    ray_.bins.push_back(static_cast<std::uint8_t>(bin));
+    return true;
   }
 
   std::vector<Entry>::iterator next_of_source() {
@@ -457,7 +421,6 @@ class RandomRay {
   std::vector<std::deque<Entry>> bins_;
   std::deque<unsigned> to_read_;  ///< bins of the entries that this round may read
   BinOrder order_;
-  std::uint64_t reached_ = 0, far_from_ = 0;  ///< stretch of the last round's t_max; lowest one of the far bin
   std::vector<Hit> k_buffer_;
   std::vector<Hit> evictions_;
   std::uint64_t t_max_ = 0;
