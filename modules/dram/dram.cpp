@@ -13,9 +13,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     : ClockedModule(name, clock), sockets("socket", config.interleave.slices), config_(config) {
   config.interleave.check();
   for (unsigned i = 0; i < config.interleave.dram_channels(); ++i) {
-    DramChannelConfig channel = config.channel;
-    channel.number = i;
-    channels_.emplace_back(channel, config.interleave.slices_a_channel());
+    channels_.emplace_back(config.channel, config.interleave.slices_a_channel());
   }
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     port_of(i).socket = i;

@@ -28,7 +28,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("memory", memory);
   list.part("any_hit", any_hit);
   list.part("checkpoint", checkpoint);
-  list.part("private_store", checkpoint.store);
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);

@@ -274,8 +274,6 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::size_t lanes_submitting() const override { return model_->submitted_level; }
   std::size_t lanes_reading() const override { return model_->reads_level; }
   std::size_t writes_queued() const override { return model_->writes_level; }
-  bool has_store() const override { return false; }
-  std::size_t lanes_at_store() const override { return 0; }
   std::uint64_t outstanding() const override { return model_->outstanding; }
   std::uint32_t source_offset(LaneId id) const override {
     return model_->rootp->checkpoint_unit__DOT__source_offset[id];
@@ -287,18 +285,10 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
   const std::vector<RtlSignal>& rtl_signals() const override {
     static const std::vector<RtlSignal> signals = {
-        {"clk_edges", 32},
-        {"req_valid"},
-        {"req_write"},
-        {"req_address", 48},
-        {"item_valid", kLanes},
-        {"item_ready", kLanes},
-        {"item_done", kLanes},
-        {"item_beyond", kLanes},
-        {"item_straddles", kLanes},
-        {"submitted_head", 10},
-        {"reads_head", 10},
-        {"write_head", 6},
+        {"clk_edges", 32},      {"req_valid"},           {"req_write"},
+        {"req_address", 48},    {"item_valid", kLanes},  {"item_ready", kLanes},
+        {"item_done", kLanes},  {"item_beyond", kLanes}, {"item_straddles", kLanes},
+        {"submitted_head", 10}, {"reads_head", 10},      {"write_head", 6},
         {"next_second"}};
     return signals;
   }
@@ -331,7 +321,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     std::uint32_t written = 0;                  ///< entries taken in the round
     std::uint8_t pending = 0;                   ///< entries submitted, not taken
     bool last = false;
-    bool submitted = false;  ///< and not done
+    bool submitted = false;     ///< and not done
     std::uint32_t arrived = 0;  ///< source entries
     std::uint32_t part_mask = 0;
     std::array<std::uint8_t, kEntryBytes> part{};
@@ -356,9 +346,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::uint64_t first_byte(std::uint64_t ray_slot) const { return map_.checkpoint_entry(ray_slot, 0, 0); }
 
   /// With the transfer at the pins the entry is complete.
-  bool part_done() const {
-    return model_->part_valid && model_->part_done;
-  }
+  bool part_done() const { return model_->part_valid && model_->part_done; }
 
   /// The pins, perhaps after edges without a transfer, with arbitrary values where nothing is valid.
   Model& disturbed() {
@@ -532,8 +520,8 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
   std::array<LaneId, kLanes> items_{};                ///< whose items are offered
   std::array<EntryTimes, kLanes> times_{};
-  bool requested_ = false;                         ///< this cycle
-  bool stuck_ = false;  ///< the write queue had no room for the first item, and nothing has left it since
+  bool requested_ = false;  ///< this cycle
+  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
   Cycle shown_in_ = kNever;
   std::array<std::uint64_t, 9> shown_{};
   CheckpointCounters counters_;

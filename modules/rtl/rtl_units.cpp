@@ -45,7 +45,6 @@ RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& rt) {
   constexpr const char* kSystemCOnly = "is not in the RTL: needs rt.checkpoint.implementation = tlm";
   if (!has_rtl()) return {"checkpoint.implementation", kNoVerilator};
   if (config.traffic != TrafficCharging::charged) return {"checkpoint.traffic", kSystemCOnly};
-  if (config.store.entries > 0) return {"private_store.checkpoint_entries", kSystemCOnly};
   if (config.lanes > Limits::kLanes) return {"checkpoint.lanes", "must be at most 32 with implementation = rtl"};
   if (config.write_queue > Limits::kWriteQueue) {
     return {"checkpoint.write_queue", "must be at most 64 with rt.checkpoint.implementation = rtl"};

@@ -121,14 +121,6 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
   }
 }
 
-TEST_F(MachineTest, AStoreOnChipIsRefusedWhereCheckpointsAreFreeAndTheRuleSaysWhatTakesIt) {
-  const Outcome outcome = folder_.run("cost --set rt.private_store.checkpoint_entries=16");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("rt.checkpoint.traffic"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("charged takes it"), std::string::npos) << outcome.err;
-  must("cost --quiet --machine paper-charged --set rt.private_store.checkpoint_entries=16");
-}
-
 TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
   for (const std::string machine : {"paper", "paper-charged", "modern"}) {
     const Outcome outcome =

@@ -35,7 +35,6 @@ DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramSc
     : config_(config),
       scheduling_(std::move(scheduling)),
       mapping_(checked(config)),
-      others_(config.others()),
       entries_(config.queue),
       banks_(config.banks),
       oldest_key_(config.banks),
@@ -50,7 +49,7 @@ DramChannel::DramChannel(const DramChannelConfig& config, std::unique_ptr<DramSc
     for (std::uint32_t b = 0; b < config.banks; ++b) groups_[mapping_.group(b)].banks |= std::uint64_t{1} << b;
   }
   if (config.timing.refi != 0) refresh_at_ = config.timing.refi;
-  plain_ = scheduling_ == nullptr && groups_.empty() && refresh_at_ == kNever && !others_;
+  plain_ = scheduling_ == nullptr && groups_.empty() && refresh_at_ == kNever;
 }
 
 void DramChannel::restart(bool keep_rows) {
@@ -194,7 +193,6 @@ void DramChannel::step_fr_fcfs(Cycle now) {
       if (group.can_write > now) writes &= ~group.banks;
       if (group.can_activate > now) activates &= ~group.banks;
     }
-    if (column_slot(now) != now) reads = writes = 0;
   }
   const std::uint64_t columns = reads | writes;
   const std::uint64_t rows = banks_that(Ready::precharge) | activates;
@@ -218,18 +216,17 @@ void DramChannel::step_fr_fcfs(Cycle now) {
     next =
         now + 1 + static_cast<Cycle>(std::countr_zero(std::rotr(wake_clocks_, static_cast<int>((now + 1) % kWheel))));
   }
-  const auto on_bus = [&](Cycle at) { return plain ? at : column_slot(std::max(at, now + 1)); };
   if (plain || groups_.empty()) {
-    if (banks_that(Ready::read) != 0) next = std::min(next, on_bus(next_read_));
-    if (banks_that(Ready::write) != 0) next = std::min(next, on_bus(next_write_));
+    if (banks_that(Ready::read) != 0) next = std::min(next, next_read_);
+    if (banks_that(Ready::write) != 0) next = std::min(next, next_write_);
     if (banks_that(Ready::activate) != 0) next = std::min(next, next_activate_);
   } else {
     for (const Group& group : groups_) {
       const auto wait = [&](Ready ready, Cycle at) {
         if ((banks_that(ready) & group.banks) != 0) next = std::min(next, at);
       };
-      wait(Ready::read, on_bus(std::max(next_read_, group.can_read)));
-      wait(Ready::write, on_bus(std::max(next_write_, group.can_write)));
+      wait(Ready::read, std::max(next_read_, group.can_read));
+      wait(Ready::write, std::max(next_write_, group.can_write));
       wait(Ready::activate, std::max(next_activate_, group.can_activate));
     }
   }
@@ -298,7 +295,7 @@ void DramChannel::step_as_told(Cycle now) {
     queue.oldest = oldest.order;
     queue.oldest_since = oldest.enqueued;
     if (bank.hit != kNone) {
-      const Cycle at = column_slot(std::max(column_at(number), now));
+      const Cycle at = column_at(number);
       queue.has_hit = true;
       queue.hit = entries_[bank.hit].order;
       queue.hit_since = entries_[bank.hit].enqueued;

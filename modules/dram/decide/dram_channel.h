@@ -138,12 +138,6 @@ class DramChannel {
   void refresh_all_banks(Cycle now);
   Cycle column_at(std::uint32_t bank) const;
   Cycle row_at(std::uint32_t bank) const;
-  /// The first clock from `at` on in which a column command may have the bus: any, or a burst that other work leaves.
-  Cycle column_slot(Cycle at) const {
-    if (!others_) return at;
-    const Cycle burst = config_.timing.ccd;
-    return others_.free_from((at + burst - 1) / burst) * burst;
-  }
   void reconsider(Cycle now, std::uint32_t bank);
   void wake_banks(Cycle now);
   void book(Cycle clock, std::uint32_t bank);
@@ -165,9 +159,8 @@ class DramChannel {
   std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs or fr_fcfs_cap
   std::vector<DramBankQueue> shown_;            ///< to it
   DramMapping mapping_;
-  OtherWork others_;           ///< of the data bus, in bursts
   std::vector<Group> groups_;  ///< none when they have no times of their own
-  bool plain_ = false;         ///< neither such groups nor refresh nor a policy that is asked nor other work
+  bool plain_ = false;         ///< neither such groups nor refresh nor a policy that is asked
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;

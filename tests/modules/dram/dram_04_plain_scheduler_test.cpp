@@ -16,7 +16,7 @@ namespace {
 /// The plain commands with the time that run_load() brings.
 class PlainChannel {
  public:
-  explicit PlainChannel(const DramChannelConfig& config) : config_(config), commands_(config, 0) {}
+  explicit PlainChannel(const DramChannelConfig& config) : config_(config), commands_(config) {}
 
   bool can_accept(unsigned) const { return commands_.queued() < config_.queue; }
   void run_until(Cycle now) {

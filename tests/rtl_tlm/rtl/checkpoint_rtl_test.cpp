@@ -129,7 +129,6 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
     return std::string(modules::checkpoint_rtl_refusal(rt).key);
   };
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.store.entries = 4; }), "private_store.checkpoint_entries");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.lanes = 33; }), "checkpoint.lanes");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.write_queue = 65; }), "checkpoint.write_queue");
   EXPECT_EQ(refusal([](auto& rt) { rt.warp_buffer.entries = 33; }), "warp_buffer.entries");
