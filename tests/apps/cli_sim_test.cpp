@@ -52,7 +52,7 @@ TEST_F(CliSim, QuietPrintsNothing) {
 
 TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
   const std::string line = "grtx: outside of what was measured for --mode fast: ", trace = "a trace of 4 groups\n";
-  for (const char* machine : {"paper", "modern", "ada", "blackwell", "rdna4"}) {
+  for (const char* machine : {"paper", "ada", "blackwell", "rdna4"}) {
     EXPECT_EQ(folder_.run(std::string("sim t.grtx --quiet --mode fast --machine ") + machine).err, line + trace)
         << machine;
   }
