@@ -4,8 +4,8 @@
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode fast
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
-    python3 bench/estimate_errors.py paper=paper.sqlite modern=modern.sqlite [--csv F.csv] [--cases] [--used "playbot 0,logo 0"]
-    python3 bench/estimate_errors.py paper=F.csv modern=modern.sqlite
+    python3 bench/estimate_errors.py paper=paper.sqlite ada-share=ada-share.sqlite [--csv F.csv] [--cases] [--used "playbot 0,logo 0"]
+    python3 bench/estimate_errors.py paper=F.csv ada-share=ada-share.sqlite
     python3 bench/estimate_errors.py --sampled paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
 
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,

@@ -22,7 +22,7 @@ import sys
 import tempfile
 from collections import defaultdict
 
-FREE = ("--set", "rt.private_store.checkpoint_entries=1024")
+FREE = ("--set", "rt.checkpoint.traffic=uncharged")
 TRACES = {"baseline": ("tri20", "off"), "hw": ("tri20", "on"), "sw": ("tlas-tri20", "off"), "grtx": ("tlas-tri20", "on")}
 SAMPLE = 64  # warps in which entries are looked at one by one
 

@@ -40,7 +40,7 @@ view=(--scene "$out/hall.ply" --cameras "$out/hall.cameras.json" --view 0)
 echo "picture, 512 x 512: $out/hall.png"
 
 results=()
-for machine in paper paper-charged modern; do
+for machine in paper paper-charged ada-share; do
   step "4/5 Four designs on the machine $machine, 64 x 64 rays"
   "$grtx" run "${view[@]}" --width 64 --height 64 --mode fast --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
   results+=("$out/$machine/results.json")

@@ -44,7 +44,7 @@ def main(program, files):
     print(f"""
 1. On the machine {first['machine']}{', where checkpoint traffic is free (paper-charged charges it)' if free else ''}, grtx is {speedup(first, 'grtx'):.1f} times as fast as the baseline: one BLAS for all Gaussians (sw)
    takes the L1 hits of nodes from {hits[0]:.0f} to {hits[1]:.0f} %, checkpoints (hw) divide node fetches by {fewer:.1f}.
-2. On {last['machine']}, a GPU of today as far as it is publicly known, the same view gives {speedup(last, 'sw'):.1f} (sw),
+2. On {last['machine']}, a share of a GPU of today as far as it is known, the same view gives {speedup(last, 'sw'):.1f} (sw),
    {speedup(last, 'hw'):.1f} (hw) and {speedup(last, 'grtx'):.1f} (grtx): what a proposal gains depends on the machine it is put into.
 3. Next: `{program}` alone shows five steps to your own runs, `{program} run --help` all options; an L1 of half
    the size is `--set l1.bytes=65536`, your own scene `--scene point_cloud.ply`.

@@ -165,7 +165,7 @@ def node_formats():
     f = Figure("Bytes of nodes in the layouts", 412)
     box, triangle, matrix, link, other = "unit", "mem", "mark", "area", "box"
     rows = [
-        ("vulkan_sim, obb", None),
+        ("vulkan_sim", None),
         ("internal", [(0, 12, "origin", box), (12, 16, "", link), (16, 28, "kinds", other), (28, 64, "6 boxes of 8 bits", box)]),
         ("triangle leaf", [(0, 16, "index", other), (16, 64, "three vertices", triangle)]),
         ("instance leaf", [(0, 16, "id, root", link), (16, 64, "world to object", matrix), (64, 80, "BLAS, id", link),
@@ -391,16 +391,12 @@ def work_distributor():
 
 
 def private_store():
-    f = Figure("Private buffers: the first N entries on chip, the rest in memory", 230)
+    f = Figure("Private buffers: the first N entries on chip, the rest in memory", 160)
     f.box("simt", 10, 20, 150, 60, "SIMT core", "k-buffer and eviction", "buffer of each lane", kind="area")
     f.box("banks", 250, 20, 220, 60, "32 banks, a lane each", "entries 0 … N − 1 of every", "resident ray; no tags", kind="mem")
-    f.box("rt", 10, 140, 150, 60, "RT unit", "checkpoint entries", kind="area")
-    f.box("sram", 250, 140, 220, 60, "one memory", "1 write port, read_ports;", "entries 0 … N − 1 of each buffer", kind="mem")
     f.box("memory", 590, 70, 160, 80, "L1, L2, DRAM", "entries N and on, at", "their usual addresses", kind="unit")
     f.arrow("simt:r", "banks:l", "entry < N")
-    f.arrow("rt:r", "sram:l", "entry < N")
     f.arrow("simt:b", "memory:l.3", "entry ≥ N", dx=180, dy=-5)
-    f.arrow("rt:t", "memory:l.7", "entry ≥ N", dx=180, dy=13)
     return f
 
 

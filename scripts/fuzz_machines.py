@@ -166,8 +166,8 @@ class Traces:
                    "--pop-test", rng.choice(["on", "off"]),
                    "--layout", rng.choice(["vulkan_sim", "vulkan_sim", "compact", "compressed"])]
         if checkpoint == "off" and rng.random() < 0.3:
-            tracing = rng.choice(["single", "closest", "stochastic", "list"])
-            options += ["--tracing", tracing] + (["--samples", "2"] if tracing == "stochastic" else [])
+            tracing = rng.choice(["single", "closest", "list"])
+            options += ["--tracing", tracing]
             if tracing == "list":
                 options += ["--list-capacity", rng.choice(["16", "1024"])]
             if tracing == "single":

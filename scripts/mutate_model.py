@@ -66,7 +66,7 @@ NUMBER = re.compile(r"(?<![\w.\[<'])(\d+)(?:U|UL|ULL|u)?(?![\w.'>])")
 # Tests of rtl_tlm_tests, as --gtest_filter; only those that may share a process, without the longest two of the machines.
 LAST = {"units": "Directed*.*:Table/*:RtUnit*Test.*:Private*",
         "dumps": "StalledMachine.*",
-        "machines": "PlainGpuStochastic.*:Shares/PlainGpu.*-*/4:*/6",
+        "machines": "PlainGpuList.*:Shares/PlainGpu.*-*/4:*/6",
         "traces": "Traces/RtUnitPlain.*:RtUnitPlainDirected.*",
         "threads": "SmThreadsTest.*"}
 KINDS = {"<": "kLt", "<=": "kLe", ">": "kGt", ">=": "kGe", "==": "kEq", "!=": "kNe"}

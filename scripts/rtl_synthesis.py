@@ -3,8 +3,6 @@
 
     rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [--sized] [GRTX]      default build/release/grtx
 
-Of a machine whose tracer options have checkpoint bins (paper-lean) it is modules/rtl/checkpoint_bins_unit.sv.
-
 Yosys 0.23 reads the RTL with the straps tied to the configuration. Storage: its memories must have the bits that the inventory names
 (queues, sector buffers, the paper's 1,074 B), its other flip-flops too (control, and what is there for the clock). Gates: what is left
 beside memories, mapped to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018), in gate equivalents (area over that
@@ -25,15 +23,11 @@ TOP, LIBRARY = rtl_gates.TOP, rtl_gates.LIBRARY
 # What the model's item is called in the RTL.
 MEMORIES = {"write_queue": ["write_address", "write_mask", "write_data"], "submitted": ["submitted"], "reads": ["reads"],
             "open_sectors": ["open_sectors"], "read_sectors": ["read_sectors"], "replay_flag": ["replay_flag"],
-            "source_offset": ["source_offset"], "destination_offset": ["destination_offset"],
-            "bin_pointers": ["ring_head", "ring_held", "ring_allowed"], "open_tags": ["open_tags"],
-            "bin_read": ["scene_enter", "reached", "last_ring", "far_from"]}
+            "source_offset": ["source_offset"], "destination_offset": ["destination_offset"]}
 REGISTERS = {"source_base": 64, "destination_base": 64, "maximum_size": 16}  # of the paper's table
-# What the RTL with two buffers has beside the inventory: the number of the sector that the read in front asks for next, and whether
+# What the RTL has beside the inventory: the number of the sector that the read in front asks for next, and whether
 # no other follows, known an edge ahead for the sake of the clock (docs/results/rtl.md).
 AHEAD = 43 + 1
-# What two buffers need and bins do not: places and flag of a ray, the second base, an entry's second sector.
-ONLY_BUFFERS = ("source_offset", "destination_offset", "replay_flag", "destination_base")
 
 
 def node_of(tree, name):
@@ -60,18 +54,7 @@ def model(grtx, settings, machine="paper"):
     return document["config"], bits, gates
 
 
-def has_bins(bits):
-    return "bin_pointers" in bits
-
-
-def rings(bits, config):
-    """Near bins and places of a ring: of the machines with bins, paper-lean."""
-    lanes = 32 * config["rt.warp_buffer.entries"]
-    assert bits["bin_pointers"] == lanes * 5 * 3 * 11, "the RTL has four near bins of 1,024 entries here"
-    return 4, 1024
-
-
-def yosys(config, gates, bits=()):
+def yosys(config, gates):
     """Memories of the RTL by name: bits, words, read and write ports; other flip-flop bits; area of the rest and its longest path."""
     lanes, places = config["rt.checkpoint.lanes"], config["rt.checkpoint.write_queue"]
     rays = 32 * config["rt.warp_buffer.entries"]
@@ -80,11 +63,6 @@ def yosys(config, gates, bits=()):
               "cfg_read_buffer": (1, int(config["rt.checkpoint.read_buffer"])),
               "cfg_entry_bytes": (5, config["rt.checkpoint.entry_bytes"])}
     unit, chparam = "checkpoint_unit", f"-chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}"
-    if has_bins(bits):
-        near, capacity = rings(bits, config)
-        unit, chparam = "checkpoint_bins_unit", f"{chparam} -chparam NEAR {near} -chparam CAPACITY {capacity}"
-        straps["cfg_stride"] = (20, (capacity * 8 // 128 | 1) * 128)  # MemoryMap: an odd number of lines
-        del straps["cfg_entry_bytes"]
     with tempfile.TemporaryDirectory() as folder:
         netlist, stat, log = (os.path.join(folder, name) for name in ("netlist.json", "stat", "log"))
         script = (f"read_verilog -sv -Imodules/rtl modules/rtl/{unit}.sv; hierarchy -top {unit} {chparam}; "
@@ -121,11 +99,7 @@ def check_storage(config, bits, memories, flip_flops):
     """Lines that say what differs."""
     faults = []
     expected = {}
-    control, registers = bits["control"] + AHEAD, dict(REGISTERS)
-    if has_bins(bits):
-        bits = {name: amount for name, amount in bits.items() if name not in ONLY_BUFFERS}
-        registers = {name: amount for name, amount in REGISTERS.items() if name in bits}
-        control -= 32 * config["rt.warp_buffer.entries"] + 1 + AHEAD  # two responses missing, second of two sectors
+    control = bits["control"] + AHEAD
     for item, amount in bits.items():
         if item in REGISTERS or item == "control":  # flip-flops
             continue
@@ -138,7 +112,7 @@ def check_storage(config, bits, memories, flip_flops):
         if have != amount:
             faults.append(f"{item}: {have} bits in the RTL, {amount} in the inventory")
     faults += [f"{name}: {memories[name][0]} bits in the RTL, none in the inventory" for name in memories if name not in expected]
-    paper = sum(bits[name] for name in registers)
+    paper = sum(bits[name] for name in REGISTERS)
     if flip_flops != paper + control:
         faults.append(f"flip-flops: {flip_flops} in the RTL, {paper} + {control} expected")
     return faults
@@ -161,7 +135,7 @@ def main():
     flip_flop = rtl_gates.coefficients(options.grtx)["flip-flop bit"][1]
     for lanes in options.lanes.split(","):
         config, bits, operators = model(options.grtx, options.settings + [f"rt.checkpoint.lanes={lanes}"], options.machine)
-        memories, flip_flops, area = yosys(config, not options.storage, bits)
+        memories, flip_flops, area = yosys(config, not options.storage)
         faults = check_storage(config, bits, memories, flip_flops)
         failed |= bool(faults)
         for fault in faults:
@@ -172,7 +146,7 @@ def main():
               f"paper's {paper // 8} B; control {flip_flops - sum(REGISTERS.values())}")
         print("  ports (read, write): " + ", ".join(f"{name} {m[2]}, {m[3]}" for name, m in sorted(memories.items())))
         if area is not None:
-            counted = flip_flops - (0 if has_bins(bits) else AHEAD)
+            counted = flip_flops - AHEAD
             print(f"  gates: {area[0] / rtl_gates.nand_area():.0f} GE in the RTL, longest path {area[1]:.1f} ns; {sum(operators.values()):.0f} GE of operators in the model, "
                   f"{sum(operators.values()) + counted * flip_flop:.0f} with its flip-flops "
                   f"({', '.join(f'{name} {ge:.0f}' for name, ge in operators.items())})", flush=True)

@@ -28,9 +28,7 @@
 // Header::tracing says how a round collects hits. multi: sorted insertion into the k-buffer. single: hits are appended
 // to it unsorted (no shifts); the one that fills it makes a heap of it, whose largest entry later hits displace; it is
 // sorted when the round ends. list: the same, with a list in place of the buffer. closest: no any-hit shader, the only
-// entry is the nearest hit (LeafOutcome::nearest). stochastic: each round is a sample from the root; the any-hit shader
-// accepts a hit (inserted, displaced: it becomes the only entry, and t_max its t) or not (ignored). The round's
-// processed entries are the hits it looked at, in their order, of which the accepted one that was nearest is blended.
+// entry is the nearest hit (LeafOutcome::nearest).
 #pragma once
 
 #include <array>

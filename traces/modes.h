@@ -23,21 +23,16 @@ constexpr bool has_procedural_leaves(AccelKind kind) {
 }
 
 /// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.
-/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. obb: vulkan_sim
-/// with child boxes in a rotated frame of their node. compressed: eight children in 64 B, and leaves of 64 B.
-enum class NodeLayout : std::uint8_t { vulkan_sim, compact, obb, compressed };
-constexpr auto enum_names(NodeLayout) {
-  return names_in_order<NodeLayout>({"vulkan_sim", "compact", "obb", "compressed"});
-}
+/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. compressed:
+/// eight children in 64 B, and leaves of 64 B.
+enum class NodeLayout : std::uint8_t { vulkan_sim, compact, compressed };
+constexpr auto enum_names(NodeLayout) { return names_in_order<NodeLayout>({"vulkan_sim", "compact", "compressed"}); }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
-/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. stochastic: the nearest of
-/// those for which the any-hit shader's coin says so; each round is a sample of its own. list: as single, in a list of
-/// k entries that stays unsorted; blending picks the nearest from it, a batch at a time.
-enum class Tracing : std::uint8_t { multi, single, closest, stochastic, list };
-constexpr auto enum_names(Tracing) {
-  return names_in_order<Tracing>({"multi", "single", "closest", "stochastic", "list"});
-}
+/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. list: as single,
+/// in a list of k entries that stays unsorted; blending picks the nearest from it, a batch at a time.
+enum class Tracing : std::uint8_t { multi, single, closest, list };
+constexpr auto enum_names(Tracing) { return names_in_order<Tracing>({"multi", "single", "closest", "list"}); }
 /// Hits are appended as they come, and no hit that has room moves t_max.
 constexpr bool collects_unsorted(Tracing t) { return t == Tracing::single || t == Tracing::list; }
 

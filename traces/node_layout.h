@@ -71,8 +71,6 @@ class NodeSizes {
   constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact() ? unit() : bytes(kind); }
   /// All that traversal needs of an instance is in what read_bytes() says, and no header is read below it.
   constexpr bool short_instances() const { return compact() || compressed(); }
-  /// Child boxes lie in a frame that their node names.
-  constexpr bool oriented() const { return layout_ == NodeLayout::obb; }
   /// The price of the ray-box unit includes decoding the boxes' codes (docs/model/node-image.md).
   constexpr bool decoder_priced() const { return compact() || compressed(); }
   /// Triangles that a visit of a triangle leaf tests.

@@ -14,7 +14,6 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/ray/ray_page.h"
-#include "grtx/frontend/accel/orientations.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/reader.h"
@@ -140,12 +139,10 @@ int ray(const RayArguments& options, const CommonOptions& common) {
 
   std::set<std::uint32_t> met;
   std::size_t rays = 0, rounds = 0, events = 0;
-  bool oriented = false;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const traces::RayGroup& group = chosen[i].group;
     DrawnWarp warp{RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
     if (scene) scene->describe(warp.nodes.nodes());
-    for (const RayNode& node : warp.nodes.nodes()) oriented = oriented || node.orientation != 0;
     for (const unsigned lane : chosen[i].lanes) {
       DrawnRay drawn;
       drawn.group = group.index;
@@ -174,12 +171,6 @@ int ray(const RayArguments& options, const CommonOptions& common) {
     page.warps.push_back(std::move(warp));
   }
   for (const std::uint32_t number : met) page.gaussians.push_back(scene->gaussian(number));
-  if (oriented) {
-    for (const frontend::Orientation& rows : frontend::orientations()) {
-      auto& all = page.orientations.emplace_back();
-      for (unsigned i = 0; i < 9; ++i) all[i] = rows[i / 3][static_cast<int>(i % 3)];
-    }
-  }
   const std::string text = ray_page(page);
   write_file(options.output, text);
   if (common.json) {

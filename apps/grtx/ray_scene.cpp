@@ -185,7 +185,6 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
       RayNode& child = nodes[node.first_child - 1 + slot];
       const Box& box = decoded.boxes[slot];
       child.boxed = true;
-      child.orientation = decoded.orientation;
       child.box = {box.lower.x, box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z};
     }
   }

@@ -50,7 +50,6 @@ grtx 451840 4121 715414 23008 819299 470486 15669 119069 2326831 507175 4974272 
 )"},
     {"mechanisms", R"(rt.scheduler.policy=round_robin 848184 2388786 521156 5528992
 rt.checkpoint.write_combine=true 816929 2216419 400242 5687200
-rt.private_store.checkpoint_entries=16 742985 2167559 419698 3893856
 simt.private_store.k_buffer_entries=8 784631 2063422 389451 5284128
 rt.prefetch.enabled=false 808969 2086792 517027 5659008
 l1.replacement=random 830711 2307720 564387 5636000
@@ -67,12 +66,9 @@ constexpr std::array<const char*, 12> kStatistics = {
 /// is off by default, or one that is on.
 constexpr std::array<const char*, 4> kFewStatistics = {"gpu.cycles", "gpu.l1.accesses", "gpu.l2.accesses",
                                                        "gpu.dram.bytes"};
-constexpr std::array<const char*, 6> kMechanisms = {"rt.scheduler.policy=round_robin",
-                                                    "rt.checkpoint.write_combine=true",
-                                                    "rt.private_store.checkpoint_entries=16",
-                                                    "simt.private_store.k_buffer_entries=8",
-                                                    "rt.prefetch.enabled=false",
-                                                    "l1.replacement=random"};
+constexpr std::array<const char*, 5> kMechanisms = {
+    "rt.scheduler.policy=round_robin", "rt.checkpoint.write_combine=true", "simt.private_store.k_buffer_entries=8",
+    "rt.prefetch.enabled=false", "l1.replacement=random"};
 /// Whose results are on record.
 constexpr const char* kMachine = "paper-charged";
 /// A part of it.

@@ -25,12 +25,6 @@ std::vector<std::string> tracing_names() {
   return names;
 }
 
-bool keeps_one_hit(Tracing tracing) { return tracing == Tracing::closest || tracing == Tracing::stochastic; }
-bool keeps_one_hit(const std::string& tracing) {
-  const auto known = from_name<Tracing>(tracing);
-  return known && keeps_one_hit(*known);
-}
-
 unsigned bvh_width(const TracerCli& cli) { return cli.bvh_width.value_or(traces::default_width(cli.layout)); }
 
 /// Calls visit(name, value, description[, check]) for each option that a trace's inputs name, in the order of --help.
@@ -71,15 +65,13 @@ void visit_options(Cli& cli, Visit&& visit) {
   visit("warp-size", cli.warp_size, "Rays of a warp", one_of({"4", "8", "16", "32"}));
   visit("tracing", cli.tracing,
         "multi: rounds of k hits; single: one round, then a sort (--k holds all hits); closest: a round a hit; tiles: "
-        "the same image without rounds (trace --no-trace); stochastic: a noisy image of random samples; list: one "
+        "the same image without rounds (trace --no-trace); list: one "
         "traversal, all hits to a list of the ray in memory, blended in batches of the nearest",
         one_of(tracing_names()));
   visit("list-capacity", o.list_capacity,
         "Hits that the list of a ray holds, with --tracing list; more take a further "
         "pass",
         in_range(1U, kMaxK));
-  visit("samples", o.samples, "Samples of a ray, with --tracing stochastic", in_range(1U, kMaxSamples));
-  visit("sample-seed", o.sample_seed, "Seed of the samples, with --tracing stochastic");
   visit("triangle-test", o.triangle_test, "Hit test of triangles: canonical, or their stored vertices");
   visit("box-bits", cli.box_bits, "Bits used of a stored box coordinate (a node keeps its size)", in_range(2U, 8U));
   visit("response-precision", o.response_precision, "Format to which every step of a Gaussian's response is rounded");
@@ -117,7 +109,7 @@ TracerOptions tracer_options(const TracerCli& cli, bool checkpoint, AccelKind ac
   o.checkpoint = checkpoint;
   o.kernel = kernel_of(cli.kernel_radius, cli.kernel_degree);
   o.tracing = *from_name<Tracing>(cli.tracing);
-  if (keeps_one_hit(o.tracing)) o.k = 1;
+  if (o.tracing == Tracing::closest) o.k = 1;
   if (o.tracing == Tracing::list) o.k = o.list_capacity;
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", cli.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
@@ -176,11 +168,7 @@ std::map<std::string, std::string> option_inputs(const TracerCli& cli, bool chec
     inputs.erase("checkpoint_bins");
     inputs.erase("below_instance");
   }
-  if (cli.tracing != name_of(Tracing::stochastic)) {
-    inputs.erase("samples");
-    inputs.erase("sample_seed");
-  }
-  if (keeps_one_hit(cli.tracing)) inputs["k"] = "1";
+  if (cli.tracing == name_of(Tracing::closest)) inputs["k"] = "1";
   if (cli.tracing == name_of(Tracing::list)) {
     inputs["k"] = inputs.at("list_capacity");
   } else {

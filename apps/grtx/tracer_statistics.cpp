@@ -30,9 +30,6 @@ void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTrac
   list.add("accel.nodes.triangle", nodes.triangle, "nodes", "triangle leaves of a monolithic BVH");
   list.add("accel.nodes.procedural", nodes.procedural, "nodes", "procedural leaves of a monolithic BVH");
   list.add("accel.nodes.blas", nodes.blas_nodes, "nodes", "nodes of the shared BLAS");
-  if (accel.image().sizes().oriented()) {
-    list.add("accel.nodes.oriented", nodes.oriented, "nodes", "internal nodes whose boxes are rotated");
-  }
   list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
 }
 

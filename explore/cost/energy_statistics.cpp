@@ -28,7 +28,7 @@ constexpr Group kGroups[] = {{"rt",
                              {"crossbar", "energy of the packets between SMs and L2"},
                              {"l2", "energy of the L2 slices' data arrays"},
                              {"dram", "energy of the bytes to and from DRAM"},
-                             {"private_store", "energy of the private stores of SIMT cores and RT units"},
+                             {"private_store", "energy of the private stores of SIMT cores"},
                              {"own", "energy of units that are not the project's, as they price what they count"},
                              {"leakage", "leakage of the whole modelled machine over gpu.time_us"}};
 

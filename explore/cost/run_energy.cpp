@@ -142,12 +142,6 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
     add("private_store.simt.writes", words * if_any("gpu.simt.private_store.entries_written"),
         prices.access(".simt", "private_store", true), "words of lanes");
   }
-  if (config.rt.checkpoint.store.entries > 0) {
-    add("private_store.rt.reads", if_any("gpu.rt.checkpoint.store_read"),
-        prices.access(".checkpoint_unit", "private_store", false), "checkpoint entries");
-    add("private_store.rt.writes", if_any("gpu.rt.checkpoint.store_written"),
-        prices.access(".checkpoint_unit", "private_store", true), "checkpoint entries");
-  }
   const double l1_reads = value("gpu.l1.all.reads");
   const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
   add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");

@@ -35,7 +35,7 @@ std::string part(const std::string& id, const std::string& text) {
 /// Columns of the nodes of a warp.
 ordered_json node_columns(const std::vector<RayNode>& nodes, std::uint64_t unit) {
   std::vector<double> address;
-  std::vector<std::uint8_t> kind, orientation;
+  std::vector<std::uint8_t> kind;
   std::vector<std::uint32_t> parent, first, gaussian;
   std::vector<float> box;
   bool boxed = false;
@@ -47,13 +47,10 @@ ordered_json node_columns(const std::vector<RayNode>& nodes, std::uint64_t unit)
     first.push_back(node.first_child);
     gaussian.push_back(node.gaussian);
     if (!boxed) continue;
-    orientation.push_back(static_cast<std::uint8_t>(node.orientation));
     for (const float edge : node.box) box.push_back(node.boxed ? edge : std::numeric_limits<float>::quiet_NaN());
   }
-  return {{"count", nodes.size()},  {"address", packed(address)},
-          {"kind", packed(kind)},   {"parent", packed(parent)},
-          {"first", packed(first)}, {"gaussian", packed(gaussian)},
-          {"box", packed(box)},     {"orientation", packed(orientation)}};
+  return {{"count", nodes.size()},  {"address", packed(address)},   {"kind", packed(kind)}, {"parent", packed(parent)},
+          {"first", packed(first)}, {"gaussian", packed(gaussian)}, {"box", packed(box)}};
 }
 
 ordered_json gaussian_columns(const std::vector<DrawnGaussian>& gaussians) {
@@ -113,7 +110,6 @@ ordered_json description(const RayPage& page) {
         {"leaf", sizes.read_bytes(traces::NodeKind::triangle)},
         {"header", sizes.short_instances() ? 0 : sizes.header_bytes()}}},
       {"entry_bytes", {{"checkpoint", traces::kCheckpointEntryBytes}, {"eviction", traces::kEvictionEntryBytes}}},
-      {"orientations", page.orientations},
       {"gaussians", gaussian_columns(page.gaussians)}};
   json["warps"] = ordered_json::array();
   json["rays"] = ordered_json::array();

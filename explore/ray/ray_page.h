@@ -49,7 +49,6 @@ struct RayPage {
   std::string timeline_config;  ///< hash of the configuration that its times are of
   std::vector<DrawnWarp> warps;
   std::vector<DrawnGaussian> gaussians;
-  std::vector<std::array<float, 9>> orientations;  ///< rows, by RayNode::orientation
 };
 
 std::string ray_page(const RayPage& page);

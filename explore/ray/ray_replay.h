@@ -29,8 +29,7 @@ struct RayNode {
   std::uint32_t gaussian = kNoGaussian;
   // Where the scene is given.
   bool boxed = false;
-  std::array<float, 6> box{};  ///< low, high; in the frame of `orientation`, of a BLAS in the unit sphere's
-  std::uint32_t orientation = 0;
+  std::array<float, 6> box{};  ///< low, high; of a BLAS in the unit sphere's frame
 };
 
 /// The nodes of some rays of a group, each under a number.

@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
-#include <set>
+#include <sstream>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -23,20 +23,37 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields(1);
-  for (const char c : line) {
-    if (c == ',') {
-      fields.emplace_back();
-    } else if (c != '\r') {
-      fields.back() += c;
-    }
-  }
-  for (std::string& field : fields) {
-    const std::size_t begin = field.find_first_not_of(' ');
-    field = begin == std::string::npos ? "" : field.substr(begin, field.find_last_not_of(' ') - begin + 1);
+/// Fields of a line of a CSV file, without the blanks around them.
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream rest(line + ',');
+  for (std::string field; std::getline(rest, field, ',');) {
+    const std::size_t begin = field.find_first_not_of(" \r");
+    fields.push_back(begin == std::string::npos ? "" : field.substr(begin, field.find_last_not_of(" \r") - begin + 1));
   }
   return fields;
+}
+
+const std::map<std::string, std::string Measured::*> kTexts = {{"scene", &Measured::scene},
+                                                               {"design", &Measured::design},
+                                                               {"over", &Measured::over},
+                                                               {"quantity", &Measured::quantity}};
+const std::map<std::string, double Measured::*> kNumbers = {
+    {"value", &Measured::value}, {"low", &Measured::low}, {"high", &Measured::high}};
+
+/// A rule that the line with the names of the columns breaks; "": none.
+std::string fault_of_names(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (!kTexts.contains(name) && !kNumbers.contains(name) && name.find('.') == std::string::npos) {
+      return "column '" + printable(name) +
+             "' is none of scene, design, over, quantity, value, low, high, and no KEY.NAME of a plan";
+    }
+    if (std::count(names.begin(), names.end(), name) > 1) return "column '" + printable(name) + "' is there twice";
+  }
+  for (const char* needed : {"design", "value"}) {
+    if (std::count(names.begin(), names.end(), needed) == 0) return std::string("column '") + needed + "' is missing";
+  }
+  return "";
 }
 
 /// The name that a database has for a structure.
@@ -171,70 +188,44 @@ double spearman_rho(const std::vector<double>& a, const std::vector<double>& b) 
 }
 
 std::vector<Measured> read_measured(const std::string& path) {
-  const std::string text = read_file(path);
+  std::istringstream text(read_file(path));
   std::vector<Measured> all;
   std::vector<std::string> names;
   std::size_t number = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line = text.substr(begin, end - begin);
-    begin = end + 1;
+  for (std::string line; std::getline(text, line);) {
     ++number;
     if (line.find_first_not_of(" \r") == std::string::npos || line.front() == '#') continue;
-    const std::string place = "line " + std::to_string(number);
-    const std::vector<std::string> fields = split(line);
+    const auto require = [&](bool holds, const std::string& rule) {
+      if (!holds) throw Error(path, "line " + std::to_string(number), rule);
+    };
+    const std::vector<std::string> fields = fields_of(line);
     if (names.empty()) {
       names = fields;
-      const std::set<std::string> known = {"scene", "design", "over", "quantity", "value", "low", "high"};
-      for (const std::string& name : names) {
-        if (!known.contains(name) && name.find('.') == std::string::npos) {
-          throw Error(path, place,
-                      "column '" + printable(name) +
-                          "' is none of scene, design, over, quantity, value, low, high, and no KEY.NAME of a plan");
-        }
-        if (std::count(names.begin(), names.end(), name) > 1) {
-          throw Error(path, place, "column '" + printable(name) + "' is there twice");
-        }
-      }
-      for (const char* needed : {"design", "value"}) {
-        if (std::find(names.begin(), names.end(), needed) == names.end()) {
-          throw Error(path, place, std::string("column '") + needed + "' is missing");
-        }
-      }
+      const std::string fault = fault_of_names(names);
+      require(fault.empty(), fault);
       continue;
     }
-    if (fields.size() != names.size()) {
-      throw Error(path, place, fmt::format("has {} fields in place of {}", fields.size(), names.size()));
-    }
+    require(fields.size() == names.size(), fmt::format("has {} fields in place of {}", fields.size(), names.size()));
     Measured& m = all.emplace_back();
     m.line = number;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      const std::string& name = names[i];
-      const std::string& field = fields[i];
-      if (name == "scene") {
-        m.scene = field;
-      } else if (name == "design") {
-        m.design = design_of(field);
-      } else if (name == "over") {
-        m.over = design_of(field);
-      } else if (name == "quantity") {
-        if (!field.empty()) m.quantity = field;
-      } else if (name == "value" || name == "low" || name == "high") {
-        if (field.empty() && name != "value") continue;
-        double parsed = 0.0;
-        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), parsed);
-        if (error != std::errc() || stop != field.data() + field.size() || !(parsed > 0.0) || !std::isfinite(parsed)) {
-          throw Error(path, place, name + " '" + printable(field) + "' must be a number above 0");
-        }
-        (name == "value" ? m.value : name == "low" ? m.low : m.high) = parsed;
-      } else if (!field.empty()) {
+      const std::string &name = names[i], &field = fields[i];
+      if (field.empty() && name != "value") continue;
+      if (const auto word = kTexts.find(name); word != kTexts.end()) {
+        m.*word->second = name == "design" || name == "over" ? design_of(field) : field;
+      } else if (const auto figure = kNumbers.find(name); figure != kNumbers.end()) {
+        double& value = m.*figure->second;
+        const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+        require(error == std::errc() && stop == field.data() + field.size() && value > 0.0 && std::isfinite(value),
+                name + " '" + printable(field) + "' must be a number above 0");
+      } else {
         m.coordinates.emplace_back(name, field);
       }
     }
-    if (m.design.empty()) throw Error(path, place, "design must be named");
+    require(!m.design.empty(), "design must be named");
     if (m.low == 0.0) m.low = m.value;
     if (m.high == 0.0) m.high = m.value;
-    if (m.low > m.value || m.high < m.value) throw Error(path, place, "value must lie between low and high");
+    require(m.low <= m.value && m.high >= m.value, "value must lie between low and high");
   }
   if (all.empty()) throw Error(path, "", "holds no measured figure");
   return all;
@@ -305,21 +296,23 @@ std::string correlation_text(const Correlation& c) {
   return text;
 }
 
+ordered_json comparison_json(const Comparison& one) {
+  return {{"label", one.label},
+          {"paired", one.paired},
+          {"measured", one.measured},
+          {"measured_low", one.measured_low},
+          {"measured_high", one.measured_high},
+          {"simulated", one.simulated},
+          {"simulated_low", one.simulated_low},
+          {"simulated_high", one.simulated_high},
+          {"error", one.error()},
+          {"inside", one.inside()}};
+}
+
 ordered_json correlation_json(const Correlation& c) {
   ordered_json json;
   json["comparisons"] = ordered_json::array();
-  for (const Comparison& one : c.comparisons) {
-    json["comparisons"].push_back({{"label", one.label},
-                                   {"paired", one.paired},
-                                   {"measured", one.measured},
-                                   {"measured_low", one.measured_low},
-                                   {"measured_high", one.measured_high},
-                                   {"simulated", one.simulated},
-                                   {"simulated_low", one.simulated_low},
-                                   {"simulated_high", one.simulated_high},
-                                   {"error", one.error()},
-                                   {"inside", one.inside()}});
-  }
+  for (const Comparison& one : c.comparisons) json["comparisons"].push_back(comparison_json(one));
   json["unmatched"] = c.unmatched;
   json["mean_error"] = c.mean_error;
   json["factor"] = c.factor;

@@ -51,6 +51,7 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
 double spearman_rho(const std::vector<double>& a, const std::vector<double>& b);
 
 std::string correlation_text(const Correlation& correlation);
+nlohmann::ordered_json comparison_json(const Comparison& comparison);
 nlohmann::ordered_json correlation_json(const Correlation& correlation);
 /// Scatter and table as a page of its own. measured: the name of the file.
 std::string correlation_page(const Correlation& correlation, const std::string& measured, const SweepResults& sweep);

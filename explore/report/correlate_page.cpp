@@ -37,14 +37,8 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
               {{"figure", false}, {"measured"}, {"simulated"}, {"error"}, {"in the measured range", false}});
   for (const Comparison& one : c.comparisons) {
     const bool outlier = std::find(c.outliers.begin(), c.outliers.end(), one.label) != c.outliers.end();
-    rows.push_back({{"label", one.label},
-                    {"kind", outlier ? "outlier" : "figure"},
-                    {"measured", one.measured},
-                    {"measured_low", one.measured_low},
-                    {"measured_high", one.measured_high},
-                    {"simulated", one.simulated},
-                    {"simulated_low", one.simulated_low},
-                    {"simulated_high", one.simulated_high}});
+    rows.push_back(comparison_json(one));
+    rows.back()["kind"] = outlier ? "outlier" : "figure";
     std::string name = escape(one.label);
     if (!one.paired) name += fmt::format(" (means of {} and {} scenes)", one.measured_scenes, one.simulated_scenes);
     table.row({name, with_range(one.measured, one.measured_low, one.measured_high),

@@ -11,7 +11,6 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
-#include "grtx/frontend/accel/oriented_tree.h"
 #include "grtx/frontend/accel/shared_blas.h"
 #include "grtx/frontend/accel/tree_packer.h"
 
@@ -140,12 +139,6 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     build_seconds_ = tree.build_seconds;
     height_ = tree.height;
     const auto start = std::chrono::steady_clock::now();
-    if (sizes.oriented()) {
-      const ProxyExtents reach(gaussians, proxy_);
-      counts_.oriented = orient_tree(tree, [&](std::uint32_t leaf, FrameExtents& extents) {
-        reach.of_face(static_cast<std::uint32_t>(leaf / leaves), static_cast<unsigned>(leaf % leaves), extents);
-      });
-    }
     image_ = NodeImage(width, packed_bytes(tree, primitive_kind, sizes), options_.box_bits, options.layout);
     root_ = TreePacker(image_, tree, primitive_kind, WorldLeaf{gaussians, proxy_, patches_, compact}, true)
                 .pack(image_.size());
@@ -164,7 +157,6 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     height_ = tlas.height;
     blas_height_ = blas.tree().height;
     const auto start = std::chrono::steady_clock::now();
-    if (sizes.oriented()) counts_.oriented = orient_instances(tlas, gaussians, proxy_);
     const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, sizes);
     image_ = NodeImage(width, tlas_bytes + blas.bytes(), options_.box_bits, options.layout);
     blas_header_ = tlas_bytes;

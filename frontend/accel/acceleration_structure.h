@@ -43,13 +43,12 @@ class AccelerationStructure {
 
   struct Counts {
     std::uint64_t internal = 0, instance = 0, triangle = 0, procedural = 0, blas_nodes = 0;
-    std::uint64_t oriented = 0;  ///< internal nodes of layout obb whose boxes are rotated
   };
   const Counts& counts() const { return counts_; }
   unsigned height() const { return height_; }              ///< levels of the monolithic BVH or the TLAS
   unsigned blas_height() const { return blas_height_; }    ///< 0 when monolithic
   double build_seconds() const { return build_seconds_; }  ///< rtcBuildBVH alone
-  double pack_seconds() const { return pack_seconds_; }    ///< orienting the boxes, and encoding the node image
+  double pack_seconds() const { return pack_seconds_; }    ///< encoding the node image
 
  private:
   AccelOptions options_;

@@ -37,7 +37,6 @@ std::uintptr_t leaf_link(std::uint32_t primitive) { return (static_cast<std::uin
 TreeNode* new_node(TreeMemory& memory, unsigned child_count) {
   auto* node = static_cast<TreeNode*>(memory.allocate(node_size(child_count)));
   node->child_count = static_cast<std::uint8_t>(child_count);
-  node->orientation = 0;
   return node;
 }
 

@@ -27,7 +27,6 @@ struct TreeChild {
 struct TreeNode {
   std::uint8_t child_count = 0;
   std::uint8_t levels = 1;                ///< of the subtree, this node and its leaves included
-  std::uint8_t orientation = 0;           ///< that the children's boxes lie in (frontend/accel/orientations.h)
   std::uint32_t internals = 1;            ///< nodes of the subtree, this one included
   std::uint32_t leaves = 0;               ///< primitives of the subtree
   TreeChild children[traces::kMaxWidth];  ///< memory holds no more than child_count of them

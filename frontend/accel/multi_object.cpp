@@ -11,7 +11,6 @@
 #include "grtx/base/hash.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/frontend/accel/embree_builder.h"
-#include "grtx/frontend/accel/oriented_tree.h"
 #include "grtx/frontend/accel/shared_blas.h"
 #include "grtx/frontend/accel/tree_packer.h"
 
@@ -91,7 +90,6 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
         },
         width));
     object->bounds = tlases.back().bounds;
-    if (sizes.oriented()) orient_instances(tlases.back(), object->gaussians, proxy_);
     end += packed_bytes(tlases.back(), NodeKind::instance, sizes);
   }
   const std::uint64_t blas_header = end;

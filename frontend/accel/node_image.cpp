@@ -48,8 +48,8 @@ void NodeImage::write_header(std::uint64_t address, std::uint64_t root, const Bo
 }
 
 void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children,
-                               unsigned count, unsigned orientation) {
-  assert(count <= width() && (orientation == 0 || layout_.oriented));
+                               unsigned count) {
+  assert(count <= width());
   // Whole lines, zeros included: the bytes may have held another node.
   std::uint8_t node[2 * sizeof(Line)] = {};
   put(node + 12, static_cast<std::int32_t>((child_base - address) / unit_));
@@ -57,7 +57,6 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
     write_packed_children(node, children, count);
   } else {
     node[16] = static_cast<std::uint8_t>(NodeKind::internal);
-    node[kOrientationByte] = static_cast<std::uint8_t>(orientation);
     node[21] = 0xFF;
     for (unsigned i = 0; i < count; ++i) {
       const std::uint64_t units = sizes_.units(children[i].kind);
@@ -222,7 +221,6 @@ DecodedInternal NodeImage::decode_internal(std::uint64_t address) const {
   std::int32_t offset = 0;
   std::memcpy(&offset, bytes + 12, 4);
   node.child_base = address + static_cast<std::uint64_t>(static_cast<std::int64_t>(offset)) * unit_;
-  if (layout_.oriented) node.orientation = bytes[kOrientationByte];
   const std::uint64_t children = child_bytes(layout_, bytes);
   for (unsigned i = 0; i < layout_.slots; ++i) {
     const auto info = static_cast<std::uint8_t>(children >> (8 * i));

@@ -1,6 +1,6 @@
 // The node image: nodes exactly as the hardware would read them. Layouts: vulkan_sim (Intel Xe, mesa-vulkan-sim
-// gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices), obb (vulkan_sim with oriented boxes) and
-// compressed (eight children in 64 B), see docs/model/node-image.md. Addresses are bytes from the image's start.
+// gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices) and compressed (eight children in 64 B), see
+// docs/model/node-image.md. Addresses are bytes from the image's start.
 #pragma once
 
 #include <array>
@@ -20,11 +20,10 @@ using traces::NodeKind;
 
 /// Byte offsets inside an internal node.
 struct InternalLayout {
-  unsigned slots;         ///< children that there is room for: 6 or 8
-  unsigned child_info;    ///< first child byte; packed: no child bytes but kPackedLeafKind and the masks
-  unsigned bounds;        ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, a byte a slot each; packed: 7 bits
-  bool packed = false;    ///< layout compressed
-  bool oriented = false;  ///< layout obb: the byte at kOrientationByte counts
+  unsigned slots;       ///< children that there is room for: 6 or 8
+  unsigned child_info;  ///< first child byte; packed: no child bytes but kPackedLeafKind and the masks
+  unsigned bounds;      ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, a byte a slot each; packed: 7 bits
+  bool packed = false;  ///< layout compressed
   friend bool operator==(const InternalLayout&, const InternalLayout&) = default;
 };
 /// Layout of nodes with 6 or 8 slots whose codes take a byte each.
@@ -32,12 +31,9 @@ constexpr InternalLayout internal_layout(unsigned slots) {
   return slots <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
 }
 constexpr InternalLayout internal_layout(const traces::NodeSizes& sizes) {
-  if (sizes.layout() == traces::NodeLayout::compressed) return {8, 16, 22, true, false};
-  InternalLayout layout = internal_layout(sizes.slots());
-  layout.oriented = sizes.oriented();
-  return layout;
+  if (sizes.layout() == traces::NodeLayout::compressed) return {8, 16, 22, true};
+  return internal_layout(sizes.slots());
 }
-inline constexpr unsigned kOrientationByte = 17;
 // Places in a packed node: the kind of its leaf children, the mask of used slots, the mask of slots with leaves.
 inline constexpr unsigned kPackedLeafKind = 16, kPackedUsed = 17, kPackedLeaves = 21;
 inline constexpr unsigned kPackedBits = 7;  ///< of a code; eight of them are 7 bytes
@@ -78,7 +74,6 @@ inline void read_codes(const InternalLayout& layout, const std::uint8_t* node, u
 
 /// An internal node decoded for inspection (tests, traces); traversal reads the bytes directly.
 struct DecodedInternal {
-  unsigned orientation = 0;      ///< whose frame the boxes lie in; 0: the structure's own axes
   std::uint64_t child_base = 0;  ///< byte address of child 0
   unsigned child_count = 0;
   std::array<NodeKind, traces::kMaxWidth> kinds{};
@@ -120,10 +115,9 @@ class NodeImage {
   std::uint64_t allocated() const { return used_; }
 
   void write_header(std::uint64_t address, std::uint64_t root, const Box& bounds);
-  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked). orientation: whose frame the
-  /// boxes lie in; not 0 in layout obb alone. In layout compressed all children are internal nodes or of one kind.
-  void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count,
-                      unsigned orientation = 0);
+  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked). In layout compressed all
+  /// children are internal nodes or of one kind.
+  void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count);
   void write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
                       const glm::vec3& c);
   /// to_unit, mean: of an ellipsoid in the world, where the ray must be transformed; a unit sphere of a BLAS has

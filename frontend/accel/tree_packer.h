@@ -59,7 +59,7 @@ class TreePacker {
   /// What is left of a node of the tree once it is given back.
   struct ReadNode {
     std::uint64_t address, below, below_children;
-    unsigned count = 0, orientation = 0, inner_count = 0, leaf_count = 0;
+    unsigned count = 0, inner_count = 0, leaf_count = 0;
     std::array<ChildRecord, traces::kMaxWidth> records;
     std::array<Subtree, traces::kMaxWidth> inner;
     std::array<std::pair<std::uint32_t, std::uint64_t>, traces::kMaxWidth> leaves;  ///< primitive, address
@@ -71,7 +71,6 @@ class TreePacker {
     read.address = subtree.address;
     read.below = subtree.below;
     read.count = node.child_count;
-    read.orientation = node.orientation;
     std::uint64_t end = subtree.below;
     for (unsigned i = 0; i < read.count; ++i) {
       const TreeChild& child = node.children[i];
@@ -101,7 +100,7 @@ class TreePacker {
   }
 
   void write(const ReadNode& node) {
-    image_.write_internal(node.address, node.below, node.records.data(), node.count, node.orientation);
+    image_.write_internal(node.address, node.below, node.records.data(), node.count);
     for (unsigned i = 0; i < node.leaf_count; ++i) leaf_(image_, node.leaves[i].second, node.leaves[i].first);
   }
 

@@ -18,7 +18,6 @@ class CurrentObject {
   bool one_of_several() const { return world_ != nullptr; }
   const PreparedGaussians& gaussians() const { return *gaussians_; }
   const GaussianRecord& record(std::uint32_t g) const { return gaussians_->record(g); }
-  void prefetch_record(std::uint32_t g) const { __builtin_prefetch(&gaussians_->record(g)); }
 
   void begin_ray() { leaf_ = 0; }
   /// leaf: of the scene TLAS, as the ray knows it; 0: none.

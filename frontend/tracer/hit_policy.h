@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "grtx/frontend/tracer/hit_records.h"
 #include "grtx/frontend/tracer/ray_state.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/traces/event.h"
@@ -14,9 +13,8 @@ namespace grtx::frontend {
 
 class HitPolicy {
  public:
-  HitPolicy(const TracedStructure& structure, const TracerOptions& options)
-      : records_(structure, options),
-        tracing_(options.tracing),
+  explicit HitPolicy(const TracerOptions& options)
+      : tracing_(options.tracing),
         resume_(options.resume),
         kth_(options.tmax_update == TmaxUpdate::kth),
         keep_evicted_(options.checkpoint) {}
@@ -32,11 +30,8 @@ class HitPolicy {
   Taken take(const KEntry& hit, RayState& ray) const {
     if (traces::collects_unsorted(tracing_)) return collect_unsorted(hit, ray);
     if (tracing_ == Tracing::closest) return commit_nearest(hit, ray);
-    if (tracing_ == Tracing::stochastic) return toss(hit, ray);
     return any_hit(hit, ray);
   }
-  /// The any-hit shader of multi-round tracing.
-  Taken any_hit(const KEntry& hit, RayState& ray) const;
   /// Begins a round with the nearest of what fell out of the last one; returns how many.
   std::size_t refill_from_evictions(RayState& ray) const;
   /// Brings the hits of a round into the order (t, id).
@@ -45,11 +40,11 @@ class HitPolicy {
   }
 
  private:
+  /// The any-hit shader of multi-round tracing.
+  Taken any_hit(const KEntry& hit, RayState& ray) const;
   Taken collect_unsorted(const KEntry& hit, RayState& ray) const;
   Taken commit_nearest(const KEntry& hit, RayState& ray) const;
-  Taken toss(const KEntry& hit, RayState& ray) const;
 
-  const HitRecords records_;
   const Tracing tracing_;
   const Resume resume_;
   const bool kth_;           ///< t_max follows the last entry of a full k-buffer
@@ -131,27 +126,6 @@ inline HitPolicy::Taken HitPolicy::commit_nearest(const KEntry& hit, RayState& r
   ray.t_max = hit.t;
   ++ray.counters.nearest_commits;
   return {LeafOutcome::nearest, 0};
-}
-
-/// Stochastic: the any-hit shader accepts a hit with the probability of its alpha, which ends the ray there.
-inline HitPolicy::Taken HitPolicy::toss(const KEntry& hit, RayState& ray) const {
-  using traces::LeafOutcome;
-  KBuffer& buffer = ray.k_buffer;
-  ray.looked_at.push_back(hit.id);
-  const bool farther = buffer.full() && !(hit < buffer.back());  // a tie with a smaller id
-  if (farther || !ray.coin.stops(hit.id, records_.alpha(hit, records_.of(hit.id)))) {
-    ++ray.counters.any_hit_ignored;
-    return {LeafOutcome::ignored, 0};
-  }
-  ++ray.counters.any_hit_inserted;
-  const LeafOutcome outcome = buffer.full() ? LeafOutcome::displaced : LeafOutcome::inserted;
-  if (buffer.full()) {
-    buffer.displace(hit);
-  } else {
-    buffer.insert(hit);
-  }
-  ray.t_max = hit.t;
-  return {outcome, 0};
 }
 
 inline std::size_t HitPolicy::refill_from_evictions(RayState& ray) const {

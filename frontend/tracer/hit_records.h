@@ -1,5 +1,4 @@
-// A hit's Gaussian and its alpha, for whoever decides about the hit: the shader that blends it, or the one that tosses
-// a coin for it.
+// A hit's Gaussian and its alpha, for the shader that blends it.
 #pragma once
 
 #include <cstdint>

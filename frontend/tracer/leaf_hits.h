@@ -35,14 +35,6 @@ class LeafHits {
   /// What a ray that enters an instance of this Gaussian needs.
   void enter(EnteredInstance& instance, const TraceRay& ray, std::uint32_t gaussian, const CurrentObject& object) const;
 
-  /// Link of a leaf of a monolithic structure, which holds one of all the scene's proxy faces, or a patch of them.
-  std::uint32_t link_of_primitive(const TraceRay& ray, std::uint32_t primitive, const CurrentObject& object,
-                                  WalkMemory& memory, RayState& state) {
-    const std::uint32_t gaussian = gaussian_of(primitive);
-    const Hit& hit = cached_hit(ray, gaussian, object, state.stamp);
-    return leaf_of_face_[hit.face] == primitive - gaussian * leaves_ ? link_of_hit(hit, gaussian, object, memory)
-                                                                     : WalkMemory::kMissed;
-  }
   /// Link of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
   std::uint32_t link_of_leaf(const TraceRay& ray, std::uint32_t units, EnteredInstance* instance,
                              const CurrentObject& object, WalkMemory& memory, RayState& state);
@@ -54,12 +46,12 @@ class LeafHits {
     }
     return instance.decision;
   }
+
+ private:
   /// primitive / leaves: a division by 5 as a multiplication, exact for all 32 bits, then a shift.
   std::uint32_t gaussian_of(std::uint32_t primitive) const {
     return static_cast<std::uint32_t>(std::uint64_t{primitive} * (leaves_ == 1 ? 1u : 0xCCCCCCCDu) >> leaves_shift_);
   }
-
- private:
   static bool compact(const TracedStructure& structure) {
     return structure.image.sizes().layout() == traces::NodeLayout::compact;
   }
@@ -142,13 +134,14 @@ inline const Hit& LeafHits::hit_of_instance(const TraceRay& ray, EnteredInstance
 inline std::uint32_t LeafHits::link_of_leaf(const TraceRay& ray, std::uint32_t units, EnteredInstance* instance,
                                             const CurrentObject& object, WalkMemory& memory, RayState& state) {
   const std::uint32_t primitive = image_.leaf_index(units);
-  if (instance == nullptr && !stored_triangles_) return link_of_primitive(ray, primitive, object, memory, state);
   const std::uint32_t gaussian = instance != nullptr ? instance->gaussian : gaussian_of(primitive);
   if (stored_triangles_) {
     return link_of_hit(stored_triangle_hit(ray, units, instance, gaussian, object), gaussian, object, memory);
   }
+  // A leaf outside the BLAS holds one of all the scene's proxy faces, or a patch of them.
   const std::uint32_t leaf = instance != nullptr ? primitive : primitive - gaussian * leaves_;
-  const Hit hit = hit_of_instance(ray, *instance, object);
+  const Hit& hit =
+      instance != nullptr ? hit_of_instance(ray, *instance, object) : cached_hit(ray, gaussian, object, state.stamp);
   return leaf_of_face_[hit.face] == leaf ? link_of_hit(hit, gaussian, object, memory) : WalkMemory::kMissed;
 }
 

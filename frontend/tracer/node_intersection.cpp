@@ -1,7 +1,5 @@
 #include "grtx/frontend/tracer/node_intersection.h"
 
-#include "grtx/frontend/accel/orientations.h"
-
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -11,19 +9,6 @@ namespace {
 
 template <typename Form>
 constexpr unsigned kSlotMask = (1u << Form::kSlots) - 1u;
-
-// The ray as a node's boxes see it: as it is, or in the node's frame.
-struct SeenRay {
-  const float* near_origin;
-  const float* far_origin;
-  const float* inverse;
-  const bool* negative;
-
-  explicit SeenRay(const SlabRay& ray)
-      : near_origin(&ray.origin.x), far_origin(&ray.origin.x), inverse(&ray.inverse.x), negative(ray.negative) {}
-  explicit SeenRay(const RotatedRay& ray)
-      : near_origin(ray.near_origin), far_origin(ray.far_origin), inverse(ray.inverse), negative(ray.negative) {}
-};
 
 std::uint32_t child_base_of(const std::uint8_t* node, std::uint32_t address) {
   std::int32_t offset = 0;
@@ -73,23 +58,24 @@ ChildInfo child_info_portable(const std::uint8_t* node, std::uint32_t address) {
 }
 
 template <typename Form>
-void test_seen_portable(const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query,
-                        NodeHits& hits) {
+void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
+                   NodeHits& hits) {
   constexpr unsigned kSlots = Form::kSlots;
   const ChildInfo info = child_info_portable<Form>(node, address);
   float near_t[8] = {}, far_t[8] = {};
   for (unsigned axis = 0; axis < 3; ++axis) {
     const float origin = axis_origin(node, axis);
+    const float ray_origin = ray.origin[static_cast<int>(axis)];
     const float step = kExponentStep[node[18 + axis]];
     const unsigned flip = ray.negative[axis] ? 1 : 0;
     const std::uint64_t near_codes = codes_of<Form>(node, 2 * axis + flip);
     const std::uint64_t far_codes = codes_of<Form>(node, 2 * axis + 1 - flip);
-    const float inverse = ray.inverse[axis];
+    const float inverse = ray.inverse[static_cast<int>(axis)];
     for (unsigned slot = 0; slot < kSlots; ++slot) {
       const auto near_code = static_cast<float>(near_codes >> (8 * slot) & 0xFF);
       const auto far_code = static_cast<float>(far_codes >> (8 * slot) & 0xFF);
-      const float a = ((origin + near_code * step) - ray.near_origin[axis]) * inverse;
-      const float b = ((origin + far_code * step) - ray.far_origin[axis]) * inverse;
+      const float a = ((origin + near_code * step) - ray_origin) * inverse;
+      const float b = ((origin + far_code * step) - ray_origin) * inverse;
       near_t[slot] = axis == 0 || !(near_t[slot] > a) ? a : near_t[slot];
       far_t[slot] = axis == 0 || !(far_t[slot] < b) ? b : far_t[slot];
     }
@@ -116,18 +102,6 @@ void test_seen_portable(const std::uint8_t* node, std::uint32_t address, const S
     }
     hits.rank[slot] = rank;
   }
-}
-
-template <typename Form>
-void test_portable(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
-                   NodeHits& hits) {
-  if constexpr (Form::kOriented) {
-    if (node[kOrientationByte] != 0) {
-      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
-      return test_seen_portable<Form>(node, address, SeenRay(turned), query, hits);
-    }
-  }
-  test_seen_portable<Form>(node, address, SeenRay(ray), query, hits);
 }
 
 #if defined(__x86_64__)
@@ -188,54 +162,41 @@ template <bool kRanked>
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.rank), rank);
 }
 
-template <typename Form, bool kRanked>
-[[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline void test_seen_avx2(
-    const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query, NodeHits& hits) {
+template <typename Form, bool kRanked = true>
+[[gnu::target("avx2,bmi,popcnt")]] void test_avx2(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray,
+                                                  const NodeQuery& query, NodeHits& hits) {
   const ChildInfo info = child_info_avx2<Form>(node, address);
   __m256 near_t = _mm256_setzero_ps(), far_t = _mm256_setzero_ps();
   for (unsigned axis = 0; axis < 3; ++axis) {
     const __m256 origin = _mm256_broadcast_ss(reinterpret_cast<const float*>(node) + axis);
     const __m256 step = _mm256_broadcast_ss(&kExponentStep[node[18 + axis]]);
-    const __m256 near_origin = _mm256_broadcast_ss(&ray.near_origin[axis]);
-    const __m256 far_origin = _mm256_broadcast_ss(&ray.far_origin[axis]);
-    const __m256 inverse = _mm256_broadcast_ss(&ray.inverse[axis]);
+    const __m256 ray_origin = _mm256_broadcast_ss(&ray.origin.x + axis);
+    const __m256 inverse = _mm256_broadcast_ss(&ray.inverse.x + axis);
     const unsigned flip = ray.negative[axis] ? 1 : 0;
     const __m256 near_q = bounds_avx2(codes_of<Form>(node, 2 * axis + flip));
     const __m256 far_q = bounds_avx2(codes_of<Form>(node, 2 * axis + 1 - flip));
     const __m256 near_bound = _mm256_add_ps(origin, _mm256_mul_ps(near_q, step));
     const __m256 far_bound = _mm256_add_ps(origin, _mm256_mul_ps(far_q, step));
-    const __m256 a = _mm256_mul_ps(_mm256_sub_ps(near_bound, near_origin), inverse);
-    const __m256 b = _mm256_mul_ps(_mm256_sub_ps(far_bound, far_origin), inverse);
+    const __m256 a = _mm256_mul_ps(_mm256_sub_ps(near_bound, ray_origin), inverse);
+    const __m256 b = _mm256_mul_ps(_mm256_sub_ps(far_bound, ray_origin), inverse);
     near_t = axis == 0 ? a : _mm256_max_ps(near_t, a);
     far_t = axis == 0 ? b : _mm256_min_ps(far_t, b);
   }
   finish_avx2<kRanked>(near_t, far_t, info, query, hits);
 }
 
-template <typename Form, bool kRanked = true>
-[[gnu::target("avx2,bmi,popcnt")]] void test_avx2(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray,
-                                                  const NodeQuery& query, NodeHits& hits) {
-  if constexpr (Form::kOriented) {
-    if (node[kOrientationByte] != 0) {
-      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
-      return test_seen_avx2<Form, kRanked>(node, address, SeenRay(turned), query, hits);
-    }
-  }
-  test_seen_avx2<Form, kRanked>(node, address, SeenRay(ray), query, hits);
-}
-
 // Near and far bounds of an axis share one register: lanes 0..7 near, 8..15 far.
 template <typename Form>
-[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt"), gnu::always_inline]] inline void test_seen_avx512(
-    const std::uint8_t* node, std::uint32_t address, const SeenRay& ray, const NodeQuery& query, NodeHits& hits) {
+[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt")]] void test_avx512(const std::uint8_t* node, std::uint32_t address,
+                                                                     const SlabRay& ray, const NodeQuery& query,
+                                                                     NodeHits& hits) {
   const ChildInfo info = child_info_avx2<Form>(node, address);
   __m512 near_far[3];
   for (unsigned axis = 0; axis < 3; ++axis) {
     const __m512 origin = _mm512_set1_ps(axis_origin(node, axis));
     const __m512 step = _mm512_set1_ps(kExponentStep[node[18 + axis]]);
-    const __m512 ray_origin =
-        _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(ray.near_origin[axis]), _mm512_set1_ps(ray.far_origin[axis]));
-    const __m512 inverse = _mm512_set1_ps(ray.inverse[axis]);
+    const __m512 ray_origin = _mm512_set1_ps(ray.origin[static_cast<int>(axis)]);
+    const __m512 inverse = _mm512_set1_ps(ray.inverse[static_cast<int>(axis)]);
     const unsigned flip = ray.negative[axis] ? 1 : 0;
     const std::uint64_t near_codes = codes_of<Form>(node, 2 * axis + flip);
     const std::uint64_t far_codes = codes_of<Form>(node, 2 * axis + 1 - flip);
@@ -254,19 +215,6 @@ template <typename Form>
   const __m256 near_t = _mm256_load_ps(both[0]);
   const __m256 far_t = _mm256_load_ps(both[1] + 8);
   finish_avx2<true>(near_t, far_t, info, query, hits);
-}
-
-template <typename Form>
-[[gnu::target("avx512f,avx512vl,avx2,bmi,popcnt")]] void test_avx512(const std::uint8_t* node, std::uint32_t address,
-                                                                     const SlabRay& ray, const NodeQuery& query,
-                                                                     NodeHits& hits) {
-  if constexpr (Form::kOriented) {
-    if (node[kOrientationByte] != 0) {
-      const RotatedRay turned = rotated(ray, orientations()[node[kOrientationByte]]);
-      return test_seen_avx512<Form>(node, address, SeenRay(turned), query, hits);
-    }
-  }
-  test_seen_avx512<Form>(node, address, SeenRay(ray), query, hits);
 }
 
 #endif

@@ -59,28 +59,23 @@ struct alignas(32) NodeHits {
   ChildInfo info;
 };
 
-/// node: bytes in the image; address: its place, units. The boxes of a node of layout obb lie in the frame that it
-/// names. Children count as hit when their conservative interval is not empty and does not end before t_min.
+/// node: bytes in the image; address: its place, units. Children count as hit when their conservative interval is not
+/// empty and does not end before t_min.
 using NodeTest = void (*)(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
                           NodeHits& hits);
 
 /// Nodes whose layout is known when the test is compiled.
-template <unsigned slots, bool packed, bool oriented>
+template <unsigned slots, bool packed>
 struct NodeForm {
   static constexpr unsigned kSlots = slots;
-  static constexpr bool kPacked = packed, kOriented = oriented;
-  static constexpr InternalLayout kLayout = [] {
-    InternalLayout layout = packed ? InternalLayout{8, 16, 22, true, false} : internal_layout(slots);
-    layout.oriented = oriented;
-    return layout;
-  }();
+  static constexpr bool kPacked = packed;
+  static constexpr InternalLayout kLayout = packed ? InternalLayout{8, 16, 22, true} : internal_layout(slots);
 };
 /// Calls f(NodeForm) for nodes of this layout and returns what it returns.
 template <typename F>
 auto with_node_form(const InternalLayout& layout, const F& f) {
-  if (layout.packed) return f(NodeForm<8, true, false>{});
-  if (layout.oriented) return layout.slots == 6 ? f(NodeForm<6, false, true>{}) : f(NodeForm<8, false, true>{});
-  return layout.slots == 6 ? f(NodeForm<6, false, false>{}) : f(NodeForm<8, false, false>{});
+  if (layout.packed) return f(NodeForm<8, true>{});
+  return layout.slots == 6 ? f(NodeForm<6, false>{}) : f(NodeForm<8, false>{});
 }
 
 /// The test for nodes of a layout. The path must be available.

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "grtx/frontend/tracer/checkpoint_buffers.h"
-#include "grtx/frontend/tracer/coin.h"
 #include "grtx/frontend/tracer/k_buffer.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
@@ -15,8 +14,7 @@ namespace grtx::frontend {
 
 /// One a tracer, for one ray after the other.
 struct RayState {
-  explicit RayState(const TracerOptions& options)
-      : k_buffer(options.k), checkpoints(options), coin(options.sample_seed) {}
+  explicit RayState(const TracerOptions& options) : k_buffer(options.k), checkpoints(options) {}
 
   /// transmittance: what lies before the origin left. limit: nothing beyond it counts.
   void begin_ray(float before, float limit) {
@@ -52,10 +50,8 @@ struct RayState {
   KBuffer k_buffer;
   std::vector<KEntry> evictions;
   CheckpointBuffers checkpoints;
-  Coin coin;                             ///< stochastic
-  std::vector<std::uint32_t> looked_at;  ///< stochastic: Gaussians that the any-hit shader has seen in the sample
-  std::uint64_t stamp = 0;               ///< number of the ray
-  TracerCounters counters;               ///< of all rays so far
+  std::uint64_t stamp = 0;  ///< number of the ray
+  TracerCounters counters;  ///< of all rays so far
 };
 
 }  // namespace grtx::frontend

@@ -9,12 +9,11 @@ namespace grtx::frontend {
 
 RayTracer::RayTracer(const TracedStructure& structure, const TracerOptions& options)
     : checkpoint_(options.checkpoint),
-      samples_(options.tracing == Tracing::stochastic ? options.samples : 0),
       // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
       cull_before_(options.sort_key == SortKey::entry),
       replay_below_kth_(options.replay_tmax == ReplayTmax::kth),
       state_(options),
-      policy_(structure, options),
+      policy_(options),
       traversal_(structure, options),
       shading_(structure, options) {}
 
@@ -30,36 +29,13 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
     return {state_.colour, state_.transmittance};
   }
   const std::uint64_t visits_before = state_.counters.visits();
-  if (samples_ > 0) {
-    trace_samples(ray, recorder);
-  } else {
-    traces::Round round;
-    do {
-      round = begin_round(recorder);
-      traversal_.round(ray, state_, recorder);
-    } while (end_round(ray, round, recorder));
-  }
+  traces::Round round;
+  do {
+    round = begin_round(recorder);
+    traversal_.round(ray, state_, recorder);
+  } while (end_round(ray, round, recorder));
   if (!Recorder::kEnabled) state_.counters.skipped_events += state_.counters.visits() - visits_before;
   return {state_.colour, state_.transmittance};
-}
-
-/// Each round is a sample from the root: the nearest hit whose coin says that light stops there.
-template <typename Recorder>
-void RayTracer::trace_samples(const TraceRay& ray, Recorder& recorder) {
-  state_.coin.begin_ray(ray);
-  const float share = state_.transmittance / static_cast<float>(samples_);
-  unsigned passed = 0;  // samples that nothing stopped
-  for (unsigned sample = 0; sample < samples_; ++sample) {
-    traces::Round round = begin_round(recorder);
-    state_.coin.begin_sample(sample);
-    state_.looked_at.clear();
-    traversal_.round(ray, state_, recorder);
-    round.k_count = static_cast<std::uint16_t>(state_.k_buffer.size());
-    shading_.shade_sample(ray, share, state_, round, recorder);
-    recorder.end_round(round);
-    passed += round.k_count == 0 ? 1 : 0;
-  }
-  state_.transmittance = share * static_cast<float>(passed);
 }
 
 template <typename Recorder>

@@ -51,11 +51,8 @@ class RayTracer {
   traces::Round begin_round(Recorder& recorder);
   template <typename Recorder>
   bool end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder);
-  template <typename Recorder>
-  void trace_samples(const TraceRay& ray, Recorder& recorder);
 
   const bool checkpoint_;
-  const unsigned samples_;       ///< stochastic: rounds; 0: rounds go on until the ray ends
   const bool cull_before_;       ///< boxes that end before the last hit blended hold nothing new
   const bool replay_below_kth_;  ///< t_max of a round that begins with a full k-buffer
   RayState state_;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <glm/geometric.hpp>
 
-#include "grtx/base/error.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_watch.h"
@@ -58,31 +58,6 @@ template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRec
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, GroupRecorder&);
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, EncodingRecorder&);
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, RayWatch&);
-
-template <typename Recorder>
-void Shading::shade_sample(const TraceRay& ray, float share, RayState& state, traces::Round& round,
-                           Recorder& recorder) {
-  const KEntry* const hit = state.k_buffer.size() > 0 ? &state.k_buffer.back() : nullptr;
-  if (state.looked_at.size() > std::numeric_limits<decltype(round.processed_count)>::max()) {
-    throw Error("stochastic tracing", "a sample", "looks at more than 65535 hits");
-  }
-  round.processed_count = static_cast<std::uint16_t>(state.looked_at.size());
-  state.counters.processed += state.looked_at.size();
-  if (Recorder::kEnabled) {
-    for (const std::uint32_t id : state.looked_at) {
-      recorder.processed(records_.number(id), hit != nullptr && id == hit->id);
-    }
-  }
-  if (hit == nullptr) return;
-  state.colour += share * colour_of(*hit, records_.of(hit->id), ray, state.counters);
-  ++state.counters.blended;
-  if (blended_ids_ != nullptr) blended_ids_->push_back(hit->id);
-}
-
-template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, NullRecorder&);
-template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, GroupRecorder&);
-template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, EncodingRecorder&);
-template void Shading::shade_sample(const TraceRay&, float, RayState&, traces::Round&, RayWatch&);
 
 void Shading::prefetch_colours(const KBuffer& hits) const {
   const unsigned coefficients = scene_.sh_coefficients();

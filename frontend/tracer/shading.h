@@ -28,9 +28,6 @@ class Shading {
   /// The entries of the k-buffer, which are in order. Recorder: frontend/tracer/ray_recorder.h.
   template <typename Recorder>
   void blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder);
-  /// Stochastic: adds `share` of the colour of the sample's hit, if there is one.
-  template <typename Recorder>
-  void shade_sample(const TraceRay& ray, float share, RayState& state, traces::Round& round, Recorder& recorder);
 
  private:
   void prefetch_colours(const KBuffer& hits) const;

@@ -66,10 +66,8 @@ struct TracerOptions {
   PopTest pop_test = PopTest::on;
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< that of the Gaussians that are traced
-  Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest and stochastic need k = 1
+  Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   unsigned list_capacity = 1024;     ///< list: hits of a ray that its list holds; k must be the same
-  unsigned samples = 16;             ///< stochastic: rounds of a ray
-  std::uint32_t sample_seed = 1;     ///< stochastic: of the coins
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
   bool walk_blas = true;             ///< false: the hit function decides at the instance leaf, as no hardware does
@@ -77,6 +75,5 @@ struct TracerOptions {
 };
 
 inline constexpr unsigned kMaxK = 2048;
-inline constexpr unsigned kMaxSamples = 65536;
 
 }  // namespace grtx::frontend

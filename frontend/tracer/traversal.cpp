@@ -1,6 +1,5 @@
 #include "grtx/frontend/tracer/traversal.h"
 
-#include <cassert>
 #include <limits>
 
 #include "grtx/frontend/tracer/encoding_recorder.h"
@@ -11,10 +10,8 @@
 namespace grtx::frontend {
 namespace {
 
-// A root's boxes are never oriented.
 Box box_of_children(const NodeImage& image, std::uint32_t root) {
   const DecodedInternal node = image.decode_internal(root * image.sizes().unit());
-  assert(node.orientation == 0);
   Box box;
   for (unsigned i = 0; i < node.child_count; ++i) box.extend(node.boxes[i]);
   return box;
@@ -32,16 +29,13 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
       root_box_(box_of_children(structure.image, structure.root)),
       options_(options),
       test_children_(node_test(options.simd, layout_)),
-      policy_(structure, options),
+      policy_(options),
       object_(structure.gaussians, structure.world),
-      leaf_hits_(structure, options),
-      walk_(image_, walk_kernels(options.simd, layout_)),
-      walks_lists_(can_walk_lists(structure)) {}
+      leaf_hits_(structure, options) {}
 
 void Traversal::begin_ray(const TraceRay& ray) {
   memory_.clear();
   add_root(root_);
-  if (walks_lists_) walk_.begin_ray(root_);
   object_.begin_ray();
   leaf_hits_.begin_ray(ray);
   if (tracker_ != nullptr) tracker_->begin_ray();
@@ -63,7 +57,6 @@ void Traversal::miss_scene(RayState& state, Recorder& recorder) {
 
 template <typename Recorder>
 void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) {
-  if (!Recorder::kEnabled && walks_lists_) return walk_round(ray, state);
   traces::with_child_order(options_.child_order, [&]<typename Order>(Order) {
     stack_.clear();
     if (state.replay) return resume<Order>(ray, state, recorder);

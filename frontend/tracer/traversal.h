@@ -11,7 +11,6 @@
 #include "grtx/frontend/tracer/leaf_hits.h"
 #include "grtx/frontend/tracer/node_intersection.h"
 #include "grtx/frontend/tracer/ray_state.h"
-#include "grtx/frontend/tracer/ray_walk.h"
 #include "grtx/frontend/tracer/traced_structure.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/traversal_stack.h"
@@ -63,12 +62,6 @@ class Traversal {
   void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
 
-  // By lists of known nodes (list_traversal.cpp).
-  bool can_walk_lists(const TracedStructure& structure) const;
-  void walk_round(const TraceRay& ray, RayState& state);
-  void walk_leaf(const TraceRay& ray, RayState& state);
-  void take_hit(std::uint32_t link, RayState& state);
-
   /// Beyond which t the nodes at the entry are not visited in this round.
   float end_of(const StackEntry& entry, const RayState& state) const {
     return finish_instances_ && entry.in_blas() ? state.t_limit : state.t_max;
@@ -108,9 +101,6 @@ class Traversal {
   std::uint32_t instance_ = 0;  ///< being walked, link into memory_
   CurrentObject object_;
   LeafHits leaf_hits_;
-  /// In place of stack and memory, but for the hits, where can_walk_lists() and nobody asks for events.
-  RayWalk walk_;
-  const bool walks_lists_;
   VisitTracker* tracker_ = nullptr;
 };
 

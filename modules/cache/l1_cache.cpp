@@ -11,7 +11,6 @@ namespace grtx::modules {
 L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : L1CacheModule(name, clock, config.clients),
       config_(config),
-      others_(config.other_share, SharedResource::l1, config.sm),
       clients_(config.clients),
       waiting_(config.clients),
       response_due_(config.clients, kNever),
@@ -50,7 +49,7 @@ void L1Cache::restart(Caches caches) {
   assert(miss_queue_.empty() && leaving_lines_ == 0 && writes_pending_ == 0);
   tags_.restart(caches == Caches::warm);
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
-  for (Client& client : clients_) client.head = client.oldest_held = {};
+  for (Client& client : clients_) client.refused = {};
   std::fill(response_due_.begin(), response_due_.end(), kNever);
   first_client_ = 0;
   banks_taken_ = version_ = 0;
@@ -129,10 +128,6 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 // A client's port takes `width` requests a cycle, a bank one; clients are tried in priority order, so a bank goes to
 // the first.
 void L1Cache::take_requests(Cycle now) {
-  if (others_.takes(now)) {
-    next_request_ = now;
-    return;
-  }
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;
@@ -146,40 +141,21 @@ void L1Cache::take_from(Cycle now, unsigned i, bool& won) {
     won = true;
   };
   unsigned left = client.width;
-  while (left > 0 && !client.held.empty() && accept(now, client, client.oldest_held, client.held.front())) {
-    client.held.pop();
-    --left;
-    wins();
-  }
   for (; left > 0; --left) {
     const MemoryRequest* head = client.request.front(now);
     if (head == nullptr) break;
     MemoryRequest accepted = *head;
     accepted.client = static_cast<std::uint8_t>(i);
     accepted.sm = config_.sm;
-    if (accept(now, client, client.head, accepted)) {
-      wins();
-    } else if (client.head.at == version_ && may_wait_aside(client, accepted)) {
-      client.held.push(accepted);
-      client.head = {};
-    } else {
+    if (!accept(now, client, accepted)) {
       next_request_ = now;
       return;
     }
+    wins();
     client.request.pop(now);
-  }
-  if (!client.held.empty()) {
-    next_request_ = now;
-    return;
   }
   waiting_.popped(i, client.request);
   next_request_ = std::min(next_request_, client.request.next_visible());
-}
-
-// Only what nobody writes: a write behind it would be seen too early.
-bool L1Cache::may_wait_aside(const Client& client, const MemoryRequest& access) const {
-  return client.held.size() < config_.held_misses && !access.write &&
-         (is_node(access.region) || is_shader_data(access.region));
 }
 
 bool L1Cache::stall(L1Stall reason) {
@@ -187,12 +163,12 @@ bool L1Cache::stall(L1Stall reason) {
   return false;
 }
 
-bool L1Cache::refuse(Refusal& refusal, L1Stall reason) {
-  refusal = {version_, reason};
+bool L1Cache::refuse(Client& client, L1Stall reason) {
+  client.refused = {version_, reason};
   return stall(reason);
 }
 
-bool L1Cache::accept(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
+bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   assert(access.address % kSectorBytes == 0);
   // A blocked response port backs the hit pipeline up to the access port.
   if (client.hits.size() >= std::size_t{config_.latency} * client.width) return stall(L1Stall::response_port);
@@ -200,27 +176,26 @@ bool L1Cache::accept(Cycle now, Client& client, Refusal& refusal, const MemoryRe
   const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
   // A request that was refused is refused again as long as nothing has changed inside.
-  if (refusal.at == version_) return stall(refusal.reason);
-  const bool accepted =
-      access.write ? accept_write(now, client, refusal, access) : accept_read(now, client, refusal, access);
+  if (client.refused.at == version_) return stall(client.refused.reason);
+  const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
   if (accepted) {
     banks_taken_ |= bank;
-    refusal.at = kNever;
+    client.refused.at = kNever;
   }
   return accepted;
 }
 
-bool L1Cache::accept_read(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
+bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool hit = config_.perfect || (slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0);
   const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
   const bool miss = !hit && pending == MshrTable::kNone;
   if (miss) {
-    if (mshrs_.full()) return refuse(refusal, L1Stall::mshr_full);
-    if (!room_to_send(1)) return refuse(refusal, L1Stall::miss_queue_full);
+    if (mshrs_.full()) return refuse(client, L1Stall::mshr_full);
+    if (!room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
   } else if (!hit && mshrs_.merges_full(pending)) {
-    return refuse(refusal, L1Stall::merges_full);
+    return refuse(client, L1Stall::merges_full);
   }
 
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
@@ -250,7 +225,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, Refusal& refusal, const Mem
   return true;
 }
 
-bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access) {
+bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
   RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     answer_hit(now, client, access);
@@ -262,7 +237,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, Refusal& refusal, const Me
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone;
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
-  if (effect.forward && !room_to_send(1)) return refuse(refusal, L1Stall::miss_queue_full);
+  if (effect.forward && !room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
   if (effect.keep && !present && !room_for_victim(access.address)) {
     return stall(L1Stall::miss_queue_full);  // for this cycle: any access may change whose turn to go it is
   }
@@ -380,7 +355,7 @@ void L1Cache::count_mshr_cycles(Cycle now) {
 
 bool L1Cache::idle() const {
   const bool quiet = std::all_of(clients_.begin(), clients_.end(), [](const Client& c) {
-    return c.hits.empty() && c.fills.empty() && c.held.empty() && c.request.empty();
+    return c.hits.empty() && c.fills.empty() && c.request.empty();
   });
   return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_.empty();
 }
@@ -409,10 +384,6 @@ Inventory L1Cache::inventory() const {
        std::uint64_t{config_.mshr_entries} * (mshr_bits + std::uint64_t{config_.mshr_merges} * waiter_bits), 1, 1,
        false},
       {"miss_queue", StorageKind::ram, std::uint64_t{config_.miss_queue} * miss_bits, 1, 1, false}};
-  if (config_.held_misses > 0) {
-    inventory.storage.push_back({"held_misses", StorageKind::ram,
-                                 std::uint64_t{config_.clients} * config_.held_misses * miss_bits, 1, 1, false});
-  }
   if (writes_back_) {  // data, address, and which sectors are dirty
     const std::uint64_t line_bits =
         std::uint64_t{config_.geometry.line_bytes} * 8 + kAddressBits - 7 + config_.geometry.sectors();

@@ -23,7 +23,6 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/link_if.h"
-#include "grtx/modules/kernel/other_work.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -99,12 +98,10 @@ class L1Cache final : public L1CacheModule {
     unsigned mshr_entries = 256;
     unsigned mshr_merges = 8;
     unsigned miss_queue = 16;
-    unsigned held_misses = 0;
     PrivateWrites private_writes;
     unsigned write_back_buffer = 16;  ///< lines; there is none where nothing is ever dirty
     bool rotating_priority = true;    ///< first client tried = one after the last first winner; false: client 0 first
     bool perfect = false;             ///< nothing leaves the cache
-    double other_share = 0.0;         ///< of the cycles, in which it takes no request
     void parameters(ParameterList& list) {
       list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
       geometry.shape_parameters(list);
@@ -117,11 +114,6 @@ class L1Cache final : public L1CacheModule {
                kVulkanSim);
       list.add("miss_queue", miss_queue, {1, kMaxEntries}, "requests", "misses and writes waiting for the crossbar",
                kVulkanSim);
-      list.add("held_misses", held_misses, {0, kMaxEntries}, "requests",
-               "reads of a client's port that wait aside for an MSHR or the miss queue, so that hits behind them go "
-               "on; nodes and records only",
-               kOurs)
-          .came_later();
       private_writes.parameters(list);
       list.add("write_back_buffer", write_back_buffer, {1, kMaxEntries}, "lines",
                "dirty lines that have left and wait for the crossbar; with private_writes = write_back",
@@ -129,9 +121,6 @@ class L1Cache final : public L1CacheModule {
       list.add("rotating_priority", rotating_priority, "rotating priority of the clients; else node fetches first",
                kOurs);
       list.add("perfect", perfect, "every access hits (limit study)", kOurs);
-      list.add("other_share", other_share, OtherWork::kShares, "",
-               "cycles in which the L1 serves other work and takes no request", kOurs)
-          .came_later();
       list.rule(
           "bytes", [this] { return geometry.sets() >= 1; }, "must hold at least l1.ways lines of l1.line_bytes");
     }
@@ -175,12 +164,11 @@ class L1Cache final : public L1CacheModule {
   struct Client {
     LinkReader<MemoryRequest> request;
     LinkWriter<MemoryResponse> response;
-    RingQueue<Pending> hits;        ///< the hit pipeline
-    RingQueue<Pending> fills;       ///< released by fills and write acknowledgements
-    RingQueue<MemoryRequest> held;  ///< refused reads that let others pass
-    unsigned width = 1;             ///< sectors a cycle
-    unsigned hit_latency = 0;       ///< to entering the response link
-    Refusal head, oldest_held;
+    RingQueue<Pending> hits;   ///< the hit pipeline
+    RingQueue<Pending> fills;  ///< released by fills and write acknowledgements
+    unsigned width = 1;        ///< sectors a cycle
+    unsigned hit_latency = 0;  ///< to entering the response link
+    Refusal refused;           ///< of the request at the head
   };
 
   void end_of_elaboration() override;
@@ -190,12 +178,11 @@ class L1Cache final : public L1CacheModule {
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
   void take_from(Cycle now, unsigned client, bool& won);
-  bool may_wait_aside(const Client& client, const MemoryRequest& access) const;
-  bool accept(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
-  bool accept_read(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
-  bool accept_write(Cycle now, Client& client, Refusal& refusal, const MemoryRequest& access);
+  bool accept(Cycle now, Client& client, const MemoryRequest& access);
+  bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
+  bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
   bool stall(L1Stall reason);
-  bool refuse(Refusal& refusal, L1Stall reason);
+  bool refuse(Client& client, L1Stall reason);
   bool room_to_send(std::size_t entries) const {
     return miss_queue_.size() - leaving_sectors_ + entries <= config_.miss_queue;
   }
@@ -220,7 +207,6 @@ class L1Cache final : public L1CacheModule {
   void count_mshr_cycles(Cycle now);
 
   Config config_;
-  OtherWork others_;
   LinkWriter<MemoryRequest> down_;
   LinkReader<MemoryResponse> up_;
   std::vector<Client> clients_;

@@ -158,7 +158,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     if (mshrs_.full()) return stall(L2Stall::mshr_full);
     if (dram_queue_.size() >= config_.dram_queue) return stall(L2Stall::dram_queue);
     count_mshr_cycles(now);
-    dram_queue_.push({access.address, mshrs_.allocate(now, access.address, access), access.region, false});
+    dram_queue_.push({access.address, mshrs_.allocate(now, access.address, access), {access.sm, access.region}, false});
     ++region.misses;
   }
   ++region.reads;
@@ -204,7 +204,10 @@ SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local) {
   for (unsigned sector = 0; sector < config_.geometry.sectors(); ++sector) {
     if ((victim.dirty >> sector & 1) == 0) continue;
     const std::uint64_t evicted = victim.address + std::uint64_t{sector} * config_.geometry.sector_bytes;
-    dram_queue_.push({config_.interleave.global(evicted, config_.slice), kWriteBack, written_by_[slot], true});
+    dram_queue_.push({config_.interleave.global(evicted, config_.slice),
+                      kWriteBack,
+                      {RequestOrigin::kNobody, written_by_[slot]},
+                      true});
   }
   return slot;
 }
@@ -216,8 +219,8 @@ void L2Slice::send_dram(Cycle now) {
   const DramRequest head = dram_queue_.front();
   dram_queue_.pop();
   ++(head.write ? counters_.dram_writes : counters_.dram_reads);
-  ++(head.write ? counters_.dram_writes_of : counters_.dram_reads_of)[index(head.region)];
-  dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context);
+  ++(head.write ? counters_.dram_writes_of : counters_.dram_reads_of)[index(head.origin.region)];
+  dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context, head.origin);
 }
 
 void L2Slice::send_reply(Cycle now) {

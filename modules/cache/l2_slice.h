@@ -154,7 +154,7 @@ class L2Slice final : public L2SliceModule {
   struct DramRequest {
     std::uint64_t address = 0;
     std::uint32_t context = 0;
-    Region region = Region::tlas;
+    RequestOrigin origin;
     bool write = false;
   };
 

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/tlm/origin_extension.h"
 
 namespace grtx::modules {
 
@@ -13,9 +14,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     : ClockedModule(name, clock), sockets("socket", config.interleave.slices), config_(config) {
   config.interleave.check();
   for (unsigned i = 0; i < config.interleave.dram_channels(); ++i) {
-    DramChannelConfig channel = config.channel;
-    channel.number = i;
-    channels_.emplace_back(channel, config.interleave.slices_a_channel());
+    channels_.emplace_back(config.channel, config.interleave.slices_a_channel());
   }
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     port_of(i).socket = i;
@@ -134,7 +133,8 @@ void Dram::take_arrival(Channel& channel, Cycle now) {
   if (channel.held) return;  // next_due() books the clock of the next attempt
   const AddressInterleave& map = config_.interleave;
   channel.channel.enqueue(now, reinterpret_cast<std::uintptr_t>(port.arriving),
-                          map.in_channel(map.local(payload.get_address()), port.socket), bytes, payload.is_write());
+                          map.in_channel(map.local(payload.get_address()), port.socket), bytes, payload.is_write(),
+                          origin_of(payload));
   channel.turn = (channel.turn + 1) % ports;
   end_request(port, ::tlm::TLM_OK_RESPONSE);
 }

@@ -56,6 +56,13 @@ struct MemoryRequest {
   bool write_back : 1 = false;  ///< a write of the L1's own: no client waits for it
 };
 
+/// Who asks a memory, and for what.
+struct RequestOrigin {
+  static constexpr std::uint8_t kNobody = 255;
+  std::uint8_t sm = kNobody;  ///< kNobody: a cache writes a line back, or the initiator does not say
+  Region region = Region::tlas;
+};
+
 struct MemoryResponse {
   std::uint64_t address = 0;
   std::uint32_t tag = 0;

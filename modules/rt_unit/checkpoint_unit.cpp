@@ -59,13 +59,7 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
           .largest(&C::max_entries, "max_entries", "entries", "most entries one lane wrote in one round")
           .sum(&C::blocked_cycles, "blocked_cycles", "cycles", "cycles in which lanes waited to hand over entries")
           .sum(&C::acknowledged)
-          .sum(&C::returned)
-          .sum(&C::store_returned)
-          .when([](const C& c) { return c.store_written > 0; })
-          .sum(&C::store_written, "store_written", "entries",
-               "checkpoint entries written to the private store of the RT unit, in place of memory")
-          .sum(&C::store_read, "store_read", "entries",
-               "checkpoint entries read from the private store of the RT unit");
+          .sum(&C::returned);
   return table;
 }
 
@@ -80,11 +74,8 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
       lanes_(std::size_t{entries} * kMaxLanes),
       submitted_(std::size_t{entries} * kMaxLanes),
       reads_(std::size_t{entries} * kMaxLanes),
-      writes_(config.write_queue > 0 ? config.write_queue : 1),
-      store_reads_(std::size_t{entries} * kMaxLanes),
-      store_returns_(std::size_t{entries} * kMaxLanes) {
+      writes_(config.write_queue > 0 ? config.write_queue : 1) {
   require_allowed("rt.checkpoint", config);
-  require_allowed("rt.private_store", config.store);
   if (map.checkpoint_entry_bytes() != config.entry_bytes) {
     throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
   }
@@ -128,13 +119,8 @@ bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
   while (lane.pending > 0) {
-    const bool stored = layout_.next_is_stored(lane.place);
-    if (budget == 0 || (stored ? store_written_ : writes_.room() < layout_.most_sectors())) return false;
+    if (budget == 0 || writes_.room() < layout_.most_sectors()) return false;
     const CheckpointLayout::Sectors sectors = layout_.append(lane.place);
-    if (stored) {
-      store_written_ = true;  // one port to write
-      ++counters_.store_written;
-    }
     for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
     if (sectors.straddles) ++counters_.straddling_written;
     ++counters_.entries_written;
@@ -156,10 +142,6 @@ bool CheckpointUnit::read(LaneId id) {
   lane.to_read = layout_.read(lane.place);
   ++counters_.entries_read;
   if (lane.to_read.straddles) ++counters_.straddling_read;
-  if (lane.to_read.stored) {
-    store_reads_.push(id);
-    return false;
-  }
   if (lane.to_read.count == 0) return true;
   lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
@@ -173,23 +155,7 @@ bool CheckpointUnit::write_waits(std::uint64_t sector) const {
   return false;
 }
 
-// What comes from the store comes behind this cycle's responses of the memory.
-void CheckpointUnit::read_store(Cycle now) {
-  while (!store_returns_.empty() && store_returns_.front().due <= now) {
-    const LaneId id = store_returns_.front().lane;
-    store_returns_.pop();
-    ++counters_.store_returned;
-    client_->entry_read(id);
-  }
-  for (unsigned i = 0; i < config_.store.read_ports && !store_reads_.empty(); ++i) {
-    store_returns_.push({now + config_.store.latency, store_reads_.front()});
-    store_reads_.pop();
-    ++counters_.store_read;
-  }
-}
-
 void CheckpointUnit::issue(Cycle now) {
-  if (lanes_at_store() > 0) read_store(now);
   if ((reads_.empty() && writes_.empty()) || !requests_.can_push(now)) return;
   MemoryRequest message;
   message.region = Region::checkpoint;
@@ -233,7 +199,6 @@ void CheckpointUnit::respond(Cycle now) {
 }
 
 void CheckpointUnit::accept(Cycle) {
-  store_written_ = false;
   if (submitted_.empty()) return;
   unsigned budget = config_.lanes;
   while (!submitted_.empty() && take(submitted_.front(), budget)) {
@@ -265,11 +230,6 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   if (config.read_buffer)
     storage.push_back({"read_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
   if (header.checkpoint_bins != 0) add_bins(config, lanes, header, inventory);
-  if (const CheckpointStoreConfig& store = config.store; store.entries > 0) {
-    const std::uint64_t places = 2ull * store.entries * store.warps * kMaxLanes;
-    storage.push_back({"private_store", StorageKind::ram, places * entry_bits, store.read_ports, 1, false, entry_bits});
-    storage.push_back({"store_reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
-  }
   // Heads and levels of the queues of rays, head, level and full bits of the write queue, requests that are out,
   // whether the first of two sectors has been sent, and a bit a ray: two responses are missing (checkpoint_unit.sv).
   const unsigned ray_bits = static_cast<unsigned>(std::bit_width(lanes - 1));
@@ -303,8 +263,7 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
 
 void CheckpointUnit::dump_state(std::ostream& out) const {
   out << name() << ": " << submitted_.size() << " lanes handing over, " << reads_.size() << " lanes to read, "
-      << writes_.size() << " sectors to write, " << outstanding_ << " requests outstanding, " << lanes_at_store()
-      << " lanes at the private store\n";
+      << writes_.size() << " sectors to write, " << outstanding_ << " requests outstanding\n";
 }
 
 }  // namespace grtx::modules

@@ -27,7 +27,6 @@ struct CheckpointCounters {
   std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;
   std::uint64_t acknowledged = 0, returned = 0;  ///< responses to writes and reads
   std::uint64_t straddling_written = 0, straddling_read = 0;
-  std::uint64_t store_written = 0, store_read = 0, store_returned = 0;
   std::uint64_t max_entries = 0, blocked_cycles = 0;
   static const CounterTable<CheckpointCounters>& table();
   void add(const CheckpointCounters& other) { table().add(*this, other); }
@@ -40,8 +39,6 @@ class CheckpointState {
   virtual std::size_t lanes_submitting() const = 0;
   virtual std::size_t lanes_reading() const = 0;                  ///< with sectors to request
   virtual std::size_t writes_queued() const = 0;                  ///< sectors
-  virtual bool has_store() const = 0;                             ///< the private store
-  virtual std::size_t lanes_at_store() const = 0;                 ///< that wait for one of its entries
   virtual std::uint64_t outstanding() const = 0;                  ///< requests sent, not answered
   virtual std::uint32_t source_offset(LaneId id) const = 0;       ///< entries read in the round
   virtual std::uint32_t destination_offset(LaneId id) const = 0;  ///< entries written in the round
@@ -77,20 +74,15 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
   void accept(Cycle now) override;
 
-  bool busy() const override {
-    return !submitted_.empty() || !reads_.empty() || !writes_.empty() || lanes_at_store() > 0;
-  }
+  bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
   bool idle() const override { return !busy() && outstanding_ == 0; }
   std::uint64_t progress() const override {
-    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned +
-           counters_.store_written + counters_.store_returned;
+    return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
   void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const override { return submitted_.size(); }
   std::size_t lanes_reading() const override { return reads_.size(); }
   std::size_t writes_queued() const override { return writes_.size(); }
-  bool has_store() const override { return config_.store.entries > 0; }
-  std::size_t lanes_at_store() const override { return store_reads_.size() + store_returns_.size(); }
   std::uint64_t outstanding() const override { return outstanding_; }
   std::uint32_t source_offset(LaneId id) const override { return lanes_[id].place.read; }
   std::uint32_t destination_offset(LaneId id) const override { return lanes_[id].place.written; }
@@ -110,7 +102,6 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
-  void read_store(Cycle now);
   bool write_waits(std::uint64_t sector) const;
 
   Config config_;
@@ -125,13 +116,6 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   BoundedQueue<LaneId> submitted_;
   BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
   BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
-  struct StoreReturn {
-    Cycle due = 0;
-    LaneId lane = 0;
-  };
-  BoundedQueue<LaneId> store_reads_;         ///< lanes whose entry is to be read from the private store
-  BoundedQueue<StoreReturn> store_returns_;  ///< and those whose entry comes from it
-  bool store_written_ = false;               ///< in the present cycle
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -98,10 +98,6 @@ Inventory intersection_inventory(const char* name, const IntersectionUnit::Confi
     inventory.operators.push_back(std::move(o));
   }
   inventory.storage.push_back({"queue", StorageKind::ram, lanes * 8, 1, 1, false, 8});  // lane numbers
-  if (path.table_bits > 0) {
-    inventory.storage.push_back(
-        {"rotations", StorageKind::ram, path.table_bits, config.count, 0, false, path.table_word_bits});
-  }
   // Registers between stages: as many bits a stage as the operators work on, one stage a cycle of latency, one test in
   // each `interval` stages.
   const std::uint64_t stages = (config.latency + config.interval - 1) / config.interval;
@@ -120,9 +116,7 @@ void IntersectionUnit::dump_state(std::ostream& out) const {
 // 5 the sphere, 1,248 in 3 the transform (Yosys, a register after each operator).
 // Decoding of a code, origin + q 2^e: 8 bits become a float whose exponent is theirs plus e (a normalising shifter of
 // four 8-bit multiplexer stages, an 8-bit adder), then one addition; 192 register bits a box and stage (six bounds).
-// Rotating: two 3x3 products, 9 mul and 6 add each, six additions that widen, three reciprocals. The table of layout
-// obb: 104 matrices of nine entries, a sign, an integer bit and 10 fraction bits each.
-DataPath ray_box_path(unsigned boxes, bool decoded, bool rotated) {
+DataPath ray_box_path(unsigned boxes, bool decoded) {
   // Optimal sorting networks for 1..8 inputs (Knuth, The Art of Computer Programming 3, 5.3.4).
   constexpr std::uint64_t kExchanges[9] = {0, 0, 1, 3, 5, 9, 12, 16, 19};
   const std::uint64_t n = boxes;
@@ -135,13 +129,6 @@ DataPath ray_box_path(unsigned boxes, bool decoded, bool rotated) {
     path.operators.push_back({"mux", 8, 4 * 6 * n});
     path.operators.push_back({"int_add", 8, 6 * n});
     path.operators.push_back({"fp_add", 32, 6 * n});
-  }
-  if (rotated) {
-    path.operators.push_back({"fp_mul", 32, 18});
-    path.operators.push_back({"fp_add", 32, 18});
-    path.operators.push_back({"fp_reciprocal", 32, 3});
-    path.table_word_bits = 9 * 12;
-    path.table_bits = 104 * path.table_word_bits;
   }
   return path;
 }

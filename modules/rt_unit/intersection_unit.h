@@ -20,8 +20,6 @@ namespace grtx::modules {
 struct DataPath {
   std::vector<Operators> operators;  ///< of a test a cycle
   unsigned stage_bits = 0;           ///< register bits between two stages, mean
-  std::uint64_t table_bits = 0;      ///< of constants that every pipeline reads
-  unsigned table_word_bits = 0;
 };
 
 /// What shows of an intersection unit of the project's, in SystemC or RTL, after a cycle.
@@ -115,9 +113,8 @@ Inventory intersection_inventory(const char* name, const IntersectionUnit::Confi
                                  std::uint64_t lanes);
 
 /// From the counts of published data paths; registers as synthesised with one cut after each operator.
-/// Slab tests of all children and their sort by t. decoded: from their codes, which the unit decodes first. rotated:
-/// in the frame that the node names, into which the unit rotates the ray first.
-DataPath ray_box_path(unsigned boxes, bool decoded = false, bool rotated = false);
+/// Slab tests of all children and their sort by t. decoded: from their codes, which the unit decodes first.
+DataPath ray_box_path(unsigned boxes, bool decoded = false);
 DataPath ray_triangle_path();   ///< Moeller-Trumbore
 DataPath ray_sphere_path();     ///< unit sphere at the origin
 DataPath ray_transform_path();  ///< affine transform of origin and direction

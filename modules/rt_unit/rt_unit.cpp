@@ -28,7 +28,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("memory", memory);
   list.part("any_hit", any_hit);
   list.part("checkpoint", checkpoint);
-  list.part("private_store", checkpoint.store);
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
     prefetcher.parameters(prefetch);
@@ -38,10 +37,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
             from_public("UBC 2024 and Arches test a whole node, Vortex one child"));
     ray_box.parameters(box, "ray-box", kTreeTraversal);
-    box.add("rotate_latency", box_rotate_latency, {0, kMaxLatency}, "cycles",
-            "of layout obb: the ray is rotated into the node's frame, before latency",
-            assumed("as the ray-transform unit, whose operators it has"))
-        .came_later();
     box.add("implementation", box_implementation, kUnitImplementations, kOurs).came_later();
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
@@ -108,7 +103,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
     return made(factory, of, context_,
                 [&](const char* name) { return std::make_unique<IntersectionUnit>(name, config, entries, path); });
   };
-  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box_of(header), config_.box_path(header));
+  ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box, config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else if (!traces::has_box_leaves(header.accel)) {

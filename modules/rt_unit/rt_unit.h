@@ -88,21 +88,14 @@ struct RtUnitConfig {
   /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit takes the matrix, too.
   bool quadric = false;
   bool box_op_per_child = false;
-  unsigned box_rotate_latency = 6;  ///< of layout obb, before the ray-box unit's own
   AnyHitCollector::Config any_hit;
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
-  /// The ray-box unit that a trace with this header meets: where boxes are oriented, it rotates the ray first.
-  IntersectionUnit::Config ray_box_of(const traces::Header& header) const {
-    IntersectionUnit::Config unit = ray_box;
-    if (header.node_sizes().oriented()) unit.latency += box_rotate_latency;
-    return unit;
-  }
-  /// And what a pipeline of it is made of.
+  /// What a pipeline of the ray-box unit is made of for a trace with this header.
   DataPath box_path(const traces::Header& header) const {
     const traces::NodeSizes sizes = header.node_sizes();
-    return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced(), sizes.oriented());
+    return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced());
   }
   /// Whether anything of a trace with this header is prefetched.
   bool has_prefetcher(const traces::Header&) const { return sibling_prefetch; }

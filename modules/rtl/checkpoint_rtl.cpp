@@ -1,11 +1,6 @@
-// The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, or of
-// checkpoint_bins_unit.sv where the trace has checkpoint bins, and back.
+// The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, and back.
 // What the trace does not hold, the bytes and t of entries, is made here, and what the block returns is checked against
 // it. Compiled only where Verilator was found. docs/model/rtl_bridge.md has every pin.
-#include <Vcheckpoint_bins_faults.h>
-#include <Vcheckpoint_bins_faults___024root.h>
-#include <Vcheckpoint_bins_lanes4.h>
-#include <Vcheckpoint_bins_lanes4___024root.h>
 #include <Vcheckpoint_faults.h>
 #include <Vcheckpoint_faults___024root.h>
 #include <Vcheckpoint_lanes32.h>
@@ -27,7 +22,6 @@
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/bin_distances.h"
 #include "grtx/modules/rtl/clocked_model.h"
 #include "grtx/modules/rtl/intersection_operands.h"
 #include "grtx/modules/rtl/rtl_fault.h"
@@ -41,6 +35,10 @@ constexpr unsigned kEntryBytes = 28;                        ///< most
 static_assert(std::endian::native == std::endian::little);  // wide pins are words, the lowest first
 constexpr std::uint32_t kInfinity = 0x7f800000;
 
+/// fp32, as bits.
+struct EntryTimes {
+  std::uint32_t t = 0, t_min = 0, t_max = 0;
+};
 /// What a ray hands over, as bytes: the entry and the t values it is validated with.
 struct EntryBits {
   std::array<std::uint8_t, kEntryBytes> bytes{};
@@ -78,17 +76,7 @@ std::string hexadecimal(std::uint64_t value) {
   return "0x" + text;
 }
 
-/// As wide as a pin that holds a number for each ring.
-template <typename Model>
-auto rings_of(Model& model) {
-  if constexpr (requires { model.leave_head; }) {
-    return model.leave_head;
-  } else {
-    return 0;
-  }
-}
-
-/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it, or checkpoint_bins_unit.sv.
+/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it.
 template <typename Model, unsigned kLanes>
 class CheckpointRtl final : public CheckpointModule, public CheckpointState, public RtlSignals {
  public:
@@ -114,52 +102,28 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.cfg_write_combine = config_.write_combine;
     pins.cfg_read_buffer = config_.read_buffer;
     pins.cfg_base0 = base_;
-    if constexpr (kBins) {
-      pins.cfg_stride = static_cast<std::uint32_t>(map_.checkpoint_bin(first, 1) - base_);
-    } else {
-      pins.cfg_entry_bytes = static_cast<std::uint8_t>(config_.entry_bytes);
-      pins.cfg_base1 = map_.checkpoint_entry(first, 1, 0);
-    }
+    pins.cfg_entry_bytes = static_cast<std::uint8_t>(config_.entry_bytes);
+    pins.cfg_base1 = map_.checkpoint_entry(first, 1, 0);
     pins.cfg_size = static_cast<std::uint16_t>(rt.header.checkpoint_capacity);
     if constexpr (requires { pins.fault; }) pins.fault = static_cast<std::uint8_t>(options.fault);
     model_.reset();
   }
 
   void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays, std::uint32_t,
-                  const traces::Ray& of) override {
+                  const traces::Ray&) override {
     Ray& ray = rays_[id];
     const std::size_t number = std::size_t{slot} * kMaxLanes + lane_of(id);
-    if constexpr (kBins) {
-      if (ray.begun) leave(id);
-      if (resident_.size() <= number) resident_.resize(number + 1, Resident(header_));
-      if (const Resident& before = resident_[number]; before.at != kNowhere) leave(before.at);
-    }
     ray = {};
-    ray.begun = true;
-    ray.number = number;
     ray.offset = first_byte(map_.ray_slot(sm_, slot, lane_of(id))) - base_;
     ray.parity = (round & 1) != 0;
-    if constexpr (!kBins) {
-      if (generations_.size() < (number + 1) * 2) generations_.resize((number + 1) * 2);
-      generations_[number * 2 + (round & 1)] = ++last_generation_;
-      ray.destination = last_generation_;
-      ray.source = generations_[number * 2 + ((round & 1) ^ 1)];
-    }
+    if (generations_.size() < (number + 1) * 2) generations_.resize((number + 1) * 2);
+    generations_[number * 2 + (round & 1)] = ++last_generation_;
+    ray.destination = last_generation_;
+    ray.source = generations_[number * 2 + ((round & 1) ^ 1)];
     Model& pins = disturbed();
     pins.begin_valid = 1;
     pins.begin_ray = id;
     pins.begin_replay = replays;
-    if constexpr (kBins) {
-      Resident& lists = resident_[number];
-      if (round == 0) lists.ray.begin_ray(of, ++last_generation_);
-      lists.ray.begin_round(round);
-      lists.at = id;
-      pins.begin_enter = lists.ray.enter();
-      pins.begin_t_max = lists.ray.last_t_max();
-      pins.begin_head = lists.head;
-      pins.begin_held = lists.held;
-      pins.begin_far = lists.far;
-    }
     clock();
     pins.begin_valid = 0;
   }
@@ -173,16 +137,9 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.submit_entries = static_cast<std::uint8_t>(entries);
     pins.submit_last = last;
     Ray& ray = rays_[id];
-    if constexpr (kBins) {
-      if (noise_ != 0) probe(id);
-    }
     model_.settle();
-    if constexpr (!kBins) {
-      if (pins.submit_overflow) CheckpointLayout::refuse("writes");
-      counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, pins.submit_end);
-    } else {
-      counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, ray.written + entries);
-    }
+    if (pins.submit_overflow) CheckpointLayout::refuse("writes");
+    counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, pins.submit_end);
     const bool waits = pins.submit_wait;
     if (waits) {
       ray.pending = static_cast<std::uint8_t>(entries);
@@ -198,18 +155,12 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = disturbed();
     pins.read_valid = 1;
     pins.read_ray = id;
-    if constexpr (kBins) look_for_next(id);
     model_.settle();
     if (pins.read_refused) CheckpointLayout::refuse("reads");
     ++counters_.entries_read;
-    if constexpr (kBins) {
-      if (pins.read_beyond) refuse(id, "a source entry that may lie up to t_max must be read");
-      expect(id);
-    } else {
-      if (pins.read_straddles) ++counters_.straddling_read;
-      look();  // this read may be the next at the front
-      model_.settle();
-    }
+    if (pins.read_straddles) ++counters_.straddling_read;
+    look();  // this read may be the next at the front
+    model_.settle();
     const bool done = pins.read_done;
     if (done) take_part();
     clock();
@@ -287,14 +238,11 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const LaneId id = items_[i];
       Ray& ray = rays_[id];
       if (get_bits(pins.item_entry, i, 1) != 0) {
-        if constexpr (kBins) put_into_bin(i);
         --ray.pending;
         ++ray.written;
         ++counters_.entries_written;
       }
-      if constexpr (!kBins) {
-        if (get_bits(pins.item_straddles, i, 1) != 0) ++counters_.straddling_written;
-      }
+      if (get_bits(pins.item_straddles, i, 1) != 0) ++counters_.straddling_written;
       if (get_bits(pins.item_done, i, 1) != 0) {
         ray.submitted = false;
         done[count++] = id;
@@ -326,101 +274,60 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::size_t lanes_submitting() const override { return model_->submitted_level; }
   std::size_t lanes_reading() const override { return model_->reads_level; }
   std::size_t writes_queued() const override { return model_->writes_level; }
-  bool has_store() const override { return false; }
-  std::size_t lanes_at_store() const override { return 0; }
   std::uint64_t outstanding() const override { return model_->outstanding; }
   std::uint32_t source_offset(LaneId id) const override {
-    if constexpr (kBins)
-      return rays_[id].asked;
-    else
-      return model_->rootp->checkpoint_unit__DOT__source_offset[id];
+    return model_->rootp->checkpoint_unit__DOT__source_offset[id];
   }
   std::uint32_t destination_offset(LaneId id) const override {
-    if constexpr (kBins)
-      return rays_[id].written + rays_[id].pending;
-    else
-      return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
+    return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
   }
   const CheckpointCounters& counters() const override { return counters_; }
 
   const std::vector<RtlSignal>& rtl_signals() const override {
     static const std::vector<RtlSignal> signals = {
-        {"clk_edges", 32},
-        {"req_valid"},
-        {"req_write"},
-        {"req_address", 48},
-        {"item_valid", kLanes},
-        {"item_ready", kLanes},
-        {"item_done", kLanes},
-        {"item_beyond", kLanes},
-        kBins ? RtlSignal{"item_bin", kLanes * kBinBits} : RtlSignal{"item_straddles", kLanes},
-        {"submitted_head", 10},
-        {"reads_head", 10},
-        {"write_head", 6},
-        {kBins ? "read_bin" : "next_second", kBins ? kBinBits : 1}};
+        {"clk_edges", 32},      {"req_valid"},           {"req_write"},
+        {"req_address", 48},    {"item_valid", kLanes},  {"item_ready", kLanes},
+        {"item_done", kLanes},  {"item_beyond", kLanes}, {"item_straddles", kLanes},
+        {"submitted_head", 10}, {"reads_head", 10},      {"write_head", 6},
+        {"next_second"}};
     return signals;
   }
   std::uint64_t rtl_value(std::size_t index, Cycle now) const override {
     const auto& root = *model_->rootp;
-    const auto of = [&](const auto& submitted, const auto& reads, const auto& writes) -> std::uint64_t {
-      return index == 9 ? submitted : index == 10 ? reads : writes;
-    };
     switch (index) {
       case 0:
         return model_.edges();
       case 9:
+        return root.checkpoint_unit__DOT__submitted_head;
       case 10:
+        return root.checkpoint_unit__DOT__reads_head;
       case 11:
-        if constexpr (kBins) {
-          return of(root.checkpoint_bins_unit__DOT__submitted_head, root.checkpoint_bins_unit__DOT__reads_head,
-                    root.checkpoint_bins_unit__DOT__write_head);
-        } else {
-          return of(root.checkpoint_unit__DOT__submitted_head, root.checkpoint_unit__DOT__reads_head,
-                    root.checkpoint_unit__DOT__write_head);
-        }
+        return root.checkpoint_unit__DOT__write_head;
       case 12:
-        if constexpr (kBins)
-          return model_->read_bin;
-        else
-          return root.checkpoint_unit__DOT__next_second;
+        return root.checkpoint_unit__DOT__next_second;
       default:
         return shown_in_ == now ? shown_[index] : 0;
     }
   }
 
  private:
-  static constexpr bool kBins = requires(Model & model) { model.cfg_stride; };
-  static constexpr unsigned kRayBits = 10, kTagBits = kBins ? kRayBits : kRayBits + 1;
-  static constexpr unsigned kBinBits = 3, kNearBins = CheckpointRtlLimits::kBins;
-  static constexpr LaneId kNowhere = 0xffff;
+  static constexpr unsigned kRayBits = 10, kTagBits = kRayBits + 1;
   static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
 
   struct Ray {
-    bool begun = false;        ///< a round
-    std::size_t number = 0;    ///< of the ray among the resident ones
     std::uint64_t offset = 0;  ///< of its buffers, from the bases
     bool parity = false;
     std::uint64_t source = 0, destination = 0;  ///< generations
     std::uint32_t written = 0;                  ///< entries taken in the round
     std::uint8_t pending = 0;                   ///< entries submitted, not taken
     bool last = false;
-    bool submitted = false;  ///< and not done
-    std::uint32_t asked = 0, arrived = 0;
+    bool submitted = false;     ///< and not done
+    std::uint32_t arrived = 0;  ///< source entries
     std::uint32_t part_mask = 0;
-    BinnedRay::Entry expected{};  ///< bins: of the entry that is read
     std::array<std::uint8_t, kEntryBytes> part{};
   };
   struct Sector {
     std::array<std::uint8_t, kSectorBytes> bytes{};
-  };
-  using Places = std::decay_t<decltype(rings_of(std::declval<Model&>()))>;
-  /// Bins: what a resident ray has between its rounds.
-  struct Resident {
-    explicit Resident(const traces::Header& header) : ray(header.checkpoint_bins, header.checkpoint_capacity) {}
-    BinnedRay ray;
-    LaneId at = kNowhere;  ///< the block has its lists
-    Places head{}, held{};
-    std::uint16_t far = 0;
   };
 
   void end_of_elaboration() override {
@@ -435,95 +342,11 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
   void clock() { model_.edge(); }
 
-  /// First byte of a resident ray's buffers, or bins.
-  std::uint64_t first_byte(std::uint64_t ray_slot) const {
-    return kBins ? map_.checkpoint_bin(ray_slot, 0) : map_.checkpoint_entry(ray_slot, 0, 0);
-  }
-
-  // Bins.
-  /// Takes the lists of a ray out of the block. What they hold, and what its round has not read, must be the trace's.
-  void leave(LaneId id) {
-    Resident& ray = resident_[rays_[id].number];
-    Model& pins = disturbed();
-    pins.leave_ray = id;
-    pins.read_ray = id;
-    const bool more = ray.ray.more();
-    pins.read_t_max = more ? ray.ray.falling_short() : kInfinity;
-    model_.settle();
-    if (pins.read_refused == more || (more && pins.read_t_max != 0 && !pins.read_beyond)) {
-      refuse(id, more ? "what its round has not read must stay" : "its round has read all that it may");
-    }
-    const traces::CheckpointBins& places = ray.ray.places();
-    for (unsigned bin = 0; bin < places.count(); ++bin) {
-      const std::uint64_t held = get_bits(pins.leave_held, bin * 16, 16);
-      if ((held == 0) != places.empty(bin)) refuse(id, "bin " + std::to_string(bin) + " holds " + std::to_string(held));
-    }
-    ray.head = pins.leave_head;
-    ray.held = pins.leave_held;
-    ray.far = pins.leave_far;
-    ray.at = kNowhere;
-    rays_[id].begun = false;
-  }
-  /// The ring of an entry with any t, which is not handed over.
-  void probe(LaneId id) {
-    Model& pins = model_.pins();
-    const auto [times, bin] = resident_[rays_[id].number].ray.probe(noise_);
-    put_bits(pins.item_ray, 0, kRayBits, id);
-    set_times(0, times);
-    model_.settle();
-    const int chosen = pins.item_overflow & 1 ? kNoBin : static_cast<int>(get_bits(pins.item_bin, 0, kBinBits));
-    if (chosen != bin) wrong_bin(id, times, chosen, bin);
-  }
-  [[noreturn]] void wrong_bin(LaneId id, const EntryTimes& times, int chosen, int bin) const {
-    const auto name = [](int of) { return of == kNoBin ? std::string("none") : std::to_string(of); };
-    refuse(id, "an entry of t = " + hexadecimal(times.t) + " with t_max = " + hexadecimal(times.t_max) +
-                   " goes to bin " + name(chosen) + " in place of " + name(bin));
-  }
-  /// Offers the entry with the next bin of the trace. Its bytes are made here.
-  void offer_binned(unsigned item, LaneId id) {
-    offers_[item] = resident_[rays_[id].number].ray.offer();
-    set_times(item, offers_[item].times);
-    std::memcpy(&model_.pins().item_data[item * 2], offers_[item].entry.data(), sizeof offers_[item].entry);
-  }
-  /// The block has taken that entry.
-  void put_into_bin(unsigned item) {
-    const Model& pins = model_.pins();
-    const BinnedRay::Offer& offer = offers_[item];
-    const auto bin = get_bits(pins.item_bin, item * kBinBits, kBinBits);
-    if (get_bits(pins.item_overflow, item, 1) != 0)
-      wrong_bin(items_[item], offer.times, kNoBin, static_cast<int>(offer.bin));
-    if (bin != offer.bin) {
-      wrong_bin(items_[item], offer.times, static_cast<int>(bin), static_cast<int>(offer.bin));
-    }
-    resident_[rays_[items_[item]].number].ray.take(offer);
-  }
-  /// A t_max that the ray's next source entry does not lie beyond; and one that it does, which is answered, too.
-  void look_for_next(LaneId id) {
-    Model& pins = model_.pins();
-    BinnedRay& ray = resident_[rays_[id].number].ray;
-    if (!ray.more()) CheckpointLayout::refuse("reads");
-    if (noise_ != 0) {
-      pins.read_t_max = ray.falling_short();
-      pins.read_valid = 0;
-      model_.settle();
-      if (pins.read_t_max != 0 && !pins.read_beyond) refuse(id, "what lies beyond t_max must stay");
-      pins.read_valid = 1;
-    }
-    pins.read_t_max = ray.reaching_t_max();
-  }
-  void expect(LaneId id) {
-    Ray& ray = rays_[id];
-    ++ray.asked;
-    ray.expected = resident_[ray.number].ray.read();
-  }
+  /// First byte of a resident ray's buffers.
+  std::uint64_t first_byte(std::uint64_t ray_slot) const { return map_.checkpoint_entry(ray_slot, 0, 0); }
 
   /// With the transfer at the pins the entry is complete.
-  bool part_done() const {
-    if constexpr (kBins)
-      return model_->part_valid;
-    else
-      return model_->part_valid && model_->part_done;
-  }
+  bool part_done() const { return model_->part_valid && model_->part_done; }
 
   /// The pins, perhaps after edges without a transfer, with arbitrary values where nothing is valid.
   Model& disturbed() {
@@ -536,17 +359,6 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       pins.begin_replay = noise_ >> 20 & 1;
       pins.submit_entries = noise_ >> 21 & 255;
       pins.submit_last = noise_ >> 29 & 1;
-      if constexpr (kBins) {
-        pins.begin_enter = static_cast<std::uint32_t>(mixed(noise_ + 1));
-        pins.begin_t_max = static_cast<std::uint32_t>(mixed(noise_ + 2));
-        pins.read_t_max = static_cast<std::uint32_t>(mixed(noise_ + 3));
-        pins.begin_far = noise_ >> 30 & 2047;
-        for (unsigned bin = 0; bin <= kNearBins; ++bin) {
-          put_bits(pins.begin_head, bin * 16, 16, noise_ >> bin);
-          put_bits(pins.begin_held, bin * 16, 16, noise_ >> 2 * bin);
-        }
-        pins.leave_ray = ray;
-      }
       pins.rsp_tag = ray;
       pins.rsp_write = noise_ >> 30 & 1;
       for (unsigned i = 0; i < kSectorBytes * 8; i += 64) put_bits(pins.rsp_data, i, 64, mixed(noise_ + i));
@@ -556,7 +368,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         put_bits(pins.item_entry, i, 1, more >> 20);
         put_bits(pins.item_end, i, 1, more >> 21);
         put_bits(pins.item_last, i, 1, more >> 22);
-        if constexpr (!kBins) put_bits(pins.item_parity, i, 1, more >> 23);
+        put_bits(pins.item_parity, i, 1, more >> 23);
       }
       if ((noise_ >> 40 & 3) == 0) {
         model_.settle();
@@ -570,7 +382,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   void look() {
     Model& pins = model_.pins();
     const Ray& ray = rays_[pins.look_ray % rays_.size()];
-    if constexpr (!kBins) pins.look_parity = ray.parity;
+    pins.look_parity = ray.parity;
     pins.look_offset = ray.offset;
   }
 
@@ -585,23 +397,18 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const Ray& ray = rays_[id];
       // The open sector comes with the last entry, or alone if that is taken.
       const unsigned count = std::max<unsigned>(ray.pending, 1);
-      if constexpr (kBins) resident_[ray.number].ray.offer_from_here();
       for (unsigned i = 0; i < count && item < config_.lanes; ++i, ++item) {
         items_[item] = id;
         put_bits(pins.item_valid, item, 1, 1);
         put_bits(pins.item_ray, item * kRayBits, kRayBits, id);
-        if constexpr (!kBins) put_bits(pins.item_parity, item, 1, ray.parity);
+        put_bits(pins.item_parity, item, 1, ray.parity);
         put_bits(pins.item_offset, item * 48, 48, ray.offset);
         put_bits(pins.item_entry, item, 1, ray.pending != 0);
         put_bits(pins.item_end, item, 1, i + 1 == count);
         put_bits(pins.item_last, item, 1, ray.last);
-        if constexpr (kBins) {
-          if (ray.pending != 0) offer_binned(item, id);
-        } else {
-          const EntryBits bits = entry_bits(config_.entry_bytes, ray.destination, ray.written + i);
-          set_times(item, bits.times);
-          std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
-        }
+        const EntryBits bits = entry_bits(config_.entry_bytes, ray.destination, ray.written + i);
+        set_times(item, bits.times);
+        std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
       }
     }
     // The comparators of the others: any bits, equal ones, zeros of both signs.
@@ -659,24 +466,6 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     if (!pins.part_valid) return;
     const LaneId id = pins.part_ray;
     Ray& ray = rays_[id];
-    if constexpr (kBins) {
-      BinnedRay::Entry came;
-      std::memcpy(came.data(), &pins.part_data, sizeof came);
-      for (unsigned word = 0; word < came.size(); ++word) {
-        if (came[word] == ray.expected[word]) continue;
-        refuse(id, "source entry " + std::to_string(ray.arrived) + " is not what a round before wrote: word " +
-                       std::to_string(word) + " is " + hexadecimal(came[word]) + " in place of " +
-                       hexadecimal(ray.expected[word]));
-      }
-      ++ray.arrived;
-    } else {
-      gather_part(id);
-    }
-  }
-  /// The same of an entry that comes in two parts.
-  void gather_part(LaneId id) {
-    const Model& pins = model_.pins();
-    Ray& ray = rays_[id];
     const std::uint32_t mask = pins.part_mask;
     std::array<std::uint8_t, kEntryBytes> came;
     std::memcpy(came.data(), &pins.part_data[0], kEntryBytes);
@@ -712,11 +501,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
               get_bits(pins.item_ready, 0, kLanes),
               get_bits(pins.item_done, 0, kLanes),
               get_bits(pins.item_beyond, 0, kLanes),
-              0};
-    if constexpr (kBins)
-      shown_.back() = get_bits(pins.item_bin, 0, kLanes * kBinBits);
-    else
-      shown_.back() = get_bits(pins.item_straddles, 0, kLanes);
+              get_bits(pins.item_straddles, 0, kLanes)};
   }
 
   CheckpointConfig config_;
@@ -735,10 +520,8 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
   std::array<LaneId, kLanes> items_{};                ///< whose items are offered
   std::array<EntryTimes, kLanes> times_{};
-  std::vector<Resident> resident_;                 ///< bins: by warp slot and lane
-  std::array<BinnedRay::Offer, kLanes> offers_{};  ///< bins: of the items that are entries
-  bool requested_ = false;                         ///< this cycle
-  bool stuck_ = false;  ///< the write queue had no room for the first item, and nothing has left it since
+  bool requested_ = false;  ///< this cycle
+  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
   Cycle shown_in_ = kNever;
   std::array<std::uint64_t, 9> shown_{};
   CheckpointCounters counters_;
@@ -748,10 +531,6 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
 
 std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* name, const RtUnitContext& rt,
                                                                  const RtlBenchOptions& options) {
-  if (rt.header.checkpoint_bins != 0) {
-    if (options.faulty_block) return std::make_unique<CheckpointRtl<Vcheckpoint_bins_faults, 4>>(name, rt, options);
-    return std::make_unique<CheckpointRtl<Vcheckpoint_bins_lanes4, 4>>(name, rt, options);
-  }
   if (options.faulty_block) return std::make_unique<CheckpointRtl<Vcheckpoint_faults, 4>>(name, rt, options);
   if (rt.config.checkpoint.lanes <= 4) return std::make_unique<CheckpointRtl<Vcheckpoint_lanes4, 4>>(name, rt, options);
   return std::make_unique<CheckpointRtl<Vcheckpoint_lanes32, 32>>(name, rt, options);

@@ -401,7 +401,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
 std::unique_ptr<IntersectionModule> make_verilated_ray_box(const char* name, const RtUnitContext& rt,
                                                            const RtlBenchOptions& options) {
   using Limits = IntersectionRtlLimits;
-  const IntersectionUnit::Config config = rt.config.ray_box_of(rt.header);
+  const IntersectionUnit::Config config = rt.config.ray_box;
   const unsigned entries = rt.config.warp_buffer.entries;
   const unsigned children = rt.config.box_op_per_child ? 1 : rt.header.bvh_width;
   const auto made = [&]<typename Block, unsigned kCount>(unsigned stages) {

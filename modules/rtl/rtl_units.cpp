@@ -37,26 +37,6 @@ void require_none(const RtlRefusal& refusal) {
   if (*refusal.key != 0) throw Error("configuration", std::string("rt.") + refusal.key, refusal.rule);
 }
 
-void require_bins(const RtUnitContext& rt) {
-  const CheckpointConfig& config = rt.config.checkpoint;
-  if (rt.header.checkpoint_bins != CheckpointRtlLimits::kBins) {
-    throw Error("trace", "header", "checkpoint_bins must be 4 or 0 with rt.checkpoint.implementation = rtl");
-  }
-  if (rt.header.checkpoint_capacity % 4 != 0 || rt.header.checkpoint_capacity < 8) {  // two sectors at least
-    throw Error(
-        "trace", "header",
-        "checkpoint_capacity of bins must be 8 or another multiple of 4 with rt.checkpoint.implementation = rtl");
-  }
-  if (config.lanes > CheckpointRtlLimits::kBinLanes) {
-    throw Error("configuration", "rt.checkpoint.lanes",
-                "must be at most 4 with rt.checkpoint.implementation = rtl and checkpoint bins");
-  }
-  if (config.write_combine && config.open_sectors != 1) {
-    throw Error("configuration", "rt.checkpoint.open_sectors",
-                "must be 1 with rt.checkpoint.implementation = rtl and checkpoint bins");
-  }
-}
-
 }  // namespace
 
 RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& rt) {
@@ -65,7 +45,6 @@ RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& rt) {
   constexpr const char* kSystemCOnly = "is not in the RTL: needs rt.checkpoint.implementation = tlm";
   if (!has_rtl()) return {"checkpoint.implementation", kNoVerilator};
   if (config.traffic != TrafficCharging::charged) return {"checkpoint.traffic", kSystemCOnly};
-  if (config.store.entries > 0) return {"private_store.checkpoint_entries", kSystemCOnly};
   if (config.lanes > Limits::kLanes) return {"checkpoint.lanes", "must be at most 32 with implementation = rtl"};
   if (config.write_queue > Limits::kWriteQueue) {
     return {"checkpoint.write_queue", "must be at most 64 with rt.checkpoint.implementation = rtl"};
@@ -124,7 +103,9 @@ std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const Rt
   if (rt.header.checkpoint_order == traces::CheckpointOrder::lifo) {
     throw Error("trace", "header", "checkpoint order lifo is not in the RTL: needs rt.checkpoint.implementation = tlm");
   }
-  if (rt.header.checkpoint_bins != 0) require_bins(rt);
+  if (rt.header.checkpoint_bins != 0) {
+    throw Error("trace", "header", "checkpoint bins are not in the RTL: needs rt.checkpoint.implementation = tlm");
+  }
   if (rt.header.checkpoint_capacity > CheckpointRtlLimits::kEntries) {
     throw Error("trace", "header", "checkpoint_capacity must be at most 65535 with rt.checkpoint.implementation = rtl");
   }
@@ -134,11 +115,9 @@ std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const Rt
 std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
                                                  const RtlBenchOptions& options) {
   require_none(box_rtl_refusal(rt.config));
-  const traces::NodeSizes sizes = rt.header.node_sizes();
-  if (sizes.oriented() || sizes.decoder_priced()) {
-    throw Error(
-        "trace", "header",
-        "the RTL decodes and rotates no boxes, but the node layout needs it: needs rt.box.implementation = tlm");
+  if (rt.header.node_sizes().decoder_priced()) {
+    throw Error("trace", "header",
+                "the RTL decodes no boxes, but the node layout needs it: needs rt.box.implementation = tlm");
   }
   if (rt.header.bvh_width > IntersectionRtlLimits::kBoxes) {
     throw Error("trace", "header", "bvh_width must be at most 8 with rt.box.implementation = rtl");

@@ -16,8 +16,7 @@ bool has_rtl();
 /// What the Verilated checkpoint unit is built for.
 struct CheckpointRtlLimits {
   static constexpr unsigned kLanes = 32, kWriteQueue = 64, kWarps = 32;
-  static constexpr std::uint64_t kEntries = 65535;     ///< of a buffer or a bin
-  static constexpr unsigned kBins = 4, kBinLanes = 4;  ///< near bins, and lanes with them
+  static constexpr std::uint64_t kEntries = 65535;  ///< of a buffer
 };
 /// And the ray-box and the ray-transform unit. A pipeline of fewer cycles than its steps is built with one register.
 struct IntersectionRtlLimits {

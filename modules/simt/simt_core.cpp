@@ -36,7 +36,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       header_(header),
       map_(map),
       program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
-      issue_slots_(config.schedulers, config.instruction_latency, config.other_share, config.sm),
+      issue_slots_(config.schedulers, config.instruction_latency),
       lsu_(config.resident_warps, config.l1_client),
       store_(config.private_store),
       slots_(config.resident_warps),
@@ -49,7 +49,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
 
 void SimtCore::restart(Caches) {
   make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.private_store);
-  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency, config_.other_share, config_.sm);
+  issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
   lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
   store_ = PrivateStore(config_.private_store);
   std::fill(slots_.begin(), slots_.end(), Slot());

@@ -72,7 +72,6 @@ struct SimtCoreConfig {
   unsigned registers_per_thread = 0;
   unsigned payload_registers = 0;
   unsigned sectors_per_cycle = 1;
-  double other_share = 0.0;
   RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both for the assembly's MemoryMap
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
@@ -118,9 +117,6 @@ struct SimtCoreConfig {
         .came_later();
     list.add("payload_registers", payload_registers, {0, 255}, "registers",
              "of a thread beside these: a k-buffer handed to the shaders as payload, two an entry", kOurs)
-        .came_later();
-    list.add("other_share", other_share, OtherWork::kShares, "", "issue slots of each scheduler that other work takes",
-             kOurs)
         .came_later();
     list.rule(
         "payload_registers", [this] { return payload_registers == 0 || registers_per_thread != 0; },

@@ -49,12 +49,13 @@ void AtInitiator::fill(AtPayload& payload) {
   payload.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
 }
 
-void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context) {
+void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
   update(clock_.cycle());  // END_RESP of this cycle goes first: the target may answer within the call below
   AtPayload& payload = pool_.acquire();
   payload.context = context;
+  payload.origin.origin = origin;
   set_attributes(payload, address, bytes, write);
   if (keeps_data_ && write) fill(payload);
   requesting_ = &payload;

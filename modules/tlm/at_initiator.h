@@ -44,8 +44,9 @@ class AtInitiator final {
   /// The request phase of the last request has ended, as seen at `now`.
   bool can_send(Cycle now) const { return requesting_ == nullptr && free_from_ <= now; }
   /// bytes: a power of two up to AtPayload::kMaxBytes; address: a multiple of it; context: returned with the
-  /// completion. What is read is dropped, and what is written is 0, but for what keep_data() says.
-  void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context);
+  /// completion; origin: for whom, to targets that ask. What is read is dropped, and what is written is 0, but for what
+  /// keep_data() says.
+  void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin = {});
   /// The memory belongs to others, too: writes carry what it holds already, which its transport_dbg tells.
   void keep_data() { keeps_data_ = true; }
   /// Before a write is sent: gives it that data.

@@ -8,6 +8,8 @@
 #include <tlm>
 #include <vector>
 
+#include "grtx/modules/tlm/origin_extension.h"
+
 namespace grtx::modules {
 
 /// A generic payload with its data buffer and the requester's own word, so that responses are matched by payload and
@@ -15,11 +17,15 @@ namespace grtx::modules {
 class AtPayload final : public ::tlm::tlm_generic_payload {
  public:
   static constexpr unsigned kMaxBytes = 128;
-  explicit AtPayload(::tlm::tlm_mm_interface* memory_manager) : tlm_generic_payload(memory_manager) {}
+  explicit AtPayload(::tlm::tlm_mm_interface* memory_manager) : tlm_generic_payload(memory_manager) {
+    set_extension(&origin);
+  }
+  ~AtPayload() override { clear_extension(&origin); }  // it is a member: the payload must not free it
 
   std::uint64_t sent_address = 0;
   std::uint32_t context = 0;
   bool responded = false;
+  OriginExtension origin;
   std::array<unsigned char, kMaxBytes> data{};
 };
 

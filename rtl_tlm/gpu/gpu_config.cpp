@@ -90,7 +90,6 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config) {
 
 SmConfig GpuConfig::sm(unsigned index) const {
   SmConfig config{index, rt_units, resident(), simt, rt, l1, sm_links, own};
-  config.rt.checkpoint.store.warps = (config.resident_warps + rt_units - 1) / rt_units;
   return config;
 }
 

@@ -40,7 +40,6 @@ const std::vector<ModeKey>& mode_keys() {
       {kFast, "dram.scheduling", "is not modelled by --mode fast, which approximates fr_fcfs"},
       // What only queues have that fast mode does not fill.
       {kFast, "l1.mshr_merges"},
-      {kFast, "l1.held_misses"},
       {kFast, "l1.rotating_priority"},
       {kFast, "l1.link_latency"},
       {kFast, "l2.mshr_merges"},

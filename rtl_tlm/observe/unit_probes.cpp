@@ -79,11 +79,6 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     ckpt_outstanding_ = add("checkpoint_unit.outstanding", kLevelBits);
     ckpt_written_ = add("checkpoint_unit.entries_written", kCounterBits);
     ckpt_read_ = add("checkpoint_unit.entries_read", kCounterBits);
-    if (checkpoint_->has_store()) {
-      ckpt_at_store_ = add("checkpoint_unit.private_store.lanes_reading", lanes);
-      ckpt_store_written_ = add("checkpoint_unit.private_store.written", kCounterBits);
-      ckpt_store_read_ = add("checkpoint_unit.private_store.read", kCounterBits);
-    }
   }
   for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
     Rtl rtl;
@@ -142,9 +137,6 @@ void RtUnitProbe::sample(Cycle now) {
     ckpt_outstanding_.set(checkpoint_->outstanding());
     ckpt_written_.set(checkpoint_->counters().entries_written);
     ckpt_read_.set(checkpoint_->counters().entries_read);
-    ckpt_at_store_.set(checkpoint_->lanes_at_store());
-    ckpt_store_written_.set(checkpoint_->counters().store_written);
-    ckpt_store_read_.set(checkpoint_->counters().store_read);
   }
   for (Rtl& rtl : rtl_) {
     for (std::size_t i = 0; i < rtl.signals.size(); ++i) rtl.signals[i].set(rtl.block->rtl_value(i, now));

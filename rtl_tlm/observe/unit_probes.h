@@ -47,7 +47,6 @@ class RtUnitProbe {
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
-  Wire ckpt_at_store_, ckpt_store_written_, ckpt_store_read_;
   Wire prefetch_queue_, prefetch_outstanding_;
   std::vector<Unit> units_;
   std::vector<Rtl> rtl_;

@@ -37,7 +37,7 @@ const std::vector<UnitNames>& units() {
       {"ray-sphere unit", {"gpu.rt.ray_sphere."}, {"rt.sphere."}},
       {"ray-transform unit", {"gpu.rt.ray_transform."}, {"rt.transform."}},
       {"any-hit collector", {"gpu.rt.any_hit"}, {"rt.any_hit"}},
-      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}, {"rt.checkpoint.", "rt.private_store."}},
+      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}, {"rt.checkpoint."}},
       {"L1 data cache", {"gpu.l1."}, {"l1."}},
       {"crossbar", {"gpu.crossbar."}, {"crossbar."}},
       {"L2", {"gpu.l2."}, {"l2."}},

@@ -91,7 +91,6 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("L1 responses", c.l1.responses, c.l1.accesses());
   equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);
   equal("checkpoint reads returned", c.rt.checkpoint.returned, c.rt.checkpoint.sectors_read);
-  equal("checkpoint entries returned by the private store", c.rt.checkpoint.store_returned, c.rt.checkpoint.store_read);
   equal("stack spills acknowledged", c.rt.stack.acknowledged, c.rt.stack.spills);
   equal("stack fills returned", c.rt.stack.returned, c.rt.stack.fills);
   equal("stack entries filled", c.rt.stack.moved_in, c.rt.stack.moved_out);

@@ -16,7 +16,7 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
   const Cycle answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + answer;
-  internal = fetch + 1 + rt.ray_box_of(header).latency;
+  internal = fetch + 1 + rt.ray_box.latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};

@@ -38,9 +38,7 @@ void check_group(const traces::RayGroup& group, const traces::Header& header, co
       const traces::Round& round = ray.rounds[r];
       if (round.k_count > header.k) refuse(lane, r, fmt::format("k-buffer holds at most {} entries", header.k));
       if (round.preloaded > round.k_count) refuse(lane, r, "more entries preloaded than the k-buffer has at the end");
-      if (round.processed_count > round.k_count && header.tracing != traces::Tracing::stochastic) {
-        refuse(lane, r, "more entries processed than the k-buffer has");
-      }
+      if (round.processed_count > round.k_count) refuse(lane, r, "more entries processed than the k-buffer has");
       events += round.event_count;
       processed += round.processed_count;
       if (events > ray.events.size()) refuse(lane, r, "its events must lie inside the ray");

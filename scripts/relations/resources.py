@@ -25,7 +25,6 @@ NOT_A_RESOURCE = {
     "simt.payload_registers": "a part of simt.registers_per_thread",
     "simt.private_store.lane_bytes": "4 or 8, of a store that is off",
     "l1.line_bytes": "a shape", "l1.ways": "a shape", "l2.line_bytes": "a shape", "l2.ways": "a shape",
-    "l1.held_misses": "0 is off; another order at the L1's port",
     "l1.mshr_merges": "a merge that has to wait may find its sector later for nothing",
     "l2.mshr_merges": "as l1.mshr_merges",
     "l2.slices": "each has a DRAM channel and a share of the L2: other addresses meet",
@@ -53,7 +52,7 @@ def resources(program):
             continue
         if key.unit in MORE or key.name in CAPACITIES:
             found[key.name] = (key, True)
-        elif key.unit in LESS or key.name.endswith(".other_share"):
+        elif key.unit in LESS:
             found[key.name] = (key, False)
     return found
 
@@ -63,8 +62,6 @@ def two_values(rng, key):
     middle = key.default if key.default else rng.choice([1, 4, 16])
     low = key.text(middle * 4 ** rng.uniform(-1, 0.7))
     high = key.text(float(low) * rng.choice([2, 2, 4]) if float(low) else middle)
-    if key.name.endswith(".other_share"):
-        low, high = "0", f"{rng.uniform(0.1, 0.8):.3f}"
     return low, high
 
 

@@ -53,7 +53,7 @@ TEST_F(CliSim, QuietPrintsNothing) {
 
 TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
   const std::string line = "grtx: sim: outside of what was measured for --mode fast: ", trace = "a trace of 4 groups, ";
-  for (const char* machine : {"paper", "modern", "ada", "blackwell", "rdna4"}) {
+  for (const char* machine : {"paper", "ada", "blackwell", "rdna4"}) {
     EXPECT_THAT(folder_.run(std::string("sim t.grtx --quiet --mode fast --machine ") + machine).err,
                 HasSubstr(line + trace))
         << machine;

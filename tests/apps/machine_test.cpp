@@ -53,7 +53,7 @@ TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
   folder_.write("over.toml", "[l1]\nlatency = 30\n");
   for (const auto& [machine, config] :
        {std::pair("", ""), std::pair("", " --config over.toml"), std::pair(" --machine paper-charged", ""),
-        std::pair(" --machine modern", " --config over.toml")}) {
+        std::pair(" --machine ada-share", " --config over.toml")}) {
     must(std::string("run") + kView + "--mode fast -o out" + machine + config);
     must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx" + machine);
     must(std::string("sim t.grtx --quiet --mode fast --stats s.json") + machine + config);
@@ -113,7 +113,7 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
   for (const auto& [machine, text] :
        {std::pair("paper", "checkpoint traffic is free on this machine (paper-charged charges it)\n"),
         std::pair("paper-charged", ""),
-        std::pair("modern --set rt.checkpoint.traffic=uncharged",
+        std::pair("ada-share --set rt.checkpoint.traffic=uncharged",
                   "checkpoint traffic is free on this machine (rt.checkpoint.traffic=charged charges it)\n")}) {
     const Outcome outcome = folder_.run(std::string("run") + kView + "--mode fast -o out --machine " + machine);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -121,16 +121,8 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
   }
 }
 
-TEST_F(MachineTest, AStoreOnChipIsRefusedWhereCheckpointsAreFreeAndTheRuleSaysWhatTakesIt) {
-  const Outcome outcome = folder_.run("cost --set rt.private_store.checkpoint_entries=16");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_NE(outcome.err.find("rt.checkpoint.traffic"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("charged takes it"), std::string::npos) << outcome.err;
-  must("cost --quiet --machine paper-charged --set rt.private_store.checkpoint_entries=16");
-}
-
 TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
-  for (const std::string machine : {"paper", "paper-charged", "modern"}) {
+  for (const std::string machine : {"paper", "paper-charged", "ada-share"}) {
     const Outcome outcome =
         folder_.run(std::string("run") + kView + "--mode fast --machine " + machine + " -o " + machine);
     ASSERT_EQ(outcome.code, 0) << outcome.err;

@@ -92,7 +92,6 @@ INSTANTIATE_TEST_SUITE_P(
                       RayCase{"ellipsoid", "--accel ellipsoid --checkpoint on --k 3"},
                       RayCase{"tlas_sphere", "--accel tlas-sphere --checkpoint on --k 3"},
                       RayCase{"compact", "--accel tri20 --layout compact --checkpoint on"},
-                      RayCase{"obb", "--accel tlas-tri20 --layout obb --checkpoint on"},
                       RayCase{"compressed", "--accel tlas-tri20 --layout compressed --checkpoint on"},
                       RayCase{"lifo", "--accel tlas-tri20 --checkpoint on --checkpoint-order lifo --k 4"},
                       RayCase{"nearest", "--accel tlas-tri20 --checkpoint on --checkpoint-order nearest --k 4"},
@@ -103,7 +102,6 @@ INSTANTIATE_TEST_SUITE_P(
                       RayCase{"overflow", "--accel tlas-tri20 --checkpoint on --checkpoint-capacity 8 --k 4"},
                       RayCase{"single", "--accel tri20 --tracing single --k 8"},
                       RayCase{"closest", "--accel tlas-tri20 --tracing closest"},
-                      RayCase{"stochastic", "--accel tlas-tri20 --tracing stochastic --samples 3"},
                       RayCase{"stored_triangles", "--accel tri20 --triangle-test world --checkpoint on"},
                       RayCase{"linear", "--accel tlas-tri20 --checkpoint on --mapping linear --warp-size 8"}),
     [](const auto& one) { return one.param.name; });

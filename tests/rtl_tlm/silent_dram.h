@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 
@@ -12,7 +11,7 @@ namespace grtx::sim::test {
 inline void make_a_silent_dram() {
   class Silent final : public modules::DramScheduling {
    public:
-    modules::DramChoice choose(Cycle, const std::vector<modules::DramBankQueue>&) override { return {}; }
+    modules::DramChoice choose(Cycle, const modules::DramQueues&) override { return {}; }
   };
   modules::register_dram_scheduling("silent",
                                     [](const modules::DramChannelConfig&) { return std::make_unique<Silent>(); });

@@ -28,12 +28,12 @@ class Demo(unittest.TestCase):
             self.assertEqual(lines[-1].split(": ")[-1], os.path.join(os.path.realpath(folder), "report.html"))
             self.assertIn("<html", open(os.path.join(folder, "report.html"), encoding="utf-8").read())
             self.assertGreater(os.path.getsize(os.path.join(folder, "hall.png")), 10000)  # an empty one has 800 bytes
-            for machine in ("paper", "paper-charged", "modern"):
+            for machine in ("paper", "paper-charged", "ada-share"):
                 with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:
                     speedup = json.load(file)["speedup"]
                 rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
                 self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
-            table = [line for line in lines if line.startswith(("machine ", "paper ", "paper-charged ", "modern "))]
+            table = [line for line in lines if line.startswith(("machine ", "paper ", "paper-charged ", "ada-share "))]
             self.assertEqual(len(table), 13)
             self.assertLessEqual(max(map(len, table)), 80)
             self.assertIn("bit-identical", done.stdout)

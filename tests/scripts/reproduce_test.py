@@ -180,7 +180,7 @@ class Claims(unittest.TestCase):
             known = claims.load()
             for value, faults in [(2.0, 0), (2.05, 0), (1.95, 0), (2.07, 1), (1.93, 1)]:
                 self.assertEqual(len(list(again.faults("quick", {("speedup-sw", "paper"): value}, known))), faults, value)
-            lacking = list(again.faults("quick", {("speedup-sw", "modern"): 9.0}, known))
+            lacking = list(again.faults("quick", {("speedup-sw", "ada-share"): 9.0}, known))
             self.assertEqual(len(lacking), 1)
             self.assertIn("--record", lacking[0])
             self.assertEqual(list(again.faults("full", {("speedup-sw", "paper"): 9.0}, known)), [])  # nothing recorded yet

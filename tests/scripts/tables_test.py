@@ -185,7 +185,7 @@ class Tables(unittest.TestCase):
             self.assertAlmostEqual(float(row[3]), statistics["gpu.rt.node_visits"]["value"] * 1e-6, delta=0.00051)
 
     def test_4_cost(self):
-        for arguments in ("--machine paper", "--machine modern --items --depth 9", "--config " + os.path.join(ROOT, "configs", "small.toml")):
+        for arguments in ("--machine paper", "--machine ada-share --items --depth 9", "--config " + os.path.join(ROOT, "configs", "small.toml")):
             self.both(f"cost {arguments}")
         text, document = self.both("cost --machine paper --design grtx")
         rows = text.split("module ")[1].split("\n\n")[0].splitlines()[1:]

@@ -89,8 +89,7 @@ std::size_t occurrences(const std::string& text, const std::string& word) {
 /// Traces in which every kind of event and every outcome occurs.
 std::vector<testing::RandomTrace> traces_of_all_kinds() {
   std::vector<testing::RandomTrace> all;
-  for (const Tracing tracing :
-       {Tracing::multi, Tracing::single, Tracing::closest, Tracing::stochastic, Tracing::list}) {
+  for (const Tracing tracing : {Tracing::multi, Tracing::single, Tracing::closest, Tracing::list}) {
     for (const unsigned objects : {0U, 3U}) {
       testing::RandomOptions options;
       options.seed = 5 + objects;
@@ -101,7 +100,7 @@ std::vector<testing::RandomTrace> traces_of_all_kinds() {
       options.checkpoint = tracing == Tracing::multi;
       if (options.checkpoint) options.k = 2;
       options.capacity = options.checkpoint ? (objects == 0 ? 6 : 1000) : 0;  // 6 overflow
-      if (tracing == Tracing::closest || tracing == Tracing::stochastic) options.k = 1;
+      if (tracing == Tracing::closest) options.k = 1;
       all.push_back(testing::random_trace(options));
     }
   }

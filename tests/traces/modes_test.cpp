@@ -23,7 +23,7 @@ void expect_spelling(const std::vector<std::string>& expected) {
 TEST(Modes, AreSpeltAsInTraceFiles) {
   expect_spelling<AccelKind>(
       {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
-  expect_spelling<Tracing>({"multi", "single", "closest", "stochastic", "list"});
+  expect_spelling<Tracing>({"multi", "single", "closest", "list"});
   expect_spelling<CheckpointOrder>({"fifo", "lifo", "nearest"});
   expect_spelling<ChildOrder>({"near_first", "slot", "vulkan_sim"});
   expect_spelling<PopTest>({"on", "off"});

@@ -29,15 +29,14 @@ struct RandomOptions {
   bool checkpoint = true;
   std::uint64_t capacity = 1000;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
-  unsigned bins = 0;              ///< checkpoint bins of `capacity` entries each; 0: there are two buffers
-  bool bins_by_distance = false;  ///< as the tracer chooses and reads them (a power of two); else any
+  unsigned bins = 0;  ///< checkpoint bins of `capacity` entries each; 0: there are two buffers
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   bool two_level = false;
   unsigned objects = 0;  ///< with two_level: TLASes below a scene TLAS; 0: there is none
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
-  Tracing tracing = Tracing::multi;  ///< all but multi need checkpoint = false; closest and stochastic k = 1
+  Tracing tracing = Tracing::multi;  ///< all but multi need checkpoint = false; closest k = 1
 };
 
 struct RandomTrace {
@@ -141,14 +140,11 @@ class RandomRay {
       const bool replay = options_.checkpoint && !ray_.rounds.empty() && !ray_.rounds.back().overflow;
       const Round round = trace_round(replay);
       ray_.rounds.push_back(round);
-      if (stochastic() ? ray_.rounds.size() == 1 + seed_ % 4 : round.k_count < options_.k || round.terminated)
-        return ray_;
+      if (round.k_count < options_.k || round.terminated) return ray_;
     }
   }
 
  private:
-  bool stochastic() const { return options_.tracing == Tracing::stochastic; }
-
   struct Entry {
     std::uint32_t address;
     std::uint64_t t;
@@ -189,7 +185,6 @@ class RandomRay {
     overflow_ = false;
     t_max_ = ~std::uint64_t{0};
     k_buffer_.clear();
-    looked_at_.clear();
     std::sort(evictions_.begin(), evictions_.end());
     const std::size_t preload = std::min<std::size_t>(options_.k, evictions_.size());
     k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(preload));
@@ -209,7 +204,7 @@ class RandomRay {
         source_.erase(next);
         read_source(entry);
       } else if (!to_read_.empty()) {
-        if (stays()) break;  // and the rest with it
+        if (random_() % 8 == 0) break;  // it stays, and the rest with it
         std::deque<Entry>& bin = bins_[to_read_.front()];
         to_read_.pop_front();
         const Entry entry = bin.front();
@@ -232,14 +227,6 @@ class RandomRay {
 
   void blend(Round& round) {
     round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
-    if (stochastic()) {
-      round.processed_count = static_cast<std::uint16_t>(looked_at_.size());
-      for (const Hit& hit : looked_at_) {
-        Processed entry{.gaussian = hit.gaussian & 0x7FFFFFFFU, .blended = !k_buffer_.empty() && hit == k_buffer_[0]};
-        ray_.processed.push_back(entry);
-      }
-      return;
-    }
     round.terminated = !k_buffer_.empty() && random_() % 6 == 0;
     round.processed_count = round.k_count;
     if (round.terminated) round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
@@ -266,15 +253,8 @@ class RandomRay {
   void begin_bins(bool replay) {
     if (options_.bins == 0) return;
     if (!replay) bins_.assign(options_.bins + 1, {});
-    if (options_.bins_by_distance) {
-      reached_ = stretch(t_max_);
-      const std::uint64_t ahead = far_from_ - std::min(far_from_, reached_);
-      order_ = {static_cast<std::uint8_t>(reached_ % options_.bins),
-                static_cast<std::uint8_t>(std::min<std::uint64_t>(ahead, options_.bins))};
-    } else {
-      order_ = {static_cast<std::uint8_t>(random_() % options_.bins),
-                static_cast<std::uint8_t>(random_() % (options_.bins + 1))};
-    }
+    order_ = {static_cast<std::uint8_t>(random_() % options_.bins),
+              static_cast<std::uint8_t>(random_() % (options_.bins + 1))};
     to_read_.clear();
     for (unsigned i = 0; i < options_.bins; ++i) {
       if (i == order_.before_far) to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
@@ -285,44 +265,16 @@ class RandomRay {
       to_read_.insert(to_read_.end(), bins_[options_.bins].size(), options_.bins);
     }
   }
-  static std::uint64_t stretch(std::uint64_t t) { return t / 150; }
-  bool full(std::uint64_t bin) const { return bins_[bin].size() == options_.capacity; }
-  bool append_to_bin(std::uint64_t bin, const Entry& entry) {
-    bins_[bin].push_back(entry);
-    ray_.bins.push_back(static_cast<std::uint8_t>(bin));
-    return true;
-  }
-  bool write_by_distance(const Entry& entry) {
-    const std::uint64_t nearest = stretch(t_max_), behind = nearest + options_.bins;
-    std::uint64_t number = std::clamp(stretch(entry.t), nearest, behind);
-    if (number == behind && !full(options_.bins)) {
-      far_from_ = bins_[options_.bins].empty() ? behind : std::min(far_from_, behind);
-      return append_to_bin(options_.bins, entry);
-    }
-    for (number = std::min(number, behind - 1); full(number % options_.bins); --number) {
-      if (number == nearest) {
-        overflow_ = true;
-        return false;
-      }
-    }
-    return append_to_bin(number % options_.bins, entry);
-  }
-  // By the stretch of the next entry's bin, against that of t_max.
-  bool stays() {
-    if (!options_.bins_by_distance) return random_() % 8 == 0;
-    const unsigned bin = to_read_.front();
-    const std::uint64_t number = bin == options_.bins ? far_from_ : reached_ + (bin - order_.first) % options_.bins;
-    return number > stretch(t_max_);
-  }
   bool write_to_bin(const Entry& entry) {
-    if (options_.bins_by_distance) return write_by_distance(entry);
     const unsigned bin =
         static_cast<unsigned>(std::min<std::uint64_t>(entry.t / 500 % (options_.bins + 3), options_.bins));
-    if (full(bin)) {
+    if (bins_[bin].size() == options_.capacity) {
       overflow_ = true;
       return false;
     }
-    return append_to_bin(bin, entry);
+    bins_[bin].push_back(entry);
+    ray_.bins.push_back(static_cast<std::uint8_t>(bin));
+    return true;
   }
 
   std::vector<Entry>::iterator next_of_source() {
@@ -405,7 +357,6 @@ class RandomRay {
       push_event(EventKind::visit_leaf, top.address, static_cast<unsigned>(LeafOutcome::beyond), write(top) ? 1 : 0);
       return;
     }
-    if (stochastic()) return toss(top, {t_hit, gaussian});
     if (!ray_.rounds.empty() && t_hit <= t_last_) return leaf(top, LeafOutcome::behind);
     if (options_.tracing == Tracing::closest) return commit_nearest(top, {t_hit, gaussian});
     for (const Hit& hit : k_buffer_) {
@@ -436,19 +387,6 @@ class RandomRay {
     k_buffer_.assign(1, hit);
     t_max_ = hit.t;
     leaf(top, LeafOutcome::nearest);
-  }
-
-  void toss(const Entry& top, const Hit& hit) {
-    // No hit twice, not even as another instance's: the one that stops the sample must be one of them.
-    const bool seen = std::find(looked_at_.begin(), looked_at_.end(), hit) != looked_at_.end();
-    if (seen) return leaf(top, LeafOutcome::miss);
-    looked_at_.push_back(hit);
-    const bool stops = hash(top.address, top.context(), 6 + ray_.rounds.size()) % 3 == 0;
-    if (!stops || (!k_buffer_.empty() && !(hit < k_buffer_[0]))) return leaf(top, LeafOutcome::ignored);
-    const bool first = k_buffer_.empty();
-    k_buffer_.assign(1, hit);
-    t_max_ = hit.t;
-    leaf(top, first ? LeafOutcome::inserted : LeafOutcome::displaced);
   }
 
   // How many entries a heap moves depends on its layout; here any legal number will do.
@@ -483,9 +421,7 @@ class RandomRay {
   std::vector<std::deque<Entry>> bins_;
   std::deque<unsigned> to_read_;  ///< bins of the entries that this round may read
   BinOrder order_;
-  std::uint64_t reached_ = 0, far_from_ = 0;  ///< stretch of the last round's t_max; lowest one of the far bin
   std::vector<Hit> k_buffer_;
-  std::vector<Hit> looked_at_;  ///< stochastic: in this round
   std::vector<Hit> evictions_;
   std::uint64_t t_max_ = 0;
   std::uint64_t t_last_ = 0;
@@ -630,20 +566,6 @@ inline std::vector<RandomOptions> all_random_options() {
     o.objects = 1 + seed % 3;
     o.depth = o.bvh_width == 2 ? 4 : o.bvh_width == 6 ? 2 : 1;  // three trees deep, a ray visits many nodes
     all.push_back(o);
-  }
-  // Samples, last: the seeds of all others stay what they were.
-  for (const bool two_level : {false, true}) {
-    for (const auto child_order : {ChildOrder::near_first, ChildOrder::slot, ChildOrder::vulkan_sim}) {
-      RandomOptions o;
-      o.seed = ++seed;
-      o.two_level = two_level;
-      o.checkpoint = false;
-      o.child_order = child_order;
-      o.pop_test = o.seed % 2 == 0 ? PopTest::on : PopTest::off;
-      o.tracing = Tracing::stochastic;
-      o.k = 1;
-      all.push_back(o);
-    }
   }
   // Bins in place of two buffers, behind them.
   for (const bool two_level : {false, true}) {

@@ -39,7 +39,7 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
 }
 
 TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
-  for (const NodeLayout layout : {NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed}) {
+  for (const NodeLayout layout : {NodeLayout::compact, NodeLayout::compressed}) {
     for (const bool two_level : {false, true}) {
       for (const bool checkpoint : {false, true}) {
         for (const unsigned width : {2U, 6U, 8U}) {

@@ -29,7 +29,6 @@ class GroupChecker {
     read_order_ = ReadOrder(header.checkpoint_order);
     multi_ = header.tracing == Tracing::multi;
     closest_ = header.tracing == Tracing::closest;
-    stochastic_ = header.tracing == Tracing::stochastic;
     has_bins_ = header.checkpoint_bins != 0;
     binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
@@ -74,7 +73,7 @@ class GroupChecker {
       begin_round(round, round_ == 0 ? nullptr : &ray.rounds[round_ - 1]);
       check_events({ray.events.data() + next_event, round.event_count}, round);
       end_round(round, round_ + 1 == ray.rounds.size());
-      check_processed({ray.processed.data() + next_processed, round.processed_count}, round);
+      check_processed({ray.processed.data() + next_processed, round.processed_count});
       next_event += round.event_count;
       next_processed += round.processed_count;
     }
@@ -88,7 +87,7 @@ class GroupChecker {
     ++totals_.rounds;
     if (before != nullptr) {
       require(!before->terminated, "no round may follow the one that terminated the ray");
-      require(stochastic_ || before->k_count == header_->k, "a round may only follow one that filled the k-buffer");
+      require(before->k_count == header_->k, "a round may only follow one that filled the k-buffer");
     }
     if (round.replay) {
       require(before != nullptr, "the first round must start at the root");
@@ -104,21 +103,15 @@ class GroupChecker {
     evictions_ -= preload;
     occupied_ = round.preloaded;
     written_ = 0;
-    any_hits_ = 0;
   }
 
   void end_round(const Round& round, bool last) {
     require(round.k_count == occupied_, "k_count must be preloaded plus inserted");
-    if (stochastic_) {
-      require(round.processed_count == any_hits_ && !round.terminated,
-              "a sample must process each hit that its any-hit shader saw");
-    } else {
-      require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
-      require(round.terminated || round.processed_count == round.k_count,
-              "all entries must be processed unless the ray terminates");
-      require(!last || round.terminated || round.k_count < header_->k,
-              "the ray must go on: its k-buffer was full and it was not terminated");
-    }
+    require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
+    require(round.terminated || round.processed_count == round.k_count,
+            "all entries must be processed unless the ray terminates");
+    require(!last || round.terminated || round.k_count < header_->k,
+            "the ray must go on: its k-buffer was full and it was not terminated");
     totals_.max_checkpoints_per_round = std::max(totals_.max_checkpoints_per_round, written_);
     totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
     if (round.overflow) {
@@ -132,15 +125,12 @@ class GroupChecker {
     }
   }
 
-  void check_processed(std::span<const Processed> entries, const Round& round) {
-    const std::uint64_t blended_before = totals_.blended;
+  void check_processed(std::span<const Processed> entries) {
     for (const Processed& entry : entries) {
       require(entry.gaussian < header_->gaussians, "a processed Gaussian must be in the scene");
       ++totals_.processed;
       totals_.blended += entry.blended;
     }
-    require(!stochastic_ || totals_.blended - blended_before == round.k_count,
-            "a sample must blend the hit that stopped it, and no other");
   }
 
   void check_events(std::span<const Event> events, const Round& round) {
@@ -311,7 +301,7 @@ class GroupChecker {
     require(event.detail <= static_cast<unsigned>(kLastLeafOutcome), "the leaf outcome must be known");
     ++totals_.visits_leaf;
     const LeafOutcome outcome = event.outcome();
-    if (calls_any_hit(outcome)) ++totals_.any_hit_calls, ++any_hits_;
+    if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
     const bool inserts = outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced;
     require(inserts || event.shifts() == 0, "only an insertion shifts");
     require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
@@ -352,12 +342,6 @@ class GroupChecker {
     }
     require(outcome != LeafOutcome::nearest, "only closest-hit tracing commits nearest hits");
     if (multi_) return;
-    if (stochastic_) {
-      require(event.shifts() == 0, "stochastic tracing keeps one hit, which moves no other");
-      require(outcome != LeafOutcome::rejected && outcome != LeafOutcome::behind,
-              "a hit of a sample is accepted or ignored");
-      return;
-    }
     const bool fills = occupied_ + 1 == header_->k;
     require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
             "single-round tracing appends without moving entries, unless the buffer is then full");
@@ -418,11 +402,9 @@ class GroupChecker {
   ReadOrder read_order_;
   bool multi_ = false;
   bool closest_ = false;
-  bool stochastic_ = false;
   bool has_bins_ = false;
   BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
   std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
-  std::uint64_t any_hits_ = 0;           ///< of this round
   bool lossless_ = false;                ///< this round must keep every node beyond t_max
 };
 

@@ -201,9 +201,7 @@ constexpr std::uint64_t kMostCheckpoints = std::uint64_t{1} << 24;
 
 std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
-  if ((h.tracing == Tracing::closest || h.tracing == Tracing::stochastic) && h.k != 1) {
-    return "k must be 1 when tracing is closest or stochastic";
-  }
+  if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
   if (h.tracing != Tracing::multi && h.checkpoint) return "checkpoint must be false unless tracing is multi";
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";

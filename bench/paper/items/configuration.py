@@ -23,7 +23,7 @@ def build(study, page):
     page.table(["", "paper", *[f"`{m}`" for m in machines], "key"],
                [[what, str(paper), *[str(configurations[m][f"config.{key}"]) for m in machines], f"`{key}`"]
                 for what, paper, key in TABLE_I])
-    page.text("Not modelled: the L1I. `modern` takes its memory clock and timing from a GDDR6 part. What the paper leaves open is in "
+    page.text("Not modelled: the L1I. What the paper leaves open is in "
               "[configuration.md](../../model/configuration.md) with sources; how it was chosen is in [readings.md](../readings.md).")
     rows, footprints, bytes_of, heights = [], {}, {"tri20": {}, "tlas": {}}, {}
     for name, millions, height, mono, two, own, shared in TABLE_II:

@@ -37,7 +37,7 @@
     timeline,
     address: numbers(Float64Array, nodes.address), kind: bytes_of(nodes.kind), parent: numbers(Uint32Array, nodes.parent),
     first: numbers(Uint32Array, nodes.first), gaussian: numbers(Uint32Array, nodes.gaussian),
-    box: numbers(Float32Array, nodes.box), orientation: bytes_of(nodes.orientation),
+    box: numbers(Float32Array, nodes.box),
   }));
   const gaussian_numbers = numbers(Uint32Array, page.gaussians.number);
   const gaussian_shapes = numbers(Float32Array, page.gaussians.shape);
@@ -771,10 +771,8 @@
       if (b.length === 0 || Number.isNaN(b[0])) return;
       const inside = in_blas(node), s = inside ? shape(gaussian_of(entry) - 1) : null;
       if (inside && s === null) return;
-      const rows = page.orientations[nodes().orientation[node]];
       const corner = (i) => {
-        let p = [b[i & 1 ? 3 : 0], b[i & 2 ? 4 : 1], b[i & 4 ? 5 : 2]];
-        if (rows && nodes().orientation[node] !== 0) p = [0, 1, 2].map((c) => rows[c] * p[0] + rows[3 + c] * p[1] + rows[6 + c] * p[2]);
+        const p = [b[i & 1 ? 3 : 0], b[i & 2 ? 4 : 1], b[i & 4 ? 5 : 2]];
         return place(inside ? in_gaussian(s, p) : p);
       };
       const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);

@@ -1,4 +1,4 @@
-// One DRAM channel: banks with open rows, command timing, a scheduler. Plain C++, no SystemC.
+// One DRAM channel: banks with open rows and command timing; a policy schedules. Plain C++, no SystemC.
 // GPGPU-Sim's GDDR model as configured by Vulkan-Sim; bank groups and refresh where configured (docs/model/dram.md).
 #pragma once
 
@@ -34,8 +34,9 @@ class DramChannel {
   unsigned bursts(unsigned bytes) const { return (bytes + config_.burst_bytes - 1) / config_.burst_bytes; }
   bool can_accept(unsigned bytes) const { return queued_bursts_ + bursts(bytes) <= config_.queue; }
   /// A request that may issue from clock `now` on; run_until(now - 1) must have run, can_accept() must hold. address:
-  /// channel-local bytes, within one row. id: returned with the completion.
-  void enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write);
+  /// channel-local bytes, within one row. id: returned with the completion. origin: shown to the policy.
+  void enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write,
+               RequestOrigin origin = {});
   /// Counts a request that a perfect memory answers without the channel.
   void count_unqueued(unsigned bytes, bool write) {
     ++(write ? counters_.writes : counters_.reads);
@@ -46,12 +47,7 @@ class DramChannel {
     while (next_ <= now) step(next_);
   }
   /// Executes one clock. run_until() calls it for the clocks in which a command can issue; for others it does nothing.
-  void step(Cycle now) {
-    if (plain_) return step_fr_fcfs<true>(now);
-    if (now >= refresh_at_ && busy_banks_ != 0) refresh_all_banks(now);
-    if (scheduling_ == nullptr) return step_fr_fcfs<false>(now);
-    step_as_told(now);
-  }
+  void step(Cycle now);
   /// Executes ahead until the queue has room for `bytes`; returns the clock of that command. Nothing may be enqueued
   /// for an earlier clock afterwards.
   Cycle run_until_room(unsigned bytes);
@@ -81,7 +77,7 @@ class DramChannel {
   const DramChannelCounters& counters() const { return counters_; }
   const DramChannelConfig& config() const { return config_; }
   /// State that hardware keeps for the scheduling, a bank.
-  unsigned scheduling_bits_per_bank() const;
+  unsigned scheduling_bits_per_bank() const { return scheduling_->bits_per_bank(); }
   void dump_state(std::ostream& out) const;
 
  private:
@@ -96,101 +92,68 @@ class DramChannel {
     std::uint32_t older = kNone;
     std::uint32_t bank = 0;
     unsigned remaining = 0;  ///< bursts to go
+    RequestOrigin origin;
     bool write = false;
     bool activated = false;  ///< a row was opened for it
     bool precharged = false;
   };
-  /// The command that a bank's own timing allows now.
-  enum class Ready : std::uint8_t { read, write, precharge, activate, none };
-  // What step() reads of a bank fills one line of the host's cache; of the entries it reads none.
-  struct alignas(64) Bank {
+  enum Command : unsigned { kRead, kWrite, kPrecharge, kActivate };
+  static constexpr std::size_t kCommands = 4;
+  using ByCommand = std::array<Cycle, kCommands>;
+  struct Bank {
     std::uint32_t oldest = kNone;
-    std::uint32_t hit = kNone;  ///< oldest entry of the open row
-    Cycle ages_at = 0;          ///< first clock at which the oldest entry lets nothing overtake it
-    Cycle can_activate = 0;
-    Cycle can_precharge = 0;
-    Cycle can_read = 0;
-    Cycle can_write = 0;
-    Ready ready = Ready::none;
-    bool hit_write = false;
-    bool open = false;
-    bool capped = false;  ///< fr_fcfs_cap: enough younger hits have overtaken the oldest request
     std::uint32_t newest = kNone;
+    std::uint32_t hit = kNone;  ///< oldest entry of the open row
+    bool open = false;
     std::uint64_t row = 0;
-
-    /// The bank serves its hit before its oldest request.
-    bool hit_first(Cycle now) const { return hit == oldest || (now < ages_at && !capped); }
-    Cycle can_column() const { return hit_write ? can_write : can_read; }
+    ByCommand from{};  ///< first clock in which its own timing allows a command
   };
   struct Group {
     std::uint64_t banks = 0;
-    Cycle can_read = 0;
-    Cycle can_write = 0;
-    Cycle can_activate = 0;
+    ByCommand from{};
   };
 
   static const DramChannelConfig& checked(const DramChannelConfig& config);
   bool aged(const Entry& e, Cycle now) const { return now - e.enqueued > config_.age_cap; }
-  /// plain: no bank groups with times of their own, no refresh.
-  template <bool plain>
-  void step_fr_fcfs(Cycle now);
-  void step_as_told(Cycle now);
   void refresh_all_banks(Cycle now);
-  Cycle column_at(std::uint32_t bank) const;
-  Cycle row_at(std::uint32_t bank) const;
-  /// The first clock from `at` on in which a column command may have the bus: any, or a burst that other work leaves.
-  Cycle column_slot(Cycle at) const {
-    if (!others_) return at;
-    const Cycle burst = config_.timing.ccd;
-    return others_.free_from((at + burst - 1) / burst) * burst;
-  }
+  std::uint64_t allowed(Command command, Cycle now) const;
+  void obey(Cycle now, const DramChoice& choice);
+  Cycle next_step(Cycle now, const DramChoice& choice) const;
+  Cycle next_for(Command command, std::uint64_t declined) const;
   void reconsider(Cycle now, std::uint32_t bank);
   void wake_banks(Cycle now);
   void book(Cycle clock, std::uint32_t bank);
   void unbook(std::uint32_t bank);
-  void count_overtaking(Bank& bank, std::uint32_t number, bool overtakes);
-  bool older_hit_has_aged(Cycle now, std::uint32_t column);
   void issue_column(Cycle now, std::uint32_t entry);
   void issue_row(Cycle now, std::uint32_t entry);
   void find_hit(Bank& bank, std::uint32_t from);
   void set_hit(Bank& bank, std::uint32_t entry);
   void set_oldest(Bank& bank, std::uint32_t entry);
-  std::uint64_t& banks_that(Ready ready) { return ready_[static_cast<std::size_t>(ready)]; }
-  /// The bank's number is the rest of dividing by 64: the least key of several banks names the one with the oldest.
-  static std::uint64_t key(const Entry& e) { return e.order << 6 | e.bank; }
+  static QueuedRequest shown(const Entry& e) { return {e.order, e.enqueued, e.origin, e.write}; }
   void remove(std::uint32_t entry);
   void count_queue(Cycle now);
 
   DramChannelConfig config_;
-  std::unique_ptr<DramScheduling> scheduling_;  ///< nullptr: fr_fcfs or fr_fcfs_cap
-  std::vector<DramBankQueue> shown_;            ///< to it
+  std::unique_ptr<DramScheduling> scheduling_;
   DramMapping mapping_;
-  OtherWork others_;           ///< of the data bus, in bursts
   std::vector<Group> groups_;  ///< none when they have no times of their own
-  bool plain_ = false;         ///< neither such groups nor refresh nor a policy that is asked nor other work
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
-  std::uint64_t busy_banks_ = 0;           ///< banks with queued entries
-  std::array<std::uint64_t, 5> ready_{};   ///< of these, by the command that their own timing allows now
-  std::uint64_t timed_ = 0;                ///< of these, those that wait for their time
-  std::vector<std::uint64_t> oldest_key_;  ///< of each bank's oldest entry
-  std::vector<std::uint64_t> hit_key_;     ///< of each bank's oldest entry of the open row
+  DramQueues queues_;                             ///< shown to the policy
+  ByCommand from_{};                              ///< first clock in which the timing that banks share allows a command
+  std::array<std::uint64_t, kCommands> ready_{};  ///< busy banks, by the commands that their own timing allows now
+  std::uint64_t timed_ = 0;                       ///< of these, those that wait for their time
   // When: by the clock modulo 64, later than the last one executed. What is farther away is looked at in between.
   static constexpr Cycle kWheel = 64;
   std::array<std::uint64_t, kWheel> wakes_{};  ///< banks
   std::uint64_t wake_clocks_ = 0;              ///< which of wakes_ are not empty
   std::vector<std::uint8_t> wake_;             ///< of a bank in timed_, in wakes_
-  std::vector<unsigned> overtaken_;            ///< fr_fcfs_cap, by bank: column commands that overtook; else empty
-  Cycle first_ages_at_ = kNever;               ///< no request is past the age cap before
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;
   unsigned queued_bursts_ = 0;
   std::uint64_t next_order_ = 0;
-  Cycle next_ = kNever;  ///< next clock at which a command can issue
-  Cycle next_read_ = 0;
-  Cycle next_write_ = 0;
-  Cycle next_activate_ = 0;
+  Cycle next_ = kNever;               ///< next clock at which a command can issue
   std::array<Cycle, 4> activated_{};  ///< the last activates, by their number modulo 4
   Cycle refresh_at_ = kNever;         ///< the next is due
   Cycle queue_counted_ = 0;

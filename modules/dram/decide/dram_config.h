@@ -8,7 +8,6 @@
 #include "grtx/base/strong.h"
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/kernel/other_work.h"
 
 namespace grtx::modules {
 
@@ -89,9 +88,6 @@ struct DramChannelConfig {
   unsigned hit_cap = 4;
   Cycle age_cap = 1024;
   bool bank_xor = false;  ///< needs 2^n banks
-  double other_share = 0.0;
-  unsigned number = 0;  ///< of the channel; by the assembly
-  OtherWork others() const { return {other_share, SharedResource::dram, number}; }
   /// But for the timing, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
@@ -112,9 +108,6 @@ struct DramChannelConfig {
     list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request; not for fcfs",
              kOurs);
     list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);
-    list.add("other_share", other_share, OtherWork::kShares, "", "bursts of a channel's data bus that other work takes",
-             kOurs)
-        .came_later();
     list.rule(
         "bank_xor", [this] { return !bank_xor || std::has_single_bit(banks); }, "needs a power of two of dram.banks");
     list.rule(

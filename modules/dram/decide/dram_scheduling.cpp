@@ -4,18 +4,19 @@
 
 #include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/dram/decide/policies/fcfs.h"
+#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
+#include "grtx/modules/dram/decide/policies/fr_fcfs_cap.h"
 #include "grtx/modules/kernel/declare.h"
 
 namespace grtx::modules {
 namespace {
 
 auto& schedulings() {
-  const auto built_in = [](const DramChannelConfig&) { return nullptr; };
   static Registry<DramSchedulingFactory> all(
       "DRAM scheduling", "dram.scheduling",
-      {{kFrFcfs, built_in},
+      {{kFrFcfs, [](const DramChannelConfig& channel) { return std::make_unique<FrFcfs>(channel.age_cap); }},
        {"fcfs", [](const DramChannelConfig&) { return std::make_unique<Fcfs>(); }},
-       {kFrFcfsCap, built_in}});
+       {kFrFcfsCap, [](const DramChannelConfig& channel) { return std::make_unique<FrFcfsCap>(channel); }}});
   return all;
 }
 

@@ -1,48 +1,74 @@
-// Which command a DRAM channel issues in a clock: a policy, free of SystemC, chosen by its name. fr_fcfs and
-// fr_fcfs_cap are built into the channel (dram_channel.cpp), where the model spends its time; others stand in
-// policies/, one file each. One of your own is registered before configurations are read.
+// Which command a DRAM channel issues in a clock: a policy, free of SystemC, chosen by its name. Those of the project
+// stand in policies/, one file each. One of your own is registered before configurations are read.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "grtx/base/strong.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 
 struct DramChannelConfig;
 
-/// A bank that has requests, and what it could be given in this clock. Requests are known by the number of their
-/// arrival in the channel: the less, the older.
-struct DramBankQueue {
-  unsigned bank = 0;
-  std::uint64_t oldest = 0;  ///< request of the bank
-  Cycle oldest_since = 0;    ///< clock of its arrival
-  bool has_hit = false;      ///< a row is open, and a request wants it
-  std::uint64_t hit = 0;     ///< the oldest such request
-  Cycle hit_since = 0;
-  bool hit_write = false;
-  bool column_ready = false;  ///< timing allows the column command of `hit`
-  bool row_ready = false;     ///< timing allows what `oldest` needs: precharge or activate; never when it is `hit`
+/// A request that waits in a channel.
+struct QueuedRequest {
+  std::uint64_t order = 0;  ///< of arrival in the channel: the less, the older
+  Cycle since = 0;          ///< clock of its arrival
+  RequestOrigin origin;
+  bool write = false;
+};
+
+/// What a channel has to choose from in a clock. A set of banks is a mask: bit b is bank b.
+struct DramQueues {
+  static constexpr unsigned kNone = 64;  ///< no bank
+
+  std::uint64_t busy = 0;        ///< have requests
+  std::uint64_t hits = 0;        ///< of these: a row is open, and a request wants it
+  std::uint64_t overtaking = 0;  ///< of these: it is younger than the bank's oldest request
+  std::uint64_t columns = 0;     ///< timing allows the column command of the hit
+  /// Timing allows what the oldest request needs: precharge or activate. Never when it is the hit.
+  std::uint64_t rows = 0;
+  std::vector<QueuedRequest> oldest;  ///< by bank, of those that are busy
+  std::vector<QueuedRequest> hit;     ///< by bank, of `hits`: the oldest request that wants the open row
+
+  /// Of `banks` that with the oldest of `requests` (oldest or hit); kNone of no banks.
+  static unsigned oldest_of(std::uint64_t banks, const std::vector<QueuedRequest>& requests) {
+    unsigned found = kNone;
+    for (std::uint64_t order = ~std::uint64_t{0}; banks != 0; banks &= banks - 1) {
+      const auto bank = static_cast<unsigned>(std::countr_zero(banks));
+      if (requests[bank].order >= order) continue;
+      order = requests[bank].order;
+      found = bank;
+    }
+    return found;
+  }
 };
 
 /// What a channel issues in a clock: at most one column command and one row command, to different banks.
 struct DramChoice {
-  static constexpr std::size_t kNone = ~std::size_t{0};
-  std::size_t column = kNone;  ///< place among the queues that the policy was shown
-  std::size_t row = kNone;
+  unsigned column = DramQueues::kNone;  ///< bank
+  unsigned row = DramQueues::kNone;
+  /// Banks whose command the policy does not want before clock `again`, as long as they get no other and no request
+  /// arrives: the channel need not ask for their sake. For speed alone.
+  std::uint64_t declined_columns = 0;
+  std::uint64_t declined_rows = 0;
+  Cycle again = std::numeric_limits<Cycle>::max();
 };
 
 class DramScheduling {
  public:
   virtual ~DramScheduling() = default;
-  /// Called in every clock in which timing allows a command. queues: of the banks that have requests, by bank number.
-  /// May name no command although one is ready, and is then asked again in the next clock.
-  virtual DramChoice choose(Cycle now, const std::vector<DramBankQueue>& queues) = 0;
+  /// Called in every clock in which timing allows a command that is not declined, and sometimes besides. May name no
+  /// command although one is ready.
+  virtual DramChoice choose(Cycle now, const DramQueues& queues) = 0;
   /// State that hardware keeps for it, a bank.
   virtual unsigned bits_per_bank() const { return 0; }
 };
@@ -56,8 +82,7 @@ inline constexpr const char* kFrFcfsCap = "fr_fcfs_cap";
 void register_dram_scheduling(const std::string& name, DramSchedulingFactory factory);
 /// The values of dram.scheduling, those of the project first.
 std::vector<std::string> dram_scheduling_names();
-/// The one that channel.scheduling names; nullptr for those built in. Throws Error that lists the names for an unknown
-/// one.
+/// The one that channel.scheduling names. Throws Error that lists the names for an unknown one.
 std::unique_ptr<DramScheduling> make_dram_scheduling(const DramChannelConfig& channel);
 
 }  // namespace grtx::modules

@@ -12,26 +12,6 @@
 
 namespace grtx::modules {
 
-/// An SRAM of the RT unit that holds the first entries of both buffers of every resident ray, in place of memory. Each
-/// ray has its places there for good: no allocation, no tags, and the address is a concatenation of bits.
-struct CheckpointStoreConfig {
-  static constexpr unsigned kMaxPorts = 8;
-  unsigned entries = 0;  ///< of each buffer; those behind lie in memory
-  unsigned latency = 4;
-  unsigned read_ports = 1;  ///< beside the one for writing
-  unsigned warps = 32;      ///< resident ones that the RT unit serves; by the assembly
-  void parameters(ParameterList& list) {
-    list.add("checkpoint_entries", entries, {0, 4096}, "entries",
-             "of each of a ray's two checkpoint buffers in an SRAM of the RT unit; those behind lie in memory", kOurs)
-        .came_later();
-    list.add("latency", latency, {1, kMaxLatency}, "cycles", "of a read of that SRAM",
-             assumed("access of some 100 KB by the cost model, and the way there and back"))
-        .came_later();
-    list.add("read_ports", read_ports, {1, kMaxPorts}, "entries/cycle", "of that SRAM, beside one to write", kOurs)
-        .came_later();
-  }
-};
-
 struct CheckpointConfig {
   unsigned lanes = 4;  ///< or last sectors
   unsigned write_queue = 16;
@@ -39,10 +19,8 @@ struct CheckpointConfig {
   unsigned open_sectors = 1;   ///< of a lane, with write_combine; two buffers need one
   bool read_buffer = false;    ///< else each entry reads every sector it touches
   unsigned entry_bytes = 20;   ///< 8, 16, 20 or 28
-  CheckpointStoreConfig store;
   TrafficCharging traffic = TrafficCharging::charged;
   UnitImplementation implementation = UnitImplementation::tlm;
-  /// But for the store, which is a table of its own.
   void parameters(ParameterList& list) {
     list.add("lanes", lanes, {1, 64}, "entries/cycle", "checkpoint entries taken from lanes in a cycle", kOurs);
     list.add("write_queue", write_queue, {2, kMaxEntries}, "sectors", "checkpoint sectors waiting to be written",
@@ -65,11 +43,7 @@ struct CheckpointConfig {
     list.add("implementation", implementation, kUnitImplementations, kOurs).came_later();
     list.rule(
         "entry_bytes", [this] { return allows_entry_bytes(entry_bytes); }, kEntryBytesRule);
-    list.rule(
-        "traffic", [this] { return allows_traffic(); },
-        "uncharged needs no private store: there is nothing left to save; charged takes it");
   }
-  bool allows_traffic() const { return traffic == TrafficCharging::charged || store.entries == 0; }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
 };

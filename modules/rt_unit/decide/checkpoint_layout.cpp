@@ -17,18 +17,12 @@ CheckpointLayout::CheckpointLayout(const CheckpointConfig& config, const traces:
       charged_(config.traffic == TrafficCharging::charged),
       open_sectors_(config.write_combine ? config.open_sectors : 0),
       read_buffer_(config.read_buffer),
-      store_entries_(config.store.entries),
       bin_count_(header.checkpoint_bins) {
-  assert(config.allows_traffic());
   require_entry_fits(config.entry_bytes, header);
   if (bin_count_ == 0) return;
   if (config.entry_bytes != 8) {
     throw Error("configuration", "rt.checkpoint.entry_bytes",
                 "must be 8 for a trace with checkpoint bins, whose entries end with their sector");
-  }
-  if (store_entries_ > 0) {
-    throw Error("configuration", "rt.private_store.checkpoint_entries",
-                "must be 0 for a trace with checkpoint bins: it holds the first entries of two buffers");
   }
 }
 
@@ -91,8 +85,7 @@ CheckpointLayout::Sectors CheckpointLayout::append_to_bin(Lane& lane) {
 bool CheckpointLayout::has_open_sector(const Lane& lane) const {
   if (!charged_ || open_sectors_ == 0) return false;
   if (bin_count_ != 0) return !rays_[lane.ray].open.empty();
-  return !lane.closed && lane.appended > store_entries_ &&
-         (lane.destination + lane.appended * entry_bytes_) % kSectorBytes != 0;
+  return !lane.closed && lane.appended > 0 && (lane.destination + lane.appended * entry_bytes_) % kSectorBytes != 0;
 }
 
 std::uint64_t CheckpointLayout::close_sector(Lane& lane) {
@@ -118,7 +111,6 @@ CheckpointLayout::Sectors CheckpointLayout::read(Lane& lane) {
   const std::uint64_t index = order_.position(lane.read, lane.source_entries);
   if (index >= capacity_) refuse("reads");
   ++lane.read;
-  if (index < store_entries_) return {.stored = true};
   return read_at(lane, lane.source + index * entry_bytes_, order_.backwards());
 }
 

@@ -38,7 +38,6 @@ class CheckpointLayout {
     std::array<std::uint64_t, 2> number{};
     unsigned count = 0;
     bool straddles = false;  ///< the entry lies in two sectors
-    bool stored = false;     ///< the entry lies in the store, not in memory
   };
 
   /// header: of the trace, whose checkpoint_order, checkpoint_bins and checkpoint_capacity hold. Throws Error when
@@ -47,8 +46,6 @@ class CheckpointLayout {
 
   /// Whether a lane's source_entries must be known when it begins.
   bool needs_source_entries() const { return order_.backwards(); }
-  /// Whether the lane's next entry goes to the store.
-  bool next_is_stored(const Lane& lane) const { return lane.appended < store_entries_; }
   /// Most sectors that an entry sends to be written: without write_combine all that it touches.
   unsigned most_sectors() const {
     if (!charged_) return 0;
@@ -96,8 +93,7 @@ class CheckpointLayout {
   bool charged_;           ///< else no entry has sectors
   unsigned open_sectors_;  ///< of a lane; 0: entries are not combined
   bool read_buffer_;
-  std::uint32_t store_entries_;  ///< of a buffer
-  unsigned bin_count_;           ///< 0: there are two buffers
+  unsigned bin_count_;  ///< 0: there are two buffers
   std::uint64_t bin_stride_ = 0;
   std::vector<Ray> rays_;  ///< by warp slot and lane
 };
@@ -117,10 +113,6 @@ inline CheckpointLayout::Sectors CheckpointLayout::append_at(std::uint64_t begin
 
 inline CheckpointLayout::Sectors CheckpointLayout::append(Lane& lane) {
   if (bin_count_ != 0) return append_to_bin(lane);
-  if (next_is_stored(lane)) {
-    ++lane.appended;
-    return {.stored = true};
-  }
   return append_at(lane.destination + lane.appended++ * entry_bytes_);
 }
 

@@ -42,7 +42,6 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       single_(header.tracing == traces::Tracing::single),
       list_(header.tracing == traces::Tracing::list),
       closest_(header.tracing == traces::Tracing::closest),
-      stochastic_(header.tracing == traces::Tracing::stochastic),
       boxes_(traces::has_box_leaves(header.accel)),
       two_level_(header.two_level),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
@@ -91,7 +90,6 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   warp.fill.fill(0);
   warp.evictions.fill(0);
   warp.first_processed.fill(0);
-  warp.looked_at.fill(0);
   find_active(warp);
 }
 
@@ -149,7 +147,6 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.any_hit_batches;
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   if (single_ || list_) return any_hit_single(batch, phase);
-  if (stochastic_) return any_hit_stochastic(batch, phase);
 
   // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
   // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
@@ -242,7 +239,6 @@ void ShaderProgram::node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase) 
 
 void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
-  if (stochastic_) return blend_sample(warp, phase);
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
   LaneCounts first{};  // where the sorted entries of a lane begin
@@ -293,54 +289,12 @@ void ShaderProgram::end_round(Warp& warp) {
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
     warp.first_processed[lane] += round.processed_count;
-    warp.looked_at[lane] = 0;
     warp.fill[lane] = 0;
     warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
   });
   warp.sort_pass = warp.batch = 0;
   ++warp.round;
   find_active(warp);
-}
-
-// Response and coin of each hit; what is accepted stays in registers.
-void ShaderProgram::any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase) {
-  Warp& warp = warps_[batch.slot];
-  phase.reset(PhaseKind::any_hit, std::uint64_t{costs_.any_hit_fixed} + costs_.blend_per_entry + costs_.coin);
-  load(Region::gaussian, phase);
-  for_each_bit(batch.lanes, [&](unsigned lane) {
-    const std::uint32_t seen = warp.looked_at[lane]++;
-    if (seen < round_of(warp, lane).processed_count) {  // else the trace is at fault, and blend_sample() counts it
-      const traces::Processed hit = warp.group->rays[lane].processed[warp.first_processed[lane] + seen];
-      coalescer_.touch(map_.gaussian_record(hit.gaussian), gaussian_bytes_);
-    }
-    if (batch.outcome[lane] != traces::LeafOutcome::ignored) warp.fill[lane] = 1;
-  });
-}
-
-// The colour of the hit that stopped the sample.
-void ShaderProgram::blend_sample(Warp& warp, ShaderPhase& phase) {
-  phase.reset(PhaseKind::blend, costs_.blend_fixed);
-  LaneMask stopped = 0;
-  for_each_bit(warp.active, [&](unsigned lane) {
-    const traces::Round& round = round_of(warp, lane);
-    counters_.entries_processed += round.processed_count;
-    if (warp.fill[lane] != round.k_count || warp.looked_at[lane] != round.processed_count) {
-      ++counters_.k_buffer_mismatches;
-    }
-    if (round.k_count > 0) stopped |= bit(lane);
-  });
-  if (stopped != 0) {
-    counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(stopped));
-    load(Region::sh, phase);
-    for_each_bit(stopped, [&](unsigned lane) {
-      const traces::Processed* entry = warp.group->rays[lane].processed.data() + warp.first_processed[lane];
-      const traces::Processed* const end = entry + round_of(warp, lane).processed_count;
-      entry = std::find_if(entry, end, [](traces::Processed p) { return p.blended != 0; });
-      if (entry != end) coalescer_.touch(map_.sh_record(entry->gaussian), sh_bytes_);
-    });
-    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
-  }
-  end_round(warp);
 }
 
 void ShaderProgram::epilogue(unsigned slot, ShaderPhase& phase) {

@@ -38,7 +38,6 @@ struct ShaderCosts {
   unsigned list_batch = 32;  ///< list: hits blended between two scans, sorted in registers
   TrafficCharging eviction_traffic = TrafficCharging::charged;
   bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
-  unsigned coin = 12;           ///< stochastic: a hash of pixel, sample and Gaussian, scaled and compared
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
   unsigned sh_per_coefficient = 4;
@@ -74,8 +73,6 @@ struct ShaderCosts {
     add("list_exchange", list_exchange, "list: one place of the sorted batch that an entry passes",
         assumed("GRay, cuda/forward_pass.cu: every entry passes all places but the last, unrolled: a comparison and 4 "
                 "selects"))
-        .came_later();
-    add("coin", coin, "stochastic tracing: a random number from pixel, sample and Gaussian, compared with alpha")
         .came_later();
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
@@ -199,7 +196,6 @@ class ShaderProgram {
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
-    std::array<std::uint32_t, kMaxLanes> looked_at{};        ///< stochastic: hits of the present round
   };
   using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
 
@@ -207,8 +203,6 @@ class ShaderProgram {
     return warp.group->rays[lane].rounds[warp.round];
   }
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
-  void any_hit_stochastic(const AnyHitBatch& batch, ShaderPhase& phase);
-  void blend_sample(Warp& warp, ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
   /// Whether the round has a batch of that number.
@@ -249,7 +243,6 @@ class ShaderProgram {
   bool single_;  ///< header.tracing
   bool list_;
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
-  bool stochastic_;
   bool boxes_;
   bool two_level_;
   unsigned sh_coefficients_;

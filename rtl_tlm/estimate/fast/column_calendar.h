@@ -14,10 +14,8 @@ namespace grtx::sim {
 
 class ColumnCalendar {
  public:
-  /// others: has some of the places.
-  explicit ColumnCalendar(const modules::DramTiming& t, const modules::OtherWork& others = {})
+  explicit ColumnCalendar(const modules::DramTiming& t)
       : ccd_(t.ccd),
-        others_(others),
         same_way_{1, places(t.ccd_of_group())},
         write_to_read_{places(t.write_to_read()), places(t.write_to_read_of_group())},
         read_to_write_(places(t.read_to_write())),
@@ -68,7 +66,7 @@ class ColumnCalendar {
     for (;;) {
       if (apart) at = places_.first_free(at);
       if (at >= places_.end()) break;
-      const Cycle free = others_.takes(at) ? at + 1 : allowed(at, burst, apart ? writes_ : places_);
+      const Cycle free = allowed(at, burst, apart ? writes_ : places_);
       if (free == at) return take(at, burst);
       at = free;
     }
@@ -106,7 +104,6 @@ class ColumnCalendar {
   Cycle places(Cycle clocks) const { return std::max<Cycle>(1, (clocks + ccd_ / 2) / ccd_); }
 
   Cycle ccd_;
-  modules::OtherWork others_;  ///< by place
   // In places, as all below.
   std::array<Cycle, 2> same_way_, write_to_read_;  ///< of other bank groups, of the same
   Cycle read_to_write_;

@@ -15,8 +15,7 @@ Checkpoints::Checkpoints(Shared& shared, unsigned sm, L1& l1)
       l1_(l1),
       layout_(shared.config.rt.checkpoint, shared.header),
       lanes_(shared.header.checkpoint ? std::size_t{shared.config.rt.warp_buffer.entries} * kMaxLanes : 0),
-      hand_over_(shared.config.rt.checkpoint.lanes),
-      store_read_(shared.config.rt.checkpoint.store.read_ports) {}
+      hand_over_(shared.config.rt.checkpoint.lanes) {}
 
 void Checkpoints::begin(std::uint32_t lane, unsigned slot, std::uint32_t round, bool replay,
                         std::span<const traces::Event> events, const traces::Ray& ray) {
@@ -58,10 +57,6 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool l
   for (; entries > 0; --entries) {
     hand_over();
     const CheckpointLayout::Sectors sectors = next_written(of);
-    if (sectors.stored) {
-      taken = std::max(taken, store_write_.reserve(now));
-      ++counters_.store_written;
-    }
     for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], true, false);
     if (sectors.straddles) ++counters_.straddling_written;
   }
@@ -84,13 +79,6 @@ Cycle Checkpoints::write(Cycle now, std::uint32_t lane, unsigned entries, bool l
 bool Checkpoints::read(Cycle now, std::uint32_t lane) {
   const CheckpointLayout::Sectors sectors = next_read(lanes_[lane]);
   if (sectors.straddles) ++counters_.straddling_read;
-  if (sectors.stored) {
-    ++counters_.store_read;
-    ++counters_.store_returned;
-    const Cycle asked = store_read_.reserve(now + 1);
-    shared_.agenda.add(asked + shared_.config.rt.checkpoint.store.latency, {What::lane, sm_, lane});
-    return false;
-  }
   if (sectors.count == 0) return true;
   lanes_[lane].seen = 0;
   for (unsigned i = 0; i < sectors.count; ++i) push(now, lane, sectors.number[i], false, i + 1 == sectors.count);

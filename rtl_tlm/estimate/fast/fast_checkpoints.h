@@ -25,11 +25,7 @@ class Checkpoints {
   bool read(Cycle now, std::uint32_t lane);
   /// The L1 has answered.
   void answered(std::uint32_t lane, Cycle seen, bool write, bool last);
-  void advance(Cycle now) {
-    hand_over_.advance(now);
-    store_write_.advance(now);
-    store_read_.advance(now);
-  }
+  void advance(Cycle now) { hand_over_.advance(now); }
 
   // The same without time.
   void warm_write(std::uint32_t lane, unsigned entries, bool last);
@@ -56,9 +52,8 @@ class Checkpoints {
   L1& l1_;
   modules::CheckpointLayout layout_;
   std::vector<Lane> lanes_;
-  SlotCalendar hand_over_;                 ///< of entries
-  SlotCalendar store_write_, store_read_;  ///< ports of the private store
-  Cycle blocked_until_ = 0;                ///< a lane waits to hand over entries
+  SlotCalendar hand_over_;   ///< of entries
+  Cycle blocked_until_ = 0;  ///< a lane waits to hand over entries
   modules::CheckpointUnit::Counters counters_;
 };
 

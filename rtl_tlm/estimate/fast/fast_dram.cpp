@@ -8,7 +8,7 @@ FastDramChannel::FastDramChannel(const modules::DramChannelConfig& config)
     : config_(config),
       mapping_(config),
       banks_(config.banks),
-      columns_(config.timing, config.others()),
+      columns_(config.timing),
       activates_(config.timing),
       queue_(config.queue) {}
 

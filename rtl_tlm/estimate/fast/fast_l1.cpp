@@ -26,7 +26,6 @@ L1::L1(Shared& shared, unsigned sm)
     : shared_(shared),
       config_(shared.config.l1),
       sm_(sm),
-      others_(config_.other_share, SharedResource::l1, sm),
       one_by_one_(shared.config.sm_links.l1_capacity == 1),
       tags_(config_.geometry),
       written_by_(config_.private_writes.policy == WritePolicy::write_back ? tags_.slots() : 0),
@@ -127,7 +126,7 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   const unsigned run = unsigned{r.sectors} >> lowest;
   const unsigned count = count_of(run);
   const unsigned width = ports_[client].width;
-  if ((run & (run + 1)) == 0 && width == 1 && !others_) {
+  if ((run & (run + 1)) == 0 && width == 1) {
     const unsigned bank = banks_.bank(first + lowest);
     if (banks_.reserve_run(bank, at, count)) return at + count - 1;
     std::uint64_t& conflicts = counters_.stalls[static_cast<std::size_t>(L1Stall::bank_conflict)];
@@ -147,10 +146,9 @@ Cycle L1::take_banks(unsigned client, const Request& r, Cycle at) {
   std::uint64_t conflicts = 0;
   Port& port = ports_[client];
   const auto next_cycle = [&](Cycle cycle) {
-    at = others_.free_from(cycle);
+    at = cycle;
     port.begin_cycle();
   };
-  at = others_.free_from(at);
   if (at != port.next) port.begin_cycle();
   for (std::uint8_t rest = r.sectors; rest != 0; rest &= static_cast<std::uint8_t>(rest - 1)) {
     const unsigned bank = banks_.bank(first + static_cast<unsigned>(std::countr_zero(rest)));

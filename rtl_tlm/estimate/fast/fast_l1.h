@@ -212,7 +212,6 @@ class L1 {
   unsigned sm_;
   RtUnit* rt_ = nullptr;
   Simt* simt_ = nullptr;
-  modules::OtherWork others_;
   bool one_by_one_;  ///< links to the L1 have one place, and carry something in every other cycle
   modules::SectorCacheTags tags_;
   std::vector<modules::Region> written_by_;  ///< by line of the tags: of its dirty sectors

@@ -30,7 +30,7 @@ RtUnit::RtUnit(Shared& shared, unsigned sm, L1& l1, Simt& simt)
       ages_(config_.warp_buffer.entries),
       cursors_(shared.config.resident()),
       free_entries_(lowest_bits(config_.warp_buffer.entries)),
-      box_(config_.ray_box_of(shared.header)),
+      box_(config_.ray_box),
       leaf_(shared.traffic.leaf_kind() == NodeKind::triangle ? config_.ray_triangle
                                                              : config_.sphere_unit(shared.header)),
       transform_(config_.ray_transform),

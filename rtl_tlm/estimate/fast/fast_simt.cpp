@@ -19,7 +19,7 @@ Simt::Simt(Shared& shared, unsigned sm, L1& l1, RtUnit& rt, Distributor& distrib
       distributor_(distributor),
       program_(shared.header, shared.map, shared.config.simt.costs, sm, shared.config.resident(),
                shared.config.simt.private_store),
-      issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency, shared.config.simt.other_share, sm),
+      issue_(shared.config.simt.schedulers, shared.config.simt.instruction_latency),
       store_(shared.config.simt.private_store),
       warps_(shared.config.resident()) {}
 

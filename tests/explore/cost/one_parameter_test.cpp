@@ -43,7 +43,6 @@ constexpr const char* kFixedTime = "a time of parts whose size does not follow f
 constexpr const char* kLimitStudy = "a limit study: no hardware is meant";
 constexpr const char* kAssumption = "an assumption about the same parts: who pays for their traffic";
 constexpr const char* kShader = "the length of a shader, which is software";
-constexpr const char* kOthers = "what other programs do with the same parts";
 constexpr const char* kDramChip = "of the DRAM chips, which are not priced by area";
 
 const std::vector<Mutation>& mutations() {
@@ -76,9 +75,6 @@ const std::vector<Mutation>& mutations() {
       {"rt.checkpoint.read_buffer", "true", kBoth},
       {"rt.checkpoint.entry_bytes", "16", kBoth},
       {"rt.checkpoint.traffic", "uncharged", kTiming, kAssumption},
-      {"rt.private_store.checkpoint_entries", "4", kBoth},
-      {"rt.private_store.latency", "40", kTiming, kFixedTime, {"rt.private_store.checkpoint_entries=8"}},
-      {"rt.private_store.read_ports", "2", kBoth, "", {"rt.private_store.checkpoint_entries=64"}},
       {"rt.prefetch.enabled", "false", kBoth},
       {"rt.prefetch.records", "1", kBoth},
       {"rt.prefetch.queue", "1", kBoth},
@@ -87,7 +83,6 @@ const std::vector<Mutation>& mutations() {
       {"rt.box.count", "1", kBoth},
       {"rt.box.latency", "26", kBoth},
       {"rt.box.interval", "4", kBoth},
-      {"rt.box.rotate_latency", "12", kBoth, "", {}, "obb"},
       {"rt.triangle.count", "1", kBoth},
       {"rt.triangle.latency", "74", kBoth},
       {"rt.triangle.interval", "4", kBoth},
@@ -119,7 +114,6 @@ const std::vector<Mutation>& mutations() {
       {"simt.registers", "131072", kCost, "any number serves the fixed count of resident warps"},
       {"simt.registers_per_thread", "255", kBoth, "", {"simt.registers=16384"}},
       {"simt.payload_registers", "200", kBoth, "", {"simt.registers=16384", "simt.registers_per_thread=55"}},
-      {"simt.other_share", "0.5", kTiming, kOthers},
       {"simt.message_latency", "5", kTiming, kFixedTime},
       {"simt.cost.raygen_prologue", "80", kTiming, kShader},
       {"simt.cost.trace_call", "12", kTiming, kShader},
@@ -132,7 +126,6 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
       {"simt.cost.list_per_entry", "80", kTiming, kShader, {}, "list"},
       {"simt.cost.list_exchange", "50", kTiming, kShader, {}, "list"},
-      {"simt.cost.coin", "24", kTiming, kShader, {}, "stochastic"},
       {"simt.cost.blend_fixed", "20", kTiming, kShader},
       {"simt.cost.blend_per_entry", "48", kTiming, kShader},
       {"simt.cost.sh_per_coefficient", "8", kTiming, kShader},
@@ -149,7 +142,6 @@ const std::vector<Mutation>& mutations() {
       {"l1.mshr_merges", "1", kBoth},
       {"l1.miss_queue", "1", kBoth},
       {"l1.rotating_priority", "false", kTiming, kPolicy},
-      {"l1.held_misses", "8", kBoth, "", {"l1.mshr_entries=2"}},
       {"l1.private_writes", "write_back", kBoth},
       {"l1.private_allocate", "true", kTiming, kPolicy},
       {"l1.write_back_buffer",
@@ -158,7 +150,6 @@ const std::vector<Mutation>& mutations() {
        "",
        {"l1.private_writes=write_back", "l1.private_allocate=true", "l1.bytes=2048"}},
       {"l1.perfect", "true", kTiming, kLimitStudy},
-      {"l1.other_share", "0.5", kTiming, kOthers},
       {"l1.link_latency", "3", kTiming, kFixedTime},
       {"l1.link_capacity", "1", kBoth},
       {"crossbar.latency", "16", kBoth},
@@ -191,7 +182,6 @@ const std::vector<Mutation>& mutations() {
       {"dram.hit_cap", "1", kBoth, "", {"dram.scheduling=fr_fcfs_cap", "dram.mhz=250"}},
       {"dram.age_cap", "1", kTiming, kPolicy},
       {"dram.bank_xor", "true", kTiming, kPolicy},
-      {"dram.other_share", "0.5", kTiming, kOthers},
       {"dram.fixed_latency", "512", kTiming, kFixedTime},
       {"dram.perfect", "true", kTiming, kLimitStudy},
       {"dram.timing.ccd", "8", kTiming, kDramChip},
@@ -249,8 +239,6 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi;
       random.tracing = tracing;
-      if (tracing == traces::Tracing::stochastic) random.k = 1;
-      if (kind == "obb") random.layout = traces::NodeLayout::obb;
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
@@ -270,12 +258,11 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const GpuConfig config = load_config(file, settings);
-      const bool one_level = kind == "single" || kind == "stochastic" || kind == "list";
+      const bool one_level = kind == "single" || kind == "list";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
       MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
       if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;
       if (kind == "box") use.leaves = LeafTest::boxes;
-      if (kind == "obb") use.layout = traces::NodeLayout::obb;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
       const auto value = [&](const std::string& name) {

@@ -111,16 +111,17 @@ TEST_P(LayoutInvariance, TracesAreConsistent) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Structures, LayoutInvariance,
-    ::testing::Combine(::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
-                                         AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere),
-                       ::testing::Values(NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed)),
-    [](const auto& test) {
-      std::string name = accel_name(std::get<0>(test.param)) + "_" + std::string(name_of(std::get<1>(test.param)));
-      std::replace(name.begin(), name.end(), '-', '_');
-      return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Structures, LayoutInvariance,
+                         ::testing::Combine(::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
+                                                              AccelKind::tlas_tri20, AccelKind::tlas_tri80,
+                                                              AccelKind::tlas_sphere),
+                                            ::testing::Values(NodeLayout::compact, NodeLayout::compressed)),
+                         [](const auto& test) {
+                           std::string name = accel_name(std::get<0>(test.param)) + "_" +
+                                              std::string(name_of(std::get<1>(test.param)));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace grtx::frontend

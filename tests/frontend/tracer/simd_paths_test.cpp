@@ -8,7 +8,6 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/error.h"
-#include "grtx/frontend/accel/orientations.h"
 #include "grtx/frontend/gaussian/face_intersection.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/tracer/node_intersection.h"
@@ -64,10 +63,8 @@ TEST(SimdPaths, ALimitLeavesWhatIsNotAboveIt) {
 }
 
 TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
-  InternalLayout oriented6 = internal_layout(6), oriented8 = internal_layout(8);
-  oriented6.oriented = oriented8.oriented = true;
   const InternalLayout packed = internal_layout(traces::NodeSizes(traces::NodeLayout::compressed, 8));
-  for (const InternalLayout& layout : {internal_layout(6), internal_layout(8), oriented6, oriented8, packed}) {
+  for (const InternalLayout& layout : {internal_layout(6), internal_layout(8), packed}) {
     const unsigned slots = layout.slots;
     Numbers numbers;
     const NodeTest expected_test = node_test(SimdPath::portable, layout);
@@ -75,7 +72,6 @@ TEST(SimdPaths, NodeTestsAgreeOnRandomBytesAndRays) {
     for (int trial = 0; trial < 100000; ++trial) {
       alignas(64) std::uint8_t node[128];
       for (std::uint8_t& byte : node) byte = static_cast<std::uint8_t>(numbers.bits() >> 13);
-      if (layout.oriented) node[kOrientationByte] = static_cast<std::uint8_t>(node[kOrientationByte] % kOrientations);
       for (int axis = 0; axis < 3; ++axis) {
         const float origin = trial % 4 == 0 ? numbers.any() : numbers.plain(-1.0f, 0.0f);
         std::memcpy(node + 4 * axis, &origin, 4);

@@ -32,27 +32,6 @@ TEST_F(L1Bandwidth, AClientReadsASectorEveryCycle) {
   EXPECT_THAT(bench.l1.counters().stalls, Each(0u));
 }
 
-// In a cycle that other work has no client's request is taken.
-TEST_F(L1Bandwidth, OtherWorkMakesAStreamOfReadsLongerByOneOverWhatIsLeft) {
-  constexpr unsigned kReads = 4000;
-  for (const double share : {0.25, 0.5, 0.9}) {
-    fresh_context();
-    L1Cache::Config config;
-    config.clients = 2;
-    config.other_share = share;
-    L1Bench bench(config);
-    warm(bench, 8);
-    for (unsigned i = 0; i < kReads; ++i) {
-      bench.client(0).read(1000, i % 4 * kSectorBytes);
-      bench.client(1).read(1000, (i + 1) % 4 * kSectorBytes);
-    }
-    EXPECT_TRUE(run_until_quiet(bench.clock, 100'000));
-    EXPECT_TRUE(bench.conserved());
-    const auto cycles = static_cast<double>(bench.client(0).answers().back().cycle - 1000);
-    EXPECT_NEAR(cycles * (1 - share), kReads, 0.06 * kReads) << share;
-  }
-}
-
 TEST_F(L1Bandwidth, ClientsOnDifferentBanksDoNotDisturbEachOther) {
   L1Cache::Config config;
   config.clients = 4;

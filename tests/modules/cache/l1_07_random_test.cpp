@@ -28,7 +28,6 @@ class L1Random : public SystemCTest {
     config.write_back_buffer = static_cast<unsigned>(1 + seed % 2);
     config.private_writes.allocate = seed % 3 != 0;
     config.widths = {1, static_cast<unsigned>(1 + seed % 4), 2};
-    config.held_misses = seed % 5 == 2 ? 2 : 0;
     L1Bench bench(config, 60, idle_skip);
     std::set<std::uint64_t> written_sectors;
     const auto sometimes = [seed](unsigned salt, unsigned percent) {

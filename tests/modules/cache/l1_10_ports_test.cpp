@@ -76,46 +76,5 @@ TEST_F(L1Ports, ABankServesOneSectorACycleHoweverWideThePort) {
   for (unsigned i = 0; i < 8; ++i) EXPECT_EQ(burst.answers[i].second, 11 + config.latency + i);
 }
 
-TEST_F(L1Ports, HitsPassReadsThatWaitForAnMshr) {
-  for (const unsigned held : {0u, 2u}) {
-    fresh_context();
-    L1Cache::Config config;
-    config.clients = 1;
-    config.mshr_entries = 1;
-    config.held_misses = held;
-    L1Bench bench(config);
-    bench.client().read(10, 0x0);
-    bench.client().read(500, 0x1000);  // takes the only MSHR
-    const auto waits = bench.client().read(501, 0x2000);
-    const auto hit = bench.client().read(502, 0x0);
-    EXPECT_TRUE(run_until_quiet(bench.clock, 3000));
-    const Cycle miss = l1_miss_latency(config, L1Bench::kMemoryLatency);
-    if (held == 0) {
-      EXPECT_GT(bench.client().answered(hit), 500 + miss);
-    } else {
-      EXPECT_EQ(bench.client().answered(hit), 502 + config.latency);
-    }
-    EXPECT_GT(bench.client().answered(waits), 500 + miss);
-    EXPECT_TRUE(bench.conserved());
-  }
-}
-
-TEST_F(L1Ports, ReadsOfWhatMayBeWrittenNeverWaitAside) {
-  L1Cache::Config config;
-  config.clients = 1;
-  config.mshr_entries = 1;
-  config.held_misses = 4;
-  L1Bench bench(config);
-  bench.client().read(10, 0x0, Region::checkpoint);
-  bench.client().read(500, 0x1000, Region::checkpoint);
-  const auto waits = bench.client().read(501, 0x2000, Region::checkpoint);
-  const auto write = bench.client().write(502, 0x2000, Region::checkpoint);
-  EXPECT_TRUE(run_until_quiet(bench.clock, 3000));
-  ASSERT_EQ(bench.memory.arrivals().size(), 4u);
-  EXPECT_FALSE(bench.memory.arrivals()[2].request.write) << "the read goes before the write";
-  EXPECT_LE(bench.client().answered(waits), bench.client().answered(write));
-  EXPECT_TRUE(bench.conserved());
-}
-
 }  // namespace
 }  // namespace grtx::modules

@@ -87,37 +87,6 @@ double stream(unsigned bursts, const DramChannelConfig& config) {
   return static_cast<double>(done);
 }
 
-// The bus is dealt out in bursts, of which other work has its share.
-TEST(DramChannelTiming, OtherWorkMakesAStreamLongerByOneOverWhatIsLeft) {
-  constexpr unsigned kBursts = 6000;
-  for (const std::string scheduling : {"fr_fcfs", "fcfs"}) {
-    for (const unsigned refi : {0U, 5000U}) {
-      DramChannelConfig config{.scheduling = scheduling};
-      config.timing.refi = refi;
-      config.timing.rfc = refi == 0 ? 0 : 100;
-      const double alone = stream(kBursts, config);
-      for (const double share : {0.25, 0.5, 0.75}) {
-        config.other_share = share;
-        EXPECT_NEAR(stream(kBursts, config) / alone, 1 / (1 - share), 0.06 / (1 - share))
-            << scheduling << " " << share << " refresh " << refi;
-      }
-    }
-  }
-}
-
-TEST(DramChannelTiming, OtherWorkLeavesBurstsOnTheirPlaces) {
-  DramChannelConfig config{.other_share = 0.5, .number = 3};
-  const OtherWork work(0.5, SharedResource::dram, 3);
-  std::vector<Request> requests;
-  for (unsigned i = 0; i < 32; ++i) requests.push_back({101, i * 32});
-  Cycle place = (101 + kT.rcd + kT.ccd - 1) / kT.ccd;
-  for (const Cycle done : run(requests, config)) {
-    place = work.free_from(place);
-    EXPECT_EQ(done, place * kT.ccd + kT.cl + kT.ccd);
-    ++place;
-  }
-}
-
 TEST(DramChannelTiming, BanksActivateRrdApart) {
   std::vector<Request> requests;
   for (unsigned i = 0; i < 16; ++i) requests.push_back({100, i * kRow});

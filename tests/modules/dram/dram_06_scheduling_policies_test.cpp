@@ -1,7 +1,8 @@
 // DRAM scheduling policies: what each chooses, alone and in a channel; one of the user's own.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <limits>
+#include <bit>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -9,7 +10,6 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/decide/dram_channel.h"
 #include "modules/dram/dram_load.h"
-#include "modules/dram/fr_fcfs_policy.h"
 
 namespace grtx::modules {
 namespace {
@@ -17,55 +17,67 @@ namespace {
 constexpr DramTiming kT{};
 constexpr std::uint64_t kRow = 2048;
 constexpr std::uint64_t kSameBank = kRow * 16;
-constexpr std::size_t kNone = DramChoice::kNone;
+constexpr unsigned kNone = DramQueues::kNone;
 
 DramChannelConfig with_scheduling(const char* name) {
   DramChannelConfig config{.scheduling = name};
   return config;
 }
 
-/// That of the configuration, where it is built into the channel said as a policy.
-std::unique_ptr<DramScheduling> policy_of(const DramChannelConfig& config) {
-  if (config.scheduling == kFrFcfs) return std::make_unique<FrFcfs>(config.age_cap);
-  if (config.scheduling == kFrFcfsCap) return std::make_unique<FrFcfsCap>(config);
-  return make_dram_scheduling(config);
-}
-
 // --- Alone.
 
-/// A bank whose oldest request, since clock 0, wants another row than its hit, if it has one.
-DramBankQueue conflict(unsigned bank, std::uint64_t oldest, bool ready, std::uint64_t hit = 0, bool hit_ready = false) {
-  DramBankQueue queue{
-      .bank = bank, .oldest = oldest, .has_hit = hit != 0, .hit = hit, .column_ready = hit_ready, .row_ready = ready};
-  return queue;
+struct BankQueue {
+  unsigned bank;
+  std::uint64_t oldest;  ///< request, since clock 0
+  bool row_ready;
+  std::uint64_t hit;  ///< request; 0: there is none
+  bool column_ready;
+};
+/// A bank whose oldest request wants another row than its hit, if it has one.
+BankQueue conflict(unsigned bank, std::uint64_t oldest, bool ready, std::uint64_t hit = 0, bool hit_ready = false) {
+  return {bank, oldest, ready, hit, hit_ready};
 }
 /// A bank whose oldest request is a row hit.
-DramBankQueue hit(unsigned bank, std::uint64_t oldest, bool ready) {
-  DramBankQueue queue = conflict(bank, oldest, false, oldest, ready);
-  return queue;
+BankQueue hit(unsigned bank, std::uint64_t oldest, bool ready) { return {bank, oldest, false, oldest, ready}; }
+
+DramQueues shown(const std::vector<BankQueue>& banks) {
+  DramQueues queues;
+  queues.oldest.resize(16);
+  queues.hit.resize(16);
+  for (const BankQueue& b : banks) {
+    const std::uint64_t bit = std::uint64_t{1} << b.bank;
+    queues.busy |= bit;
+    queues.oldest[b.bank].order = b.oldest;
+    queues.hit[b.bank].order = b.hit;
+    if (b.hit != 0) queues.hits |= bit;
+    if (b.hit != 0 && b.hit != b.oldest) queues.overtaking |= bit;
+    if (b.column_ready) queues.columns |= bit;
+    if (b.row_ready) queues.rows |= bit;
+  }
+  return queues;
 }
 
 struct Choice {
   const char* policy;
   Cycle now;
-  std::vector<DramBankQueue> queues;
-  std::size_t column;
-  std::size_t row;
+  std::vector<BankQueue> banks;
+  unsigned column;  ///< bank
+  unsigned row;
 };
 
 TEST(DramScheduling, WhatEachChooses) {
-  const std::vector<DramBankQueue> mixed = {conflict(0, 3, true, 9, true), hit(1, 5, true), conflict(2, 4, true),
-                                            hit(3, 7, true)};
+  const std::vector<BankQueue> mixed = {conflict(0, 3, true, 9, true), hit(1, 5, true), conflict(2, 4, true),
+                                        hit(3, 7, true)};
   const Choice cases[] = {{"fr_fcfs", 0, mixed, 1, 2},  // bank 0 serves its hit first, which is younger than bank 1's
                           {"fr_fcfs", 1025, mixed, 1, 0},  // all are aged: bank 0 makes way; 5 is the oldest hit
                           {"fr_fcfs_cap", 0, mixed, 1, 2},
                           {"fcfs", 0, mixed, kNone, 0},  // 3 is the oldest, and its row is not open
-                          {"fcfs", 0, {hit(1, 5, true), conflict(2, 6, true)}, 0, 1},
+                          {"fcfs", 0, {hit(1, 5, true), conflict(2, 6, true)}, 1, 2},
                           {"fcfs", 0, {hit(1, 5, false), hit(2, 6, true)}, kNone, kNone},  // 6 does not overtake 5
-                          {"fr_fcfs", 0, {hit(1, 5, false), hit(2, 6, true)}, 1, kNone},   // but here it does
+                          {"fr_fcfs", 0, {hit(1, 5, false), hit(2, 6, true)}, 2, kNone},   // but here it does
                           {"fr_fcfs", 1025, {hit(1, 5, false), hit(2, 6, true)}, kNone, kNone}};  // until 5 has aged
   for (const Choice& c : cases) {
-    const DramChoice choice = policy_of(with_scheduling(c.policy))->choose(c.now, c.queues);
+    const DramChoice choice = make_dram_scheduling(with_scheduling(c.policy))->choose(c.now, shown(c.banks));
     EXPECT_EQ(choice.column, c.column) << c.policy << " at " << c.now;
     EXPECT_EQ(choice.row, c.row) << c.policy << " at " << c.now;
   }
@@ -74,15 +86,15 @@ TEST(DramScheduling, WhatEachChooses) {
 TEST(DramScheduling, TheCapIsForEachBankAndForgottenWithTheRow) {
   DramChannelConfig config = with_scheduling("fr_fcfs_cap");
   config.hit_cap = 2;
-  const auto policy = policy_of(config);
-  const std::vector<DramBankQueue> one = {conflict(0, 1, true, 8, true)};
+  const auto policy = make_dram_scheduling(config);
+  const DramQueues one = shown({conflict(0, 1, true, 8, true)});
   EXPECT_EQ(policy->choose(0, one).column, 0U);
   EXPECT_EQ(policy->choose(1, one).column, 0U);
   DramChoice third = policy->choose(2, one);
   EXPECT_EQ(third.column, kNone);
   EXPECT_EQ(third.row, 0U) << "two have overtaken";
   EXPECT_EQ(policy->choose(3, one).column, 0U) << "another request, since the oldest got its row command";
-  EXPECT_EQ(policy->choose(4, {conflict(1, 2, true, 9, true)}).column, 0U) << "another bank";
+  EXPECT_EQ(policy->choose(4, shown({conflict(1, 2, true, 9, true)})).column, 1U) << "another bank";
   EXPECT_EQ(DramChannel(config).scheduling_bits_per_bank(), 2U);
 }
 
@@ -90,32 +102,41 @@ TEST(DramScheduling, TheCapIsForEachBankAndForgottenWithTheRow) {
 
 class DramScheduled : public ::testing::TestWithParam<DramLoad> {};
 
-TEST_P(DramScheduled, TheChannelsOwnDecisionsAreThoseOfFrFcfs) {
+/// Asks in every clock in which something is ready, and so also where the policy would not have been asked.
+class NeverDeclines final : public DramScheduling {
+ public:
+  explicit NeverDeclines(const DramChannelConfig& config) : policy_(make_dram_scheduling(config)) {}
+  DramChoice choose(Cycle now, const DramQueues& queues) override {
+    const DramChoice choice = policy_->choose(now, queues);
+    return {choice.column, choice.row};
+  }
+
+ private:
+  std::unique_ptr<DramScheduling> policy_;
+};
+
+TEST_P(DramScheduled, WhatAPolicyDeclinesChangesNothing) {
+  for (const char* scheduling : {"fr_fcfs", "fr_fcfs_cap"}) {
+    for (const unsigned cap : {1U, 4U}) {
+      DramChannelConfig config = with_scheduling(scheduling);
+      config.age_cap = GetParam().age_cap;
+      config.hit_cap = cap;
+      DramChannel own(config), asked(config, std::make_unique<NeverDeclines>(config));
+      EXPECT_EQ(run_load(own, config, GetParam()), run_load(asked, config, GetParam())) << scheduling << " " << cap;
+      EXPECT_EQ(own.counters().activates, asked.counters().activates) << scheduling << " " << cap;
+      EXPECT_EQ(own.counters().queue_clocks, asked.counters().queue_clocks) << scheduling << " " << cap;
+      EXPECT_EQ(own.counters().aged, asked.counters().aged) << scheduling << " " << cap;
+    }
+  }
+}
+
+TEST_P(DramScheduled, ACapThatIsNeverReachedIsNone) {
   DramChannelConfig config{.age_cap = GetParam().age_cap};
-  DramChannel own(config);
-  DramChannel told(config, std::make_unique<FrFcfs>(config.age_cap));
+  DramChannel free(config);
   config.scheduling = "fr_fcfs_cap";
   config.hit_cap = 1'000'000;
   DramChannel capped(config);
-  const std::vector<DramDone> done = run_load(own, config, GetParam());
-  EXPECT_EQ(done, run_load(told, config, GetParam()));
-  EXPECT_EQ(done, run_load(capped, config, GetParam())) << "a cap that is never reached";
-  EXPECT_EQ(own.counters().aged, told.counters().aged);
-  EXPECT_EQ(own.counters().activates, told.counters().activates);
-  EXPECT_EQ(own.counters().queue_clocks, told.counters().queue_clocks);
-}
-
-TEST_P(DramScheduled, TheChannelsOwnDecisionsAreThoseOfFrFcfsCap) {
-  for (const unsigned cap : {1U, 2U, 4U, 9U}) {
-    DramChannelConfig config = with_scheduling("fr_fcfs_cap");
-    config.age_cap = GetParam().age_cap;
-    config.hit_cap = cap;
-    DramChannel own(config), told(config, std::make_unique<FrFcfsCap>(config));
-    EXPECT_EQ(run_load(own, config, GetParam()), run_load(told, config, GetParam())) << cap;
-    EXPECT_EQ(own.counters().activates, told.counters().activates) << cap;
-    EXPECT_EQ(own.counters().queue_clocks, told.counters().queue_clocks) << cap;
-    EXPECT_EQ(own.counters().aged, told.counters().aged) << cap;
-  }
+  EXPECT_EQ(run_load(free, config, GetParam()), run_load(capped, config, GetParam()));
 }
 
 TEST_P(DramScheduled, FcfsGivesDataInOrderOfArrival) {
@@ -166,14 +187,12 @@ TEST(DramScheduling, TheCapLetsSoManyHitsOvertake) {
 /// The highest bank that is ready.
 class HighestBank final : public DramScheduling {
  public:
-  DramChoice choose(Cycle, const std::vector<DramBankQueue>& queues) override {
+  DramChoice choose(Cycle, const DramQueues& queues) override {
     DramChoice choice;
-    for (std::size_t i = 0; i < queues.size(); ++i) {
-      if (queues[i].column_ready)
-        choice.column = i;
-      else if (queues[i].row_ready)
-        choice.row = i;
-    }
+    if (queues.columns != 0) choice.column = 63U - static_cast<unsigned>(std::countl_zero(queues.columns));
+    const std::uint64_t rows =
+        choice.column == kNone ? queues.rows : queues.rows & ~(std::uint64_t{1} << choice.column);
+    if (rows != 0) choice.row = 63U - static_cast<unsigned>(std::countl_zero(rows));
     return choice;
   }
 };
@@ -192,7 +211,7 @@ TEST(DramScheduling, OneOfTheUsersIsRegisteredByName) {
 class Wrong final : public DramScheduling {
  public:
   explicit Wrong(DramChoice choice) : choice_(choice) {}
-  DramChoice choose(Cycle, const std::vector<DramBankQueue>&) override { return choice_; }
+  DramChoice choose(Cycle, const DramQueues&) override { return choice_; }
 
  private:
   DramChoice choice_;
@@ -208,6 +227,33 @@ TEST(DramScheduling, ACommandThatIsNotReadyIsAnError) {
   waits.enqueue(100, 0, 0, 32, false);
   waits.run_until(200);
   EXPECT_EQ(waits.next_command(), 201U) << "asked again in every clock";
+}
+
+/// Nodes of SM 1 before all else.
+class NodesOfSmOneFirst final : public DramScheduling {
+ public:
+  DramChoice choose(Cycle, const DramQueues& queues) override {
+    std::uint64_t nodes = 0;
+    for (unsigned bank = 0; bank < queues.oldest.size(); ++bank) {
+      const RequestOrigin& origin = queues.oldest[bank].origin;
+      if (is_node(origin.region) && origin.sm == 1) nodes |= std::uint64_t{1} << bank;
+    }
+    DramChoice choice;
+    choice.column = DramQueues::oldest_of(queues.columns, queues.hit);
+    choice.row = DramQueues::oldest_of(queues.rows & nodes, queues.oldest);
+    if (choice.row == kNone) choice.row = DramQueues::oldest_of(queues.rows & queues.busy, queues.oldest);
+    return choice;
+  }
+};
+
+TEST(DramScheduling, APolicyKnowsWhoAsksAndForWhat) {
+  DramChannel channel({}, std::make_unique<NodesOfSmOneFirst>());
+  channel.enqueue(100, 0, 0, 32, false, {1, Region::gaussian});
+  channel.enqueue(100, 1, kRow, 32, false, {2, Region::blas});
+  channel.enqueue(100, 2, 2 * kRow, 32, false, {1, Region::blas});
+  channel.run_until(100'000);
+  const Cycle first = 100 + kT.rcd + kT.cl + kT.ccd;
+  EXPECT_EQ(done_by(channel), (std::vector<DramDone>{{2, first}, {0, first + kT.rrd}, {1, first + 2 * kT.rrd}}));
 }
 
 TEST(DramScheduling, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {

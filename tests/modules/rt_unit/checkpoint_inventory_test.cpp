@@ -34,8 +34,7 @@ TEST(CheckpointInventory, HoldsASectorARayAndDirection) {
   EXPECT_EQ(bits.at("submitted"), kLanes * 8);
   EXPECT_EQ(bits.at("open_sectors"), kLanes * 256);
   EXPECT_EQ(bits.at("read_sectors"), kLanes * 256);
-  for (const char* part : {"bin_pointers", "bin_read", "open_tags", "private_store", "store_reads"})
-    EXPECT_FALSE(bits.contains(part)) << part;
+  for (const char* part : {"bin_pointers", "bin_read", "open_tags"}) EXPECT_FALSE(bits.contains(part)) << part;
   config.write_combine = config.read_buffer = false;
   EXPECT_FALSE(bits_of(config).contains("open_sectors"));
   EXPECT_FALSE(bits_of(config).contains("read_sectors"));
@@ -54,16 +53,6 @@ TEST(CheckpointInventory, ABinIsThreePlaces) {
     EXPECT_EQ(bits.at("open_tags"), kLanes * 2 * (4 + place_bits));
   }
   EXPECT_FALSE(bits_of(config).contains("bin_pointers"));
-}
-
-TEST(CheckpointInventory, AStoreIsPricedWhereItIs) {
-  CheckpointConfig config;
-  config.entry_bytes = 20;
-  config.store.entries = 4;
-  config.store.warps = 3;
-  const auto bits = bits_of(config);
-  EXPECT_EQ(bits.at("private_store"), 2u * 4 * 3 * 32 * 160) << "both buffers of each ray";
-  EXPECT_EQ(bits.at("store_reads"), kLanes * 8);
 }
 
 }  // namespace

@@ -77,27 +77,6 @@ TEST_F(RtIntersectionUnitTest, QuantisedBoxesAreDecodedFirst) {
   EXPECT_EQ(decoding[6].count, 48u);
 }
 
-// Layout obb: origin and direction are rotated once a node, not once a child.
-TEST_F(RtIntersectionUnitTest, OrientedBoxesNeedARotatedRayAndATableOfRotations) {
-  for (const unsigned boxes : {6u, 8u}) {
-    const DataPath plain = ray_box_path(boxes), rotating = ray_box_path(boxes, false, true);
-    ASSERT_EQ(rotating.operators.size(), plain.operators.size() + 3);
-    EXPECT_EQ(rotating.operators[4].name, "fp_mul");
-    EXPECT_EQ(rotating.operators[4].count, 2u * 9u);
-    EXPECT_EQ(rotating.operators[5].name, "fp_add");
-    EXPECT_EQ(rotating.operators[5].count, 2u * 6u + 6u);  // and the widening of the origin, near and far
-    EXPECT_EQ(rotating.operators[6].name, "fp_reciprocal");
-    EXPECT_EQ(rotating.operators[6].count, 3u);
-    EXPECT_EQ(plain.table_bits, 0u);
-    EXPECT_EQ(rotating.table_bits, 104u * 9u * 12u);
-  }
-  const IntersectionUnit unit("unit", {4, 19, 1}, 8, ray_box_path(6, false, true));
-  const auto storage = unit.inventory().storage;
-  ASSERT_EQ(storage.size(), 3u);
-  EXPECT_EQ(storage[1].name, "rotations");
-  EXPECT_EQ(storage[1].read_ports, 4u);  // one a pipeline
-}
-
 TEST_F(RtIntersectionUnitTest, ZeroIsNoCountLatencyOrInterval) {
   EXPECT_THROW(IntersectionUnit("a", {0, 1, 1}, 1, {}), Error);
   EXPECT_THROW(IntersectionUnit("b", {1, 0, 1}, 1, {}), Error);

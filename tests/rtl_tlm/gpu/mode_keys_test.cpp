@@ -23,7 +23,6 @@ std::string other_value(std::string_view key) {
   if (value.is_boolean()) return value.get<bool>() ? "false" : "true";
   if (key == "dram.scheduling") return "fcfs";
   if (key.ends_with(".implementation")) return "rtl";
-  if (key.ends_with(".other_share")) return "0.5";
   return std::to_string(value.get<std::uint64_t>() + 2);
 }
 

@@ -28,7 +28,7 @@ class DramChannel {
         core_(core),
         slices_(map.sharers(channel)),
         sockets_(sockets),
-        commands_(config.channel, channel) {}
+        commands_(config.channel) {}
 
   void tick(Cycle now) {
     take_requests(now);

@@ -10,7 +10,6 @@
 
 #include "grtx/modules/dram/decide/dram_config.h"
 #include "rtl_tlm/plain/channel.h"
-#include "rtl_tlm/plain/other_work.h"
 
 namespace grtx::sim::plain {
 
@@ -31,8 +30,7 @@ class DramCommands {
     Cycle done = 0;  ///< its data are there
   };
 
-  DramCommands(const Config& config, unsigned channel)
-      : config_(config), channel_(channel), banks_(config.banks), groups_(config.bank_groups) {}
+  explicit DramCommands(const Config& config) : config_(config), banks_(config.banks), groups_(config.bank_groups) {}
 
   std::size_t queued() const { return bursts_.size(); }
   /// Refreshes, and the precharges for them, that were due before the last column command.
@@ -95,11 +93,6 @@ class DramCommands {
     Cycle activate_from = 0, precharge_from = 0, read_from = 0, write_from = 0;  ///< earliest next command
     unsigned overtaken = 0;  ///< column commands for hits younger than the oldest request, in a row
   };
-  /// With other work the bus is dealt out in bursts.
-  bool bus_is_ours(Cycle now) const {
-    if (config_.other_share == 0.0) return true;
-    return now % config_.timing.ccd == 0 && !other_work(config_.other_share, 3, channel_, now / config_.timing.ccd);
-  }
   struct Group {
     Cycle activate_from = 0, read_from = 0, write_from = 0;
   };
@@ -126,7 +119,6 @@ class DramCommands {
       if (view.hit != kNone) {
         view.column_ready = now >= (bursts_[view.hit].write ? std::max({write_from_, bank.write_from, group.write_from})
                                                             : std::max({read_from_, bank.read_from, group.read_from}));
-        view.column_ready &= bus_is_ours(now);
       }
       const bool lacks_row = view.hit != view.oldest;
       const Cycle row_from =
@@ -201,7 +193,6 @@ class DramCommands {
   }
 
   Config config_;
-  unsigned channel_;
   std::vector<Bank> banks_;
   std::vector<Group> groups_;
   std::deque<Burst> bursts_;  ///< oldest first

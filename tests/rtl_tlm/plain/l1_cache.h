@@ -12,7 +12,6 @@
 #include "rtl_tlm/plain/cache_counts.h"
 #include "rtl_tlm/plain/cache_lines.h"
 #include "rtl_tlm/plain/messages.h"
-#include "rtl_tlm/plain/other_work.h"
 #include "rtl_tlm/plain/statistics.h"
 
 namespace grtx::sim::plain {
@@ -147,7 +146,6 @@ class L1Cache {
   }
 
   void take_requests(Cycle now) {
-    if (other_work(config_.other_share, 2, sm_, now)) return;
     banks_taken_.assign(config_.banks, false);
     bool won = false;
     const std::size_t first = config_.rotating_priority ? next_first_ : 0;

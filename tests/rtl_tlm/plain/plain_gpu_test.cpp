@@ -116,20 +116,6 @@ TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
   }
 }
 
-TEST(PlainGpuStochastic, AgreesOnSamples) {
-  const frontend::Scene scene = grtx::test::random_scene(65, {.count = 200, .sh_degree = 2});
-  frontend::TracerOptions options;
-  options.tracing = frontend::Tracing::stochastic;
-  options.k = 1;
-  options.samples = 4;
-  for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_sphere}) {
-    const traces::testing::TemporaryFile file("plain");
-    test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 2.0), 32, 16, kind, options);
-    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", {});
-    EXPECT_EQ(differences(file.path(), config), "") << frontend::accel_name(kind);
-  }
-}
-
 TEST(PlainGpuList, AgreesOnListsLongAndShort) {
   const frontend::Scene scene = grtx::test::random_scene(66, {.count = 400, .sh_degree = 1});
   frontend::TracerOptions options;

@@ -44,9 +44,8 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   trace.child_order = random.coin() ? traces::ChildOrder::near_first : traces::ChildOrder::slot;
   trace.tracing = random.one_of({traces::Tracing::multi, traces::Tracing::multi, traces::Tracing::multi,
                                  traces::Tracing::single, traces::Tracing::closest});
-  if (trace.tracing == traces::Tracing::closest && seed % 2 == 0) trace.tracing = traces::Tracing::stochastic;
   trace.checkpoint = trace.tracing == traces::Tracing::multi && random.upto(2) != 0;
-  if (trace.tracing == traces::Tracing::closest || trace.tracing == traces::Tracing::stochastic) trace.k = 1;
+  if (trace.tracing == traces::Tracing::closest) trace.k = 1;
   if (trace.tracing == traces::Tracing::single) trace.k = random.one_of({1U, 3U, 8U, 100U});
   trace.capacity = trace.checkpoint ? random.one_of({6U, 1000U, 1000U}) : 0;
   trace.checkpoint_order =
@@ -54,7 +53,7 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed % 5 == 4) trace.child_order = traces::ChildOrder::vulkan_sim;
   if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
   using traces::NodeLayout;
-  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::obb, NodeLayout::compressed});
+  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::compressed});
   if (trace.tracing == traces::Tracing::single && seed % 2 == 0) trace.tracing = traces::Tracing::list;
   Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
   if (trace.checkpoint && bins.coin()) {
@@ -202,18 +201,13 @@ inline GpuConfig random_machine(Random& random) {
     c.simt.private_store.latency = stores.one_of({1U, 2U, 19U});
     c.simt.private_store.lane_bytes = stores.one_of({4U, 8U});
   }
-  if (stores.upto(2) == 0) {
-    rt.checkpoint.store.entries = stores.one_of({1U, 3U, 8U, 100U});
-    rt.checkpoint.store.latency = stores.one_of({1U, 2U, 7U});
-    rt.checkpoint.store.read_ports = stores.one_of({1U, 2U, 8U});
-  }
   Random insertion = random;  // likewise
   c.rt.quadric = insertion.upto(5) < 3;
   c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
   c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
   Random traffic = stores;  // likewise
   using modules::TrafficCharging;
-  if (rt.checkpoint.store.entries == 0 && traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
+  if (traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
   if (traffic.upto(3) == 0) c.simt.costs.eviction_traffic = TrafficCharging::uncharged;
   Random channels = traffic;    // likewise
   if (channels.upto(2) == 0) {  // slices share them
@@ -249,28 +243,22 @@ inline GpuConfig random_machine(Random& random) {
   for (unsigned* cost : {&costs.list_per_entry, &costs.list_exchange}) {
     if (lists.upto(2) == 0) *cost = lists.one_of({0U, 1U, 60U});
   }
-  Random sharing = lists;  // likewise
-  for (double* share : {&c.simt.other_share, &l1.other_share, &dram.channel.other_share}) {
-    if (sharing.upto(3) == 0) *share = sharing.one_of({0.05, 0.3, 0.9});
-  }
-  if (sharing.upto(3) == 0) {
-    c.simt.registers_per_thread = sharing.one_of({40U, 128U, 255U});
-    c.simt.payload_registers = sharing.one_of({0U, 32U, 255U});
-    c.simt.registers = sharing.one_of({65536U, 49152U});
+  Random registers = lists;  // likewise
+  if (registers.upto(3) == 0) {
+    c.simt.registers_per_thread = registers.one_of({40U, 128U, 255U});
+    c.simt.payload_registers = registers.one_of({0U, 32U, 255U});
+    c.simt.registers = registers.one_of({65536U, 49152U});
   }
   check_config(c, "a random machine");
   return c;
 }
 
 /// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them. Four entries
-/// without t fill a sector of a stack. Bins need entries of 8 B, and no private store.
+/// without t fill a sector of a stack. Bins need entries of 8 B.
 inline void make_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
   unsigned& stack = config.rt.warp_buffer.stack_entries;
   if (trace.pop_test == traces::PopTest::off) stack = std::max(stack, 4U);
-  if (trace.bins != 0) {
-    config.rt.checkpoint.entry_bytes = 8;
-    config.rt.checkpoint.store.entries = 0;
-  }
+  if (trace.bins != 0) config.rt.checkpoint.entry_bytes = 8;
   modules::PrivateStore::Config& store = config.simt.private_store;
   if (trace.tracing != traces::Tracing::multi) store.insertion = false;
   if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);

@@ -44,9 +44,7 @@ class RtUnit {
     const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
       return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
     };
-    modules::IntersectionUnit::Config box = config.ray_box;
-    if (header.layout == traces::NodeLayout::obb) box.latency += config.box_rotate_latency;  // the ray, before it
-    units_ = {pipelines(box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
+    units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_transform)};
     leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
@@ -74,8 +72,8 @@ class RtUnit {
   }
   bool idle() const {
     return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
-           read_queue_.empty() && store_reads_.empty() && store_returns_.empty() && write_queue_.empty() &&
-           prefetch_queue_.empty() && stack_queue_.empty() && outstanding_ == 0;
+           read_queue_.empty() && write_queue_.empty() && prefetch_queue_.empty() && stack_queue_.empty() &&
+           outstanding_ == 0;
   }
   std::uint64_t selections() const { return selections_; }
   /// cycles: of the run; stalls and occupancy count up to it.
@@ -128,8 +126,6 @@ class RtUnit {
     s.add(p + "checkpoint.sectors_read", sectors_read_);
     s.add(p + "checkpoint.straddling_written", straddling_written_);
     s.add(p + "checkpoint.straddling_read", straddling_read_);
-    s.add(p + "checkpoint.store_written", store_written_);
-    s.add(p + "checkpoint.store_read", store_read_);
     s.most(p + "checkpoint.max_entries", max_entries_);
     s.add(p + "checkpoint.blocked_cycles", blocked_cycles_);
     s.add(p + "prefetch.triggers", triggers_);
@@ -359,8 +355,8 @@ class RtUnit {
     lane.to_write = entries;
     const bool last = lane.next == lane.end;
     const std::uint64_t total = lane.written + entries;
-    lane.flush = last && charged() && config_.checkpoint.write_combine && total > config_.checkpoint.store.entries &&
-                 total * entry_bytes() % kSector != 0;
+    lane.flush =
+        last && charged() && config_.checkpoint.write_combine && total > 0 && total * entry_bytes() % kSector != 0;
     if (binned()) lane.flush = last && charged() && config_.checkpoint.write_combine;
     if (entries > 0 || (binned() ? lane.flush && !bins(name).open.empty() : lane.flush)) {
       lane.state = State::write;
@@ -461,7 +457,6 @@ class RtUnit {
       ++node_sectors_[modules::index(region)];
       if (++fetch.sent == fetch.sectors.size()) fetch_queue_.pop_front();
     }
-    read_store();
     const bool read_blocked = !read_queue_.empty() && std::find(write_queue_.begin(), write_queue_.end(),
                                                                 read_queue_.front().second) != write_queue_.end();
     if (memory_.checkpoint != nullptr && memory_.checkpoint->request.has_room(now_)) {
@@ -489,17 +484,6 @@ class RtUnit {
       ++(move.write ? spills_ : fills_);
       const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
       if (move.write && !more) stack_moved(move.lane);
-    }
-  }
-  // Entries of the private store come before the next are asked for, a port each.
-  void read_store() {
-    for (; !store_returns_.empty() && store_returns_.front().first == now_; store_returns_.pop_front()) {
-      entry_read(store_returns_.front().second);
-    }
-    for (unsigned port = 0; port < config_.checkpoint.store.read_ports && !store_reads_.empty(); ++port) {
-      store_returns_.emplace_back(now_ + config_.checkpoint.store.latency, store_reads_.front());
-      store_reads_.pop_front();
-      ++store_read_;
     }
   }
   void send(MemoryPort* port, std::uint64_t address, Region region, bool write, std::uint64_t tag,
@@ -534,20 +518,11 @@ class RtUnit {
   bool charged() const { return config_.checkpoint.traffic == modules::TrafficCharging::charged; }
   void take_items() {
     const unsigned places = config_.checkpoint.write_combine || entry_bytes() < 20 ? 1 : 2;
-    bool stored = false;  // an entry in this cycle
     for (unsigned taken = 0; taken < config_.checkpoint.lanes && !submitted_.empty(); ++taken) {
       const LaneName name = submitted_.front();
       Warp& warp = warps_[name.first];
       Lane& lane = warp.lanes[name.second];
-      if (lane.to_write > 0 && lane.written < config_.checkpoint.store.entries) {
-        if (stored) return;
-        stored = true;
-        --lane.to_write;
-        ++lane.written;
-        ++entries_written_;
-        ++store_written_;
-        max_entries_ = std::max(max_entries_, lane.written);
-      } else if (!charged()) {
+      if (!charged()) {
         --lane.to_write;
         if (binned()) place_in_bin(name);
         ++entries_written_;
@@ -840,11 +815,6 @@ class RtUnit {
     ++lane.reads;
     ++entries_read_;
     if (!charged()) return entry_read(name);
-    if (index < config_.checkpoint.store.entries) {
-      store_reads_.push_back(name);
-      lane.state = State::read;
-      return;
-    }
     const std::uint64_t first = binned() ? in_bin : entry_address(warp, name.second, (warp.round + 1) % 2, index);
     const std::uint64_t last = first + entry_bytes() - 1;
     std::vector<std::uint64_t> sectors{first / kSector * kSector};
@@ -1004,8 +974,6 @@ class RtUnit {
   std::uint64_t next_fetch_ = 0;
   std::deque<std::uint64_t> fetch_queue_;
   std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
-  std::deque<LaneName> store_reads_;                      // of the private store
-  std::deque<std::pair<Cycle, LaneName>> store_returns_;  // due in this cycle
   std::deque<std::uint64_t> write_queue_;
   std::deque<LaneName> submitted_;
   std::deque<Prefetch> prefetch_queue_;
@@ -1033,7 +1001,6 @@ class RtUnit {
   bool boxes_ = false;  ///< a shader tests what lies in a leaf
   std::uint64_t any_hit_calls_ = 0, any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
-  std::uint64_t store_written_ = 0, store_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, triggers_replayed_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0,
                 prefetch_sectors_ = 0;

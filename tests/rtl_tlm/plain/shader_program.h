@@ -111,7 +111,6 @@ class ShaderProgram {
     return phase;
   }
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
-    if (header_.tracing == traces::Tracing::stochastic) return any_hit_stochastic(batch, counts);
     const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
     return sorted ? any_hit_multi(batch, counts) : any_hit_single(batch, counts);
   }
@@ -153,7 +152,6 @@ class ShaderProgram {
 
   /// pass: of a list, how many batches have been sorted.
   Phase blend(unsigned round, unsigned pass, ShaderCounts& counts) {
-    if (header_.tracing == traces::Tracing::stochastic) return blend_stochastic(round, counts);
     const bool list = header_.tracing == traces::Tracing::list;
     const std::uint64_t begin = list && pass > 0 ? std::uint64_t{pass - 1} * costs_.list_batch : 0;
     const std::uint64_t end = list ? begin + costs_.list_batch : ~std::uint64_t{0};
@@ -334,45 +332,6 @@ class ShaderProgram {
       counts.evictions += w.evicts ? 1 : 0;
     }
     counts.any_hit_calls += walks.size();
-    return phase;
-  }
-  /// Response and coin of the hits that a sample meets one after the other.
-  Phase any_hit_stochastic(const AnyHitBatch& batch, ShaderCounts& counts) {
-    Phase phase{
-        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.blend_per_entry + costs_.coin, {}, {}, 0, 0, {}, 0, 0, {}};
-    Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
-    for (const AnyHitBatch::Call& call : batch.calls) {
-      Lane& lane = lanes_[call.lane];
-      const auto& hits = group_->rays[call.lane].processed;
-      record.touch(map_.gaussian(hits[lane.processed + lane.filled].gaussian), header_.gaussian_record_bytes);
-      ++lane.filled;
-    }
-    counts.any_hit_calls += batch.calls.size();
-    return phase;
-  }
-  /// A sample shades one hit: the one that stopped it.
-  Phase blend_stochastic(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
-    bool any = false;
-    {
-      Instruction sh(phase.loads, phase.load_instructions, Region::sh, false);
-      for_active(round, [&](unsigned l) {
-        Lane& lane = lanes_[l];
-        const traces::Round& r = this->round(l, round);
-        if (lane.filled != r.processed_count) ++counts.k_buffer_mismatches;
-        for (std::uint64_t i = 0; i < r.processed_count; ++i) {
-          const traces::Processed& hit = group_->rays[l].processed[lane.processed + i];
-          if (hit.blended == 0) continue;
-          sh.touch(map_.sh(hit.gaussian), header_.sh_record_bytes);
-          ++counts.blended;
-          any = true;
-        }
-        counts.processed += r.processed_count;
-        lane.processed += r.processed_count;
-        lane.filled = 0;
-      });
-    }
-    if (any) phase.instructions += costs_.sh_per_coefficient * (header_.sh_record_bytes / 12);
     return phase;
   }
   Phase any_hit_multi(const AnyHitBatch& batch, ShaderCounts& counts) {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "rtl_tlm/plain/messages.h"
-#include "rtl_tlm/plain/other_work.h"
 #include "rtl_tlm/plain/shader_program.h"
 #include "rtl_tlm/plain/statistics.h"
 
@@ -398,11 +397,7 @@ class SimtCore {
     Cycle& free = scheduler_free_[scheduler];
     free = std::max(now + 1, free);
     issue_wait_ += free - (now + 1);
-    for (std::uint64_t left = instructions_of_step(*slot.phase); left > 0; ++free) {
-      const bool taken = other_work(config_.other_share, 1, std::uint64_t{sm_} * 64 + scheduler, free);
-      issue_wait_ += taken ? 1 : 0;
-      left -= taken ? 0 : 1;
-    }
+    free += instructions_of_step(*slot.phase);
     slot.phase->ready = free + config_.instruction_latency;
   }
 

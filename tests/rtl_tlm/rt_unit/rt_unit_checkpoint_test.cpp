@@ -165,8 +165,29 @@ TEST_F(RtUnitCheckpointTest, BinsNeedEntriesThatEndWithTheirSector) {
   EXPECT_THROW(RtBench(header, options), Error) << "20 B";
   options.rt.checkpoint.entry_bytes = 8;
   EXPECT_NO_THROW(RtBench(header, options));
-  options.rt.checkpoint.store.entries = 1;
-  EXPECT_THROW(RtBench(header, options), Error) << "a store of two buffers";
+}
+
+// Entries that nobody is charged for: no request for them, and an entry is there in the cycle in which it is read.
+TEST_F(RtUnitCheckpointTest, UnchargedEntriesAreNoTrafficAndNobodyWaitsForThem) {
+  traces::RayGroup group;  // node 0's six children are checkpointed in round 0; round 1 forwards them all
+  group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal))};
+  group.rays.resize(4);
+  std::vector<Event> forwards;
+  for (unsigned i = 0; i < 6; ++i) forwards.push_back(forward_event(10 + i, 1));
+  for (traces::Ray& ray : group.rays) {
+    add_round(ray, {internal_event(0, 0, 0b111111)});
+    add_round(ray, forwards, true);
+  }
+  BenchOptions options;
+  options.rt.checkpoint.traffic = modules::TrafficCharging::uncharged;
+  options.rt.checkpoint.write_combine = true;  // an open sector that is never written
+  RtBench bench(small_header("tri20", kCapacity), options);
+  bench.run(group, 5);
+  EXPECT_THAT(bench.requests[1], testing::IsEmpty());
+  const modules::CheckpointCounters counters = bench.counters().checkpoint;
+  EXPECT_EQ(counters.entries_written, 4u * 12);
+  EXPECT_EQ(counters.entries_read, 4u * 6);
+  EXPECT_EQ(counters.max_entries, 6u);
 }
 
 TEST_F(RtUnitCheckpointTest, LifoReadsFromTheEnd) {

@@ -128,7 +128,6 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     }
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
-    if (seed % 8 == 2) trace.layout = traces::NodeLayout::obb;
     if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
     BenchOptions configuration = random_configuration(random);
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
@@ -197,8 +196,8 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
 class RtUnitPlainScene : public modules::SystemCTest {
  protected:
   static void all_designs(const frontend::Scene& scene, const frontend::Camera& camera) {
-    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::obb,
-                              traces::NodeLayout::compressed}) {
+    for (const auto layout :
+         {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::compressed}) {
       for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
         for (const bool checkpoint : {false, true}) {
           SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
@@ -238,8 +237,8 @@ TEST_F(RtUnitPlainScene, GeneratedObjects) {
   placements[2].translate = {-0.4, 0.0, 0.3};
   placements[2].rotate = glm::normalize(glm::dquat(0.8, 0.1, 0.5, 0.0));
   for (const auto kind : {frontend::AccelKind::tlas_tri20, frontend::AccelKind::tlas_sphere}) {
-    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::obb,
-                              traces::NodeLayout::compressed}) {
+    for (const auto layout :
+         {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::compressed}) {
       std::vector<frontend::Scene> scenes;
       scenes.push_back(frontend::load_scene(path));
       const frontend::MultiObjectWorld world(std::move(scenes), placements,

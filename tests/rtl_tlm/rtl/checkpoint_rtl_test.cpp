@@ -42,23 +42,6 @@ TEST_F(CheckpointRtl, AgreesToTheCycleOnRandomTracesAndConfigurations) {
              sum.entries_written, sum.entries_read, sum.sectors_written, sum.sectors_read, sum.blocked_cycles);
 }
 
-// The same of traces with checkpoint bins, whose rings are so small now and then that entries go to the ones before.
-TEST_F(CheckpointRtl, WithBinsAgreesToTheCycleOnRandomTracesAndConfigurations) {
-  const char* wanted = std::getenv("GRTX_RTL_CASES");
-  const unsigned cases = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 48;
-  modules::CheckpointCounters sum;
-  for (unsigned seed = 0; seed < cases && !HasFailure(); ++seed) {
-    sum.add(expect_rtl_agrees(RtlUnit::bins, seed).checkpoint);
-  }
-  EXPECT_GT(sum.entries_written, 150 * cases);
-  EXPECT_GT(sum.entries_read, 50 * cases);
-  EXPECT_GT(sum.blocked_cycles, 5 * cases);
-  EXPECT_LT(sum.sectors_written, sum.entries_written);
-  EXPECT_EQ(sum.straddling_read, 0u);
-  fmt::print("{} cases: {} entries written, {} read, {} sectors written, {} read, {} cycles blocked\n", cases,
-             sum.entries_written, sum.entries_read, sum.sectors_written, sum.sectors_read, sum.blocked_cycles);
-}
-
 // Replaying, wide submissions, queues of two sectors: what random traces reach rarely.
 TEST_F(CheckpointRtl, AgreesOnOneRayWithEveryEntrySize) {
   for (const unsigned bytes : {8u, 16u, 20u, 28u}) {
@@ -94,8 +77,8 @@ struct Fault {
   const char* message;
 };
 
-/// What a run with the faulty block says; empty: nothing. bins: all entries go to bin 1.
-std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& config, bool bins = false) {
+/// What a run with the faulty block says; empty: nothing.
+std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& config) {
   std::vector<traces::RayGroup> groups(1);
   groups[0].nodes = {node_definition(1, 10, std::vector<traces::NodeKind>(6, traces::NodeKind::internal))};
   groups[0].rays.resize(1);
@@ -104,15 +87,9 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
   BenchOptions options;
   options.rt.checkpoint = config;
   options.rt.sibling_prefetch = false;
-  traces::Header header = small_header("tri20", 64);
-  if (bins) {
-    header.checkpoint_bins = 4;
-    groups[0].rays[0].bins.assign(12, 1);
-    options.rt.checkpoint.entry_bytes = 8;
-  }
   modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(RtlUnit::checkpoint, options.parts, block);
-  RtBench bench(header, options);
+  RtBench bench(small_header("tri20", 64), options);
   bench.launch(groups[0], 0);
   try {
     bench.run(5000);
@@ -132,41 +109,17 @@ TEST_F(CheckpointRtl, SeededFaultsAreCaughtWithTheirMessage) {
                 ::testing::HasSubstr("rt.checkpoint_unit (RTL): warp 0 lane 0: source entry"));
     EXPECT_THAT(run_with_fault(3, config),
                 ::testing::HasSubstr("rt.checkpoint_unit (RTL): warp 0 lane 0: source entry"));
-    EXPECT_EQ(run_with_fault(0, config, true), "") << "the block for bins without its faults";
-    EXPECT_THAT(run_with_fault(1, config, true), ::testing::HasSubstr("rt.checkpoint_unit (RTL): t-value validation"));
-    EXPECT_THAT(run_with_fault(2, config, true),
-                ::testing::HasSubstr("rt.checkpoint_unit (RTL): warp 0 lane 0: source entry"));
-    EXPECT_THAT(run_with_fault(3, config, true), ::testing::HasSubstr("goes to bin 0 in place of 1"));
   }
 }
 
-/// Why a unit cannot be made; empty: it can.
-std::string refusal_with_bins(unsigned bins, std::uint64_t capacity, void (*change)(modules::CheckpointConfig&)) {
-  traces::Header header = small_header("tri20", capacity);
-  header.checkpoint_bins = bins;
+TEST_F(CheckpointRtl, RefusesTracesWithBins) {
+  traces::Header header = small_header("tri20", 512);
+  header.checkpoint_bins = 4;
   BenchOptions options;
   options.rt.checkpoint.entry_bytes = 8;
-  change(options.rt.checkpoint);
   use_rtl(RtlUnit::checkpoint, options.parts, {});
-  return grtx::test::error_of([&] { RtBench bench(header, options); });
-}
-
-TEST_F(CheckpointRtl, RefusesBinsThatItDoesNotHave) {
-  using ::testing::HasSubstr;
-  const auto nothing = [](modules::CheckpointConfig&) {};
-  EXPECT_EQ(refusal_with_bins(4, 512, nothing), "");
-  EXPECT_THAT(refusal_with_bins(8, 512, nothing), HasSubstr("checkpoint_bins must be 4 or 0"));
-  EXPECT_THAT(refusal_with_bins(4, 510, nothing),
-              HasSubstr("checkpoint_capacity of bins must be 8 or another multiple"));
-  EXPECT_THAT(refusal_with_bins(4, 4, nothing), HasSubstr("checkpoint_capacity of bins must be 8 or another multiple"));
-  EXPECT_THAT(refusal_with_bins(4, 512, [](modules::CheckpointConfig& config) { config.lanes = 5; }),
-              HasSubstr("rt.checkpoint.lanes: must be at most 4"));
-  EXPECT_THAT(refusal_with_bins(4, 512,
-                                [](modules::CheckpointConfig& config) {
-                                  config.write_combine = true;
-                                  config.open_sectors = 2;
-                                }),
-              HasSubstr("rt.checkpoint.open_sectors: must be 1"));
+  EXPECT_THAT(grtx::test::error_of([&] { RtBench bench(header, options); }),
+              ::testing::HasSubstr("checkpoint bins are not in the RTL: needs rt.checkpoint.implementation = tlm"));
 }
 
 TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
@@ -176,7 +129,6 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
     return std::string(modules::checkpoint_rtl_refusal(rt).key);
   };
   EXPECT_EQ(refusal([](auto&) {}), "");
-  EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.store.entries = 4; }), "private_store.checkpoint_entries");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.lanes = 33; }), "checkpoint.lanes");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.write_queue = 65; }), "checkpoint.write_queue");
   EXPECT_EQ(refusal([](auto& rt) { rt.warp_buffer.entries = 33; }), "warp_buffer.entries");

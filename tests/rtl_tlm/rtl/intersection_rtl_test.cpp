@@ -158,7 +158,7 @@ TEST_F(IntersectionRtl, RefusesWhatItDoesNotHave) {
 
 TEST_F(IntersectionRtl, RefusesTracesWhoseBoxesItCannotRead) {
   traces::Header header = small_header();
-  for (const auto layout : {traces::NodeLayout::compact, traces::NodeLayout::obb, traces::NodeLayout::compressed}) {
+  for (const auto layout : {traces::NodeLayout::compact, traces::NodeLayout::compressed}) {
     header.layout = layout;
     BenchOptions options;
     use_rtl(RtlUnit::box, options.parts, {});

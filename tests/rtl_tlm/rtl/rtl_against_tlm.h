@@ -16,13 +16,12 @@
 
 namespace grtx::sim::test {
 
-enum class RtlUnit { checkpoint, bins, box, transform };  // bins: the checkpoint unit, of a trace that has some
+enum class RtlUnit { checkpoint, box, transform };
 
 /// Puts the RTL of a unit in the SystemC unit's place.
 inline void use_rtl(RtlUnit unit, modules::RtUnitParts& parts, const modules::RtlBenchOptions& options) {
   switch (unit) {
     case RtlUnit::checkpoint:
-    case RtlUnit::bins:
       parts.checkpoint_unit = [options](const char* name, const modules::RtUnitContext& rt) {
         return modules::make_checkpoint_rtl(name, rt, options);
       };
@@ -118,15 +117,6 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit of, unsigned seed) {
   rt.sibling_prefetch = pick(1) != 0;
   rt.warp_buffer.spill = pick(3) == 0;
   rt.warp_buffer.stack_entries = 4;
-  if (of == RtlUnit::bins) {
-    trace.bins = modules::CheckpointRtlLimits::kBins;
-    trace.bins_by_distance = true;
-    trace.capacity = one_of({8, 8, 12, 64, 512});
-    trace.k = 1 + pick(5);
-    options.any_hit_cycles = one_of({1, 10, 80});
-    rt.checkpoint.lanes = one_of({1, 2, 3, 4});
-    rt.checkpoint.entry_bytes = 8;
-  }
   SCOPED_TRACE(traces::testing::describe(trace));
   const auto made = traces::testing::random_trace(trace);
   return expect_rtl_agrees(of, made.header, made.groups, options, seed % 2 == 0 ? 0 : seed);

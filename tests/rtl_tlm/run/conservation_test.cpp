@@ -50,8 +50,6 @@ TEST(Conservation, EveryLevelAnswersItsRequests) {
   const std::vector<std::pair<Change, const char*>> cases = {
       {[](auto& c, auto&) { c.rt.prefetch.sectors = 1; }, "L1 accesses: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.prefetches = 1; }, "L1 responses: 0 instead of 1"},
-      {[](auto& c, auto&) { c.rt.checkpoint.store_read = 1; },
-       "checkpoint entries returned by the private store: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.sent_reads = 1; }, "L1 fills: 0 instead of 1"},
       {[](auto& c, auto&) { c.l1.sent_writes = 1; }, "packets into the request network: 0 instead of 1"},
       {[](auto& c, auto&) { c.crossbar.request.packets_in = 1; }, "packets out of the request network: 0 instead of 1"},

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/modules/dram/decide/policies/fr_fcfs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "paths.h"
 #include "rtl_tlm/silent_dram.h"
@@ -226,6 +229,43 @@ TEST(Simulation, ADamagedTraceIsBadInput) {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x40);
   write_file(file.path(), bytes);
   EXPECT_THROW(simulated(file.path(), small()), Error);
+}
+
+TEST(Simulation, APolicyOfTheDramIsToldWhoAsksAndForWhat) {
+  /// Writes down who asks for what.
+  class Listening final : public modules::FrFcfs {
+   public:
+    explicit Listening(std::set<std::string>& heard) : FrFcfs(1024), heard_(heard) {}
+    modules::DramChoice choose(Cycle now, const modules::DramQueues& queues) override {
+      const modules::DramChoice choice = FrFcfs::choose(now, queues);
+      if (choice.column == modules::DramQueues::kNone) return choice;
+      const modules::QueuedRequest& request = queues.hit[choice.column];
+      heard_.insert(std::string(request.write ? "write " : "read ") + std::string(name_of(request.origin.region)) +
+                    " of " + std::to_string(request.origin.sm));
+      return choice;
+    }
+
+   private:
+    std::set<std::string>& heard_;
+  };
+  const TemporaryFile file("origin");
+  const RandomOptions random{.seed = 3, .groups = 8, .warp_size = 32, .checkpoint = true};
+  auto made = traces::testing::random_trace(random);
+  traces::testing::write_trace(file.path(), made.header, made.groups);
+  ChildProcess child("simulation", [&] {
+    std::set<std::string> heard;
+    modules::register_dram_scheduling(
+        "listening", [&](const modules::DramChannelConfig&) { return std::make_unique<Listening>(heard); });
+    test::simulate_priced(file.path(), load_config("", {"dram.scheduling=listening", "gpu.sms=2"}), {});
+    std::string all;
+    for (const std::string& one : heard) all += one + "\n";
+    return all;
+  });
+  const std::string heard = child.result();
+  for (const char* one : {"read tlas of 0\n", "read tlas of 1\n", "read gaussian of 0\n", "read gaussian of 1\n"}) {
+    EXPECT_NE(heard.find(one), std::string::npos) << one << heard;
+  }
+  EXPECT_EQ(heard.find("read tlas of 255"), std::string::npos) << heard;
 }
 
 TEST(Simulation, NoProgressIsReportedAsADeadlock) {

@@ -82,10 +82,8 @@ INSTANTIATE_TEST_SUITE_P(
         Machine{"two_mshrs", true, {"l1.mshr_entries=2"}}, Machine{"no_prefetch", true, {"rt.prefetch.enabled=false"}},
         Machine{"no_merging", false, {"rt.memory.merge_in_flight=false"}},
         Machine{"spilling", true, {"rt.warp_buffer.stack_entries=2"}},
-        Machine{"private_stores",
-                true,
-                {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2",
-                 "rt.private_store.checkpoint_entries=3"}},
+        Machine{
+            "private_stores", true, {"simt.private_store.k_buffer_entries=4", "simt.private_store.eviction_entries=2"}},
         Machine{"write_combining", true, {"rt.checkpoint.write_combine=true", "rt.checkpoint.read_buffer=true"}}),
     [](const auto& i) { return std::string(i.param.name); });
 

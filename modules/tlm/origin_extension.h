@@ -1,0 +1,27 @@
+// Which SM a TLM-2.0 transaction is for, and what it is for: an ignorable extension, so that any base-protocol target
+// still fits.
+#pragma once
+
+#include <tlm>
+
+#include "grtx/modules/messages/memory_request.h"
+
+namespace grtx::modules {
+
+class OriginExtension final : public ::tlm::tlm_extension<OriginExtension> {
+ public:
+  RequestOrigin origin;
+
+  ::tlm::tlm_extension_base* clone() const override { return new OriginExtension(*this); }
+  void copy_from(const ::tlm::tlm_extension_base& other) override {
+    origin = static_cast<const OriginExtension&>(other).origin;
+  }
+};
+
+/// That of the payload; of one without the extension: nobody's.
+inline RequestOrigin origin_of(const ::tlm::tlm_generic_payload& payload) {
+  const auto* extension = payload.get_extension<OriginExtension>();
+  return extension != nullptr ? extension->origin : RequestOrigin();
+}
+
+}  // namespace grtx::modules
