@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <glm/geometric.hpp>
 
 #include "grtx/frontend/tracer/encoding_recorder.h"

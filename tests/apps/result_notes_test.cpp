@@ -115,7 +115,7 @@ TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {
   EXPECT_EQ(notes.at(0).at("id"), "partial-launch");
 }
 
-// +11 % cycles on paper-lean against its own trace, and +8 % on modern, without a word.
+// +11 % cycles on paper-lean against its own trace, without a word.
 TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   trace("--checkpoint on");
   for (const std::string machine : {"paper", "paper-charged"}) {
@@ -124,7 +124,7 @@ TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   }
   for (const auto& [machine, what] :
        {std::pair("paper-lean", "below_instance is checkpoint, not finish, checkpoint_bins is 0, not 4"),
-        std::pair("modern", "child_order is slot, not near_first"),
+        std::pair("ada-share", "child_order is slot, not near_first"),
         std::pair("rdna4-share", "bvh_width is 6, not 8")}) {
     const std::string on = std::string("--machine ") + machine;
     EXPECT_TRUE(of_sim(on).contains("tracer-options")) << machine;
