@@ -164,7 +164,7 @@ TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
                         Case{nullptr, "--view 0 --k 4", "", "k</th><td>8</td><td>4"},
                         Case{nullptr, "--view 0 --secondary glass", "", "secondary</th><td>none</td><td>glass"},
                         Case{nullptr, "--view 0", "--set l1.bytes=65536", "l1.bytes</th><td>"},
-                        Case{nullptr, "--view 0", "--machine ada-share", "machine/th><td>"},
+                        Case{nullptr, "--view 0", "--machine ada-share", "machine</th><td>"},
                         Case{nullptr, "--view 0", "--mode sampled --share 1", "mode</th><td>cycle</td><td>sampled"},
                         Case{nullptr, "--view 0", "--warm g.grtx", "warm.camera_hash</th><td></td><td>"}}) {
     if (std::string(c.simulated).find("--warm") != std::string::npos) {
