@@ -41,11 +41,7 @@ FastMemory::FastMemory(const GpuConfig& config, std::uint64_t bytes)
   for (unsigned i = 0; i < config.interleave.slices; ++i) {
     slices_.emplace_back(config.l2_slice(i), capacity, response);
   }
-  for (unsigned i = 0; i < interleave_.dram_channels(); ++i) {
-    modules::DramChannelConfig channel = dram_.channel;
-    channel.number = i;
-    dram_channels_.emplace_back(channel);
-  }
+  for (unsigned i = 0; i < interleave_.dram_channels(); ++i) dram_channels_.emplace_back(dram_.channel);
 }
 
 void FastMemory::keep(FastMemory& before) {
