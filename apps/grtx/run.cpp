@@ -36,7 +36,6 @@
 #include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/mode_keys.h"
-#include "grtx/rtl_tlm/run/json_file.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
