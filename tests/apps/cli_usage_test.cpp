@@ -70,6 +70,28 @@ TEST(CliUsage, WithoutACommandTheStepsOfAFirstSessionGoToStderr) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
+// run printed its table all the same.
+TEST(CliUsage, AQuietCommandWhoseResultIsAFilePrintsNothing) {
+  const Folder folder;
+  folder.write("m.csv", "scene,design,over,value\ns,grtx,baseline,2\n");
+  folder.write("p.toml",
+               "designs = [\"baseline\", \"grtx\"]\n[[scene]]\nname = \"s\"\nfile = \"s.ply\"\n"
+               "cameras = \"s.cameras.json\"\nview = 0\nwidth = 8\nheight = 4\n[set]\ngpu.sms = 1\n"
+               "[grid]\nrt.warp_buffer.entries = [4]\n");
+  const std::string view = " --scene s.ply --cameras s.cameras.json --view 0 --width 8 --height 4 ";
+  for (const std::string& command :
+       {std::string("synth --preset object --count 200 --seed 1 -o s.ply"), std::string("convert s.ply c.ply"),
+        "trace" + view + "-o t.grtx --image i.png", "reference" + view + "-o r.pfm", std::string("trace-check t.grtx"),
+        std::string("ray t.grtx --pixel 1,1 -o ray.html"), std::string("sim t.grtx --set gpu.sms=1 --stats s.json"),
+        "run" + view + "--set gpu.sms=1 -o out", std::string("report out/results.json -o report.html"),
+        std::string("sweep p.toml -o s.sqlite"), std::string("correlate m.csv s.sqlite -o c.html")}) {
+    const Outcome quiet = folder.run(command + " --quiet");
+    EXPECT_EQ(quiet.code, 0) << command << ": " << quiet.err;
+    EXPECT_EQ(quiet.out, "") << command;
+  }
+  EXPECT_NE(folder.run("info s.ply --quiet").out, "");  // what it prints is the result
+}
+
 TEST(CliUsage, MistakesNameTheNearestKnownName) {
   struct Case {
     const char* arguments;

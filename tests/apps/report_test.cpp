@@ -160,7 +160,7 @@ TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
   for (const Case& c : {Case{"--width 32 --height 16", "--view 0", "", "size</th><td>16 × 8</td><td>32 × 16"},
                         Case{nullptr, "--view 1", "", "view</th><td>"},
                         Case{nullptr, "--view 0 --fov-scale 0.5", "", "fov_scale</th><td>1</td><td>0.5"},
-                        Case{nullptr, "--view 0 --ert 0.5", "", "ert</th><td>0.01</td><td>0.5"},
+                        Case{nullptr, "--view 0 --ert 0.5", "", "ert</th><td>0.001</td><td>0.5"},
                         Case{nullptr, "--view 0 --k 4", "", "k</th><td>8</td><td>4"},
                         Case{nullptr, "--view 0 --secondary glass", "", "secondary</th><td>none</td><td>glass"},
                         Case{nullptr, "--view 0", "--set l1.bytes=65536", "l1.bytes</th><td>"},

@@ -55,15 +55,6 @@ TEST_F(RunTest, FourDesignsEndToEnd) {
   EXPECT_TRUE(std::filesystem::exists(folder + "/out/image.png"));
 }
 
-// The table was printed all the same.
-TEST_F(RunTest, AQuietRunPrintsNothing) {
-  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
-  const Outcome quiet = test::shell("( " + grtx::paths::program() + " run " + scene_arguments() +
-                                    "--set gpu.sms=1 --quiet -o " + folder + "/out 2>/dev/null )");
-  EXPECT_EQ(quiet.code, 0);
-  EXPECT_EQ(quiet.output, "");
-}
-
 // A run of one view left image.png, and the report of a sequence of another scene showed it.
 TEST_F(RunTest, PicturesOfAnEarlierRunGo) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
