@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 
+#include "grtx/base/json.h"
 #include "grtx/explore/sweep/axis.h"
 
 namespace grtx::sim {
@@ -182,7 +183,7 @@ std::string Subject::fact(const std::string& name) const {
 }
 
 std::string Subject::settings_text() const {
-  std::string text = config_.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+  std::string text = json_text(config_);
   for (const auto& [name, value] : settings_) {
     if (name != "mode" && !name.starts_with("sampled.")) text += "\n" + name + "=" + value;
   }
