@@ -72,21 +72,6 @@ TEST(DramChannelTiming, RowHitsStreamOneBurstEveryCcd) {
   for (unsigned i = 0; i < 32; ++i) EXPECT_EQ(done[i], 100 + kT.rcd + i * kT.ccd + kT.cl + kT.ccd);
 }
 
-/// Clocks of a stream of reads of one row after the other, as the queue has room.
-double stream(unsigned bursts, const DramChannelConfig& config) {
-  DramChannel channel(config);
-  Cycle now = 1;
-  for (unsigned i = 0; i < bursts; ++i) {
-    if (!channel.can_accept(32)) now = channel.run_until_room(32) + 1;
-    channel.run_until(now - 1);
-    channel.enqueue(now, i, i * 32, 32, false);
-  }
-  channel.run_until(1'000'000);
-  Cycle done = 0;
-  for (; !channel.completions().empty(); channel.completions().pop()) done = channel.completions().front().done;
-  return static_cast<double>(done);
-}
-
 TEST(DramChannelTiming, BanksActivateRrdApart) {
   std::vector<Request> requests;
   for (unsigned i = 0; i < 16; ++i) requests.push_back({100, i * kRow});

@@ -18,7 +18,7 @@ struct Results final : intersection_client_if {
   void unit_result(Cycle now, LaneId id) override { seen.emplace_back(now, id); }
 };
 
-struct Case {
+struct UnitCase {
   const char* what;
   IntersectionUnit::Config config;
   std::vector<unsigned> tests;  ///< of the operations queued in cycle 0
@@ -26,7 +26,7 @@ struct Case {
 };
 
 TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
-  const std::vector<Case> cases = {
+  const std::vector<UnitCase> cases = {
       {"one pipeline", {1, 13, 1}, {1, 1, 1}, {{14, 0}, {15, 1}, {16, 2}}},
       {"interval", {1, 13, 3}, {1, 1, 1}, {{14, 0}, {17, 1}, {20, 2}}},
       {"two pipelines", {2, 4, 1}, {1, 1, 1, 1}, {{5, 0}, {5, 1}, {6, 2}, {6, 3}}},
