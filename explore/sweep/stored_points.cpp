@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 
 #include "grtx/base/error.h"
-#include "grtx/base/files_read.h"
 #include "grtx/base/json.h"
 #include "grtx/explore/sweep/schema.h"
 
@@ -16,10 +16,15 @@ namespace {
 using nlohmann::ordered_json;
 
 /// "8" as 8: a trace's options are texts, an axis has values.
-ordered_json value_of(const ordered_json& text) {
-  if (!text.is_string()) return text;
-  const ordered_json value = ordered_json::parse(text.get<std::string>(), nullptr, false);
-  return value.is_number() || value.is_boolean() ? value : text;
+ordered_json value_of(const ordered_json& option) {
+  if (!option.is_string() || option.get_ref<const std::string&>().empty()) return option;
+  const auto& text = option.get_ref<const std::string&>();
+  const char *const begin = text.data(), *const end = begin + text.size();
+  std::int64_t whole = 0;
+  if (std::from_chars(begin, end, whole).ptr == end) return whole;
+  double real = 0.0;
+  if (std::from_chars(begin, end, real).ptr == end) return real;
+  return option;
 }
 
 /// Names that differ, in the order in which they were found.
