@@ -95,7 +95,7 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
   camera_ = value_of(all, "camera");
   checkpoint_ = value_of(all, "checkpoint") == "on";
   if (!value_of(all, "machine").empty()) all["machine"] = std::filesystem::path(all["machine"]).stem().string();
-  if (!value_of(all, "warm").empty()) all.try_emplace("warm.camera_hash", kUnknown);  // of a saved state
+  if (!value_of(all, "warm").empty()) all.try_emplace("warm.camera_hash", kUnknown);  // of an older run
   for (const auto& [name, value] : all) {
     if (is_no_fact(name)) continue;
     (is_of_the_view(name) ? view_ : is_of_checkpoints(name) ? checkpoint_settings_ : settings_)[name] = value;

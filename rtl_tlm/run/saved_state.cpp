@@ -27,7 +27,8 @@ void write_state(const std::string& path, const SavedState& state) {
   StateWriter out;
   out.put(kVersion);
   out.put(std::uint32_t{kModelVersion});
-  for (const std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran})
+  for (const std::string* text :
+       {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran, &state.camera})
     out.text(*text);
   out.put(state.memory_bytes);
   out.text(state.units);
@@ -50,7 +51,7 @@ SavedState read_state(const std::string& path) {
   const auto model = in.get<std::uint32_t>();
   require(model == kModelVersion, path, "model", fmt::format("is version {}, this is {}", model, kModelVersion));
   SavedState state;
-  for (std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran})
+  for (std::string* text : {&state.mode, &state.config_hash, &state.hardware, &state.scene, &state.ran, &state.camera})
     *text = in.text();
   state.memory_bytes = in.get<std::uint64_t>();
   state.units = in.text();

@@ -138,12 +138,18 @@ std::string ran_before(const Engine::Work& work) {
   return work.warm != nullptr ? work.warm->content_hash() : "";
 }
 
+/// Hash of a trace's camera; "" where its header does not say.
+std::string camera_of(const traces::Reader& reader) {
+  const auto camera = reader.header().inputs.find("camera_hash");
+  return camera == reader.header().inputs.end() ? "" : camera->second;
+}
+
 void save_state(const Engine::Work& work, const Engine& engine, FinishedRun& finished) {
   const std::string before = ran_before(work);
   write_state(work.options.save_state,
               {engine.name(), config_hash(work.config), hardware_of(work.reader.header()),
                addressed_scene(work.reader.header()), (before.empty() ? "" : before + " ") + work.reader.content_hash(),
-               finished.memory_bytes, std::move(finished.units)});
+               camera_of(work.reader), finished.memory_bytes, std::move(finished.units)});
 }
 
 std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Engine& engine) {
@@ -152,12 +158,11 @@ std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Eng
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
   inputs["mode"] = engine.name();
   if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
-  if (work.warm != nullptr) {  // of two designs the traces differ, and yet the same view may have run before
-    const auto& before = work.warm->header().inputs;
-    if (const auto camera = before.find("camera_hash"); camera != before.end()) {
-      inputs["warm.camera_hash"] = camera->second;
-    }
-  }
+  // Of two designs the traces differ, and yet the same view may have run before.
+  const std::string camera = work.state != nullptr  ? work.state->camera
+                             : work.warm != nullptr ? camera_of(*work.warm)
+                                                    : "";
+  if (!camera.empty()) inputs["warm.camera_hash"] = camera;
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }

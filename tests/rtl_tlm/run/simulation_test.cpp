@@ -249,7 +249,7 @@ TEST(Simulation, APolicyOfTheDramIsToldWhoAsksAndForWhat) {
     std::set<std::string>& heard_;
   };
   const TemporaryFile file("origin");
-  const RandomOptions random{.seed = 3, .groups = 8, .warp_size = 32, .checkpoint = true};
+  const RandomOptions random{.seed = 3, .groups = 96, .warp_size = 32, .checkpoint = true};
   auto made = traces::testing::random_trace(random);
   traces::testing::write_trace(file.path(), made.header, made.groups);
   ChildProcess child("simulation", [&] {
