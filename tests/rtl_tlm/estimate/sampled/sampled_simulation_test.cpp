@@ -181,8 +181,9 @@ TEST_F(SampledSimulation, NamesWhatTheFullRunNames) {
     EXPECT_EQ(stats.at(name).at("unit"), entry.at("unit")) << name;
   }
   EXPECT_TRUE(stats.contains("gpu.simt.instructions.total"));
-  for (const char* exact : {"gpu.rt.node_visits", "gpu.rt.visits_leaf", "gpu.rt.any_hit_calls", "gpu.simt.warps",
-                            "gpu.bound.longest_warp"}) {
+  for (const char* exact :
+       {"gpu.rt.node_visits", "gpu.rt.visits_leaf", "gpu.rt.any_hit_calls", "gpu.simt.warps", "gpu.bound.longest_warp",
+        "gpu.simt.ray_rounds", "gpu.rt.checkpoint.entries_written", "gpu.rt.checkpoint.entries_read"}) {
     EXPECT_EQ(stats.at(exact).at("value"), full.at(exact).at("value")) << exact;
   }
   for (const char* name : {"share", "groups", "windows", "confidence", "cycles_low", "cycles_high", "half_width",
