@@ -211,7 +211,8 @@ TEST(Report, EveryTableSaysItsMachineItsModeAndTheVersionOfTheModel) {
   const std::vector<std::string> listed = listed_figures();
   ASSERT_GE(listed.size(), 15u);
   for (std::size_t at = page.find(begin); at != std::string::npos; at = page.find(begin, at + 1)) {
-    const std::string caption = page.substr(at + begin.size(), page.find("</span>", at) - at - begin.size());
+    std::string caption = page.substr(at + begin.size(), page.find("</span>", at) - at - begin.size());
+    for (std::size_t quote; (quote = caption.find("&#39;")) != std::string::npos;) caption.replace(quote, 5, "'");
     const auto is_of = [&caption](const char* words) { return caption.find(words) != std::string::npos; };
     if (is_of("What this page was made of") || is_of("inputs of the simulations") || is_of("Every key of") ||
         is_of("points without a result") || is_of("traces")) {
