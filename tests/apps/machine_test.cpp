@@ -18,7 +18,7 @@ class MachineTest : public testing::Test {
  protected:
   MachineTest() { EXPECT_EQ(folder_.run("synth --preset object --count 500 --seed 3 -o s.ply --quiet").code, 0); }
 
-  static constexpr const char* kView = " --scene s.ply --cameras s.cameras.json --width 16 --height 8 --quiet ";
+  static constexpr const char* kView = " --scene s.ply --cameras s.cameras.json --width 16 --height 8 ";
   void must(const std::string& arguments) {
     const Outcome outcome = folder_.run(arguments);
     ASSERT_EQ(outcome.code, 0) << arguments << "\n" << outcome.err;

@@ -76,8 +76,7 @@ TEST_F(OnePrice, EnergyDiffersBetweenCommandsWithTheWidthOfTheNodes) {
 }
 
 TEST_F(OnePrice, EnergyDiffersBetweenCommandsWithTheLayout) {
-  for (const char* options :
-       {"--layout compact", "--layout obb", "--layout compressed", "--layout compact --bvh-width 5"}) {
+  for (const char* options : {"--layout compact", "--layout compressed", "--layout compact --bvh-width 5"}) {
     expect_one_price(std::string("--accel tlas-tri20 --checkpoint on ") + options);
   }
 }
