@@ -39,6 +39,7 @@ POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.se
           "dram.group_bytes"}
 # Whole sets of the default shapes: most other sizes are refused.
 SETS = {"l1.bytes": 32768, "l2.bytes": 8192}
+MOST = {"l2.bytes": 1 << 28}  # the tags of larger ones do not fit into --memory
 SCENES = [("object", 120), ("flat", 150), ("object", 400)]
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("tri80", "off"),
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
@@ -57,7 +58,7 @@ class Key:
         ends = re.fullmatch(r"(\S+) to (\S+)", values)
         self.names = None if ends else values.split(", ")
         if ends:
-            self.default, self.low, self.high = float(default), float(ends[1]), float(ends[2])
+            self.default, self.low, self.high = float(default), float(ends[1]), min(float(ends[2]), MOST.get(name, math.inf))
         self.whole = bool(ends) and not name.endswith("mhz")
 
     def text(self, value):
