@@ -119,6 +119,7 @@ class PointList {
     std::optional<JsonListPrinter> list;
     if (as_json) list.emplace(json_document("sweep"), "points");
     const auto print = [&](const auto& point, const std::string& status, const auto& coordinates, bool earlier_plan) {
+      const nlohmann::ordered_json varied = earlier_plan ? nlohmann::ordered_json() : point.coordinates;
       if (list) {
         list->add({{"key", point.key},
                    {"status", status},
@@ -127,6 +128,7 @@ class PointList {
                    {"scene", point.scene},
                    {"design", point.design},
                    {"coordinates", coordinates},
+                   {"varied", varied},
                    {"earlier_plan", earlier_plan}});
       } else {
         fmt::print("{} {:<8} {}{}{} {} {}{}\n    {}\n", point.key, status, point.machine,

@@ -174,7 +174,7 @@ class Results:
     def listed(self, path, machine):
         listed = json.loads(self.call("sweep", path, "-o", self.database, "--machine", machine, "--list", "--json"))
         for point in (p for p in listed["points"] if not p["earlier_plan"]):
-            yield tuple(point[name] for name in ("key", "status", "mode", "scene", "design", "coordinates"))
+            yield tuple(point[name] for name in ("key", "status", "mode", "scene", "design", "varied"))
 
     def query(self, sql, *arguments):
         connection = sqlite3.connect(f"file:{self.database}?mode=ro", uri=True)
