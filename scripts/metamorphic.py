@@ -13,9 +13,11 @@ exit code 1 with finds.
 import argparse
 import os
 import shutil
+import sqlite3
 import sys
 import tempfile
 import time
+import traceback
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from relations import RELATIONS, Broken, Case  # noqa: E402
@@ -37,6 +39,9 @@ def run_case(relation, program, seed, folder, **more):
         relation.check(case)
     except Broken as broken:
         return case, str(broken)
+    except (LookupError, ValueError, TypeError, OSError, sqlite3.Error) as error:  # something else was written
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return case, f"{os.path.basename(place.filename)}, line {place.lineno}: {type(error).__name__}: {error}"
     return case, "" if case.claims else "nothing was compared"
 
 

@@ -1,8 +1,10 @@
 """Relations within the statistics of one run, and between the statistics of commands that look at the same thing."""
+import os
 import re
+import tomllib
 
 from . import views
-from .case import relation, values_of
+from .case import ROOT, relation, values_of
 
 # "whole = sum of parts", of statistics below `gpu.` (tracer's: written out). <region>: each of the names of address regions;
 # <n>: numbers; <any>: any one name. A part that a run does not list is 0.
@@ -129,6 +131,40 @@ def machines_execute_the_trace(case):
     totals = case.seen(case.printed(case.grtx("trace-check", "s.grtx", "--json"))["totals"])
     for name in ("rounds", "visits_internal", "visits_instance", "visits_leaf", "processed", "blended"):
         case.near(f"trace-check: {name}", totals[name], counted[f"tracer.{name.replace('visits_', 'visits.')}"])
+
+
+def tracer_options(machine):
+    """What a machine chooses for the tracer, its includes first."""
+    with open(f"{ROOT}/configs/machines/{machine}.toml", "rb") as file:
+        table = tomllib.load(file)
+    options = {}
+    for include in [table["include"]] if isinstance(table.get("include"), str) else table.get("include", []):
+        if os.path.dirname(include) in ("", "."):
+            options.update(tracer_options(include.removesuffix(".toml")))
+    return {**options, **{name: str(value) for name, value in table.get("tracer", {}).items()}}
+
+
+@relation()
+def machines_know_their_traces(case):
+    """sim names each option that a machine chooses and the trace has otherwise, in a note, and --strict refuses such a trace."""
+    rng = case.rng
+    of, on = rng.choice(views.MACHINES), rng.choice(views.MACHINES)
+    views.traced(case, "s", design=("tlas-tri20", "on"), more=["--machine", of])
+    usage = case.grtx("trace", "--help").output.decode()
+    default = {name.replace("-", "_"): value for name, value in re.findall(r"(?m)^ +--([a-z-]+) [^=\n]*=(\S+)(?:  |$)", usage)}
+    # What one machine chooses all have: unsaid it is the default.
+    chosen = {name for machine in views.MACHINES for name in tracer_options(machine)}
+    one, two = ({**default, **tracer_options(machine)} for machine in (of, on))
+    other = sorted(name for name in chosen if one[name] != two[name])
+    case.grtx("sim", "s.grtx", "--machine", on, "--stats", "s.json", "--quiet", ends=(0, 2))
+    if case.runs[-1].code == 2:  # bins want entries of eight bytes
+        case.holds("a machine that cannot take the trace says so in a line", case.runs[-1].errors.count(b"\n") == 1)
+        return
+    notes = {note["id"]: note["text"] for note in case.json("s.json")["notes"]}
+    named = case.seen(sorted(re.findall(r"([a-z_]+) is [^ ,]+, not ", notes.get("tracer-options", ""))))
+    case.same(f"options of {on} that a trace of {of} has otherwise, and those that the note names", other, named)
+    strict = case.seen(case.grtx("sim", "s.grtx", "--machine", on, "--strict", "--quiet", ends=(0, 2)).code)
+    case.same(f"--strict on {on} with a trace of {of}", strict, 2 if other else 0)
 
 
 @relation(each=3)

@@ -156,18 +156,18 @@ def a_figure_is_one_figure(case):
     plan(case, "plan", mode="fast")
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     case.grtx("report", "db.sqlite", "-o", "r.html", "--quiet")
-    rows = case.rows("db.sqlite", "SELECT id, mode, scene, design, coordinates, document FROM point ORDER BY id")
+    rows = case.rows("db.sqlite", "SELECT id, machine, mode, scene, design, coordinates, document FROM point ORDER BY id")
     values = {}
     for point, name, value in case.rows("db.sqlite", "SELECT point_id, name, value FROM value"):
         values.setdefault(point, {})[name] = value
-    frame = case.seen(python_frame(case, "db.sqlite", ["mode", "scene", "design", *FIGURES]))
+    frame = case.seen(python_frame(case, "db.sqlite", ["machine", "mode", "scene", "design", *FIGURES]))
     with open(case.path("r.html"), encoding="utf-8") as file:
         page = page_points(file.read())
     listed = case.printed(case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--list", "--json"))["points"]
-    told = sorted(json.dumps([p["mode"], p["scene"], p["design"], p["coordinates"]], sort_keys=True) for p in listed)
-    case.same("points of list and database", case.seen(told),
-              sorted(json.dumps([*row[1:4], json.loads(row[4])], sort_keys=True) for row in rows))
-    for point, mode, scene, design, _, document in rows:
+    names = ("machine", "mode", "scene", "design", "coordinates")
+    case.same("points of list and database", case.seen(sorted(json.dumps([p[name] for name in names], sort_keys=True) for p in listed)),
+              sorted(json.dumps([*row[1:5], json.loads(row[5])], sort_keys=True) for row in rows))
+    for point, own_machine, mode, scene, design, _, document in rows:
         own = values_of(json.loads(document)["stats"])
         numbers = {name: value for name, value in own.items() if isinstance(value, (int, float))}
         table = case.seen({name: value for name, value in values[point].items() if not name.startswith("cost.")})
@@ -179,8 +179,42 @@ def a_figure_is_one_figure(case):
                 case.near(f"point {point}: {name} of table and Python", values[point][name], frame[str(point)][name])
         case.near(f"point {point}: time of table and report", own["gpu.time_us"], report["data-time"])
         if frame is not None:
-            told = frame[str(point)]
-            case.same(f"point {point}: what it is", [told["mode"], told["scene"], told["design"]], [mode, scene, design])
+            case.same(f"point {point}: what it is", [frame[str(point)][name] for name in names[:4]], [own_machine, mode, scene, design])
+        case.same(f"point {point}: its machine", [own_machine, json.loads(document)["inputs"]["machine"].split(",")[0]], [machine] * 2)
+
+
+def told(case, database, plan, machine):
+    """What list, report and Python say of the points of the present plan, without the numbers that points have."""
+    case.grtx("report", database, "-o", f"{database}.html", "--quiet")
+    with open(case.path(f"{database}.html"), encoding="utf-8") as file:
+        page = sorted(json.dumps({k: v for k, v in row.items() if k != "point"}, sort_keys=True)
+                      for row in page_points(file.read()).values())
+    listed = case.printed(case.grtx("sweep", plan, "--machine", machine, "-o", database, "--list", "--json"))["points"]
+    points = sorted(json.dumps([p["machine"], p["mode"], p["scene"], p["design"], p["status"]]) for p in listed if not p["earlier_plan"])
+    frame = python_frame(case, database, ["machine", "mode", "design", "earlier_plan", *FIGURES])
+    rows = sorted(json.dumps(row, sort_keys=True) for row in (frame or {}).values() if not row["earlier_plan"])
+    return case.seen({"report": page, "list": points, **({"Python": rows} if frame else {})})
+
+
+@relation(each=4)
+def edited_plans_are_new_plans(case):
+    """A database that an edited plan, or the same on another machine, goes on with tells what a new one tells."""
+    rng = case.rng
+    machine, other = rng.sample(views.MACHINES, 2)
+    plan(case, "plan", axes=1, mode="fast")
+    with open(case.path("plan.toml"), encoding="utf-8") as file:
+        text = file.read()
+    edits = [("gpu.sms = 2", "gpu.sms = 3"), ("gpu.sms = 1", "gpu.sms = 3"), ("[grid]", "[tracer]\nert = 0.1\n[grid]"),
+             ("width = ", "width = 1"), ("fov_scale = ", "fov_scale = 0.3 # "), ("views = ", "views = [1] # ")]
+    before, after = rng.choice([edit for edit in edits if edit[0] in text])
+    case.write("edited.toml", text.replace(before, after))
+    on = rng.choice([machine, other])
+    case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "old.sqlite", "--quiet")
+    case.grtx("sweep", "edited.toml", "--machine", on, "-o", "old.sqlite", "--quiet")
+    case.grtx("sweep", "edited.toml", "--machine", on, "-o", "new.sqlite", "--quiet")
+    case.grtx("sweep", "--compare", "new.sqlite", "old.sqlite", "--quiet")
+    case.same(f"{machine}, then {after!r} on {on}: new and old", *(told(case, name, "edited.toml", on) for name in
+                                                                 ("new.sqlite", "old.sqlite")))
 
 
 @relation(each=4)
