@@ -47,6 +47,7 @@ bool shares_mean(const ReportRun& a, const ReportRun& b) {
 
 std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
   std::vector<Column> columns;
+  columns.reserve(runs.size());
   for (const ReportRun& run : runs) columns.push_back({run.name.empty() ? "model" : run.name, {&run}});
   std::vector<Column> means;
   for (const ReportRun& run : runs) {

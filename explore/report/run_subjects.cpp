@@ -11,6 +11,7 @@ namespace {
 
 std::vector<Subject> subjects_of(const std::vector<ReportRun>& runs) {
   std::vector<Subject> subjects;
+  subjects.reserve(runs.size());
   for (const ReportRun& run : runs) subjects.push_back(run.results.subject);
   return subjects;
 }

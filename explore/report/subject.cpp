@@ -177,7 +177,7 @@ std::string Subject::fact(const std::string& name) const {
   if (name == "view") return camera_;
   if (name == "size") return size_of(*this);
   for (const auto* facts : {&settings_, &view_, &checkpoint_settings_}) {
-    if (const std::string value = value_of(*facts, name); !value.empty()) return value;
+    if (std::string value = value_of(*facts, name); !value.empty()) return value;
   }
   return config_.contains(name) ? text_of(config_.at(name)) : "";
 }
@@ -185,14 +185,14 @@ std::string Subject::fact(const std::string& name) const {
 std::string Subject::settings_text() const {
   std::string text = json_text(config_);
   for (const auto& [name, value] : settings_) {
-    if (name != "mode" && !name.starts_with("sampled.")) text += "\n" + name + "=" + value;
+    if (name != "mode" && !name.starts_with("sampled.")) text.append("\n").append(name).append("=").append(value);
   }
   return text;
 }
 
 std::string Subject::view_text() const {
   std::string text = size_of(*this) + "\n" + setting("fov_scale");
-  for (const auto& [name, value] : view_) text += "\n" + name + "=" + value;
+  for (const auto& [name, value] : view_) text.append("\n").append(name).append("=").append(value);
   return text;
 }
 

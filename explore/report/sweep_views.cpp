@@ -54,7 +54,7 @@ std::string keys_of(const ReportedPoint& p, const Subject& subject) {
     if (!is_view(name) && name != "design") sorted[name] = json_text(value);
   }
   std::string text = p.machine;
-  for (const auto& [name, value] : sorted) text += "\n" + name + "=" + value;
+  for (const auto& [name, value] : sorted) text.append("\n").append(name).append("=").append(value);
   return text + "\n" + subject.settings_text();
 }
 
