@@ -262,7 +262,7 @@ TEST(Simulation, APolicyOfTheDramIsToldWhoAsksAndForWhat) {
     return all;
   });
   const std::string heard = child.result();
-  for (const char* one : {"read tlas of 0", "read tlas of 1", "read gaussian of 0", "read gaussian of 1"}) {
+  for (const char* one : {"read leaf of 0", "read leaf of 1", "read gaussian of 0", "read gaussian of 1"}) {
     EXPECT_NE(heard.find(one), std::string::npos) << one << heard;
   }
   EXPECT_EQ(heard.find("read tlas of 255"), std::string::npos) << heard;
