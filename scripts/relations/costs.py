@@ -99,4 +99,4 @@ def sweeps_price_alike(case):
     leakage = case.seen(next(part["nanojoules"]["central"] for part in parts if part["part"] == "leakage"))
     mw = case.seen(next(value for name, value in case.rows("db.sqlite", "SELECT name, value FROM value") if name == "cost.leakage_mw"))
     case.near(f"{machine}, width {width}{', objects' if objects else ''}: leakage of sweep and cost", mw * run["gpu.time_us"], leakage,
-              1e-6)
+              1e-6, slack=0.001)  # whole picojoules
