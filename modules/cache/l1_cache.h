@@ -15,6 +15,7 @@
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/cache_state.h"
+#include "grtx/modules/cache/decide/dilated_fills.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/decide/write_policy.h"
@@ -26,6 +27,8 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/sampling.h"
+#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -39,6 +42,7 @@ class L1CacheModule : public ClockedModule {
   sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
   LinkOut<MemoryRequest> to_memory{"to_memory"};         ///< misses and writes, with client and SM filled in
   LinkIn<MemoryResponse> from_memory{"from_memory"};     ///< fills and write acknowledgements
+  TouchPort<touch_if> touch_memory{"touch_memory"};      ///< what misses without time
 
   /// Counts so far.
   virtual L1Counters counters() const = 0;
@@ -85,12 +89,13 @@ struct L1Counters : CacheRegions {
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
-class L1Cache final : public L1CacheModule {
+class L1Cache final : public L1CacheModule, public touch_if {
  public:
   struct Config {
     unsigned clients = 2;          ///< request/response port pairs; by the assembly
     std::uint8_t sm = 0;           ///< number that requests carry into the crossbar; by the assembly
     std::vector<unsigned> widths;  ///< sectors a cycle of each client's port; none: 1; by the assembly
+    Sampling sampling{};           ///< by the assembly
     SectorCacheTags::Geometry geometry{};
     unsigned latency = 20;
     unsigned tag_latency = 1;
@@ -129,6 +134,7 @@ class L1Cache final : public L1CacheModule {
   /// clock: core domain. Throws Error for an impossible configuration.
   L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
+  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
   /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
@@ -176,17 +182,24 @@ class L1Cache final : public L1CacheModule {
   void restart(Caches caches) override;
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
+  void install(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
   void take_from(Cycle now, unsigned client, bool& won);
   bool accept(Cycle now, Client& client, const MemoryRequest& access);
   bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
   bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
+  Touched touch_write(std::uint64_t line, std::uint8_t sectors, const Touch& access);
+  Touched touch_read(std::uint64_t line, std::uint8_t sectors, const Touch& access);
+  SectorCacheTags::Slot touch_allocate(std::uint64_t line, Cycle at);
+  void push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Region region);
+  void push_late(Cycle now);
   bool stall(L1Stall reason);
   bool refuse(Client& client, L1Stall reason);
   bool room_to_send(std::size_t entries) const {
     return miss_queue_.size() - leaving_sectors_ + entries <= config_.miss_queue;
   }
   bool room_for_victim(std::uint64_t address) const {
+    if (sampled()) return late_.empty();
     return leaving_lines_ < config_.write_back_buffer || tags_.victim(address).dirty == 0;
   }
   SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address) {
@@ -203,17 +216,26 @@ class L1Cache final : public L1CacheModule {
     response_due_[client] = std::min(response_due_[client], due);
     next_response_ = std::min(next_response_, due);
   }
+  bool sampled() const { return config_.sampling.on(); }
   Cycle next_due(Cycle now) const;
   void count_mshr_cycles(Cycle now);
 
   Config config_;
   LinkWriter<MemoryRequest> down_;
   LinkReader<MemoryResponse> up_;
+  touch_if* touched_ = nullptr;  ///< null where everything takes time
   std::vector<Client> clients_;
   WaitingLinks waiting_;             ///< requests of clients_
   std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
   SectorCacheTags tags_;
   MshrTable mshrs_;
+  DilatedFills fills_;
+  struct Late {
+    SectorCacheTags::Victim victim;
+    Region region{};
+  };
+  std::vector<Late> late_;        ///< in a sampled run: dirty lines that have left and wait for the write-back buffer
+  std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
   bool writes_back_;
   std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
   /// Misses, writes and sectors of the write-back buffer, in the order in which they leave: a read never overtakes the

@@ -14,6 +14,7 @@
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/cache_state.h"
+#include "grtx/modules/cache/decide/dilated_fills.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/kernel/clocked_module.h"
@@ -24,6 +25,8 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/sampling.h"
+#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/tlm/at_initiator.h"
 
 namespace grtx::modules {
@@ -82,11 +85,12 @@ struct L2Counters : CacheRegions {
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
-class L2Slice final : public L2SliceModule {
+class L2Slice final : public L2SliceModule, public touch_if {
  public:
   struct Config {
     unsigned slice = 0;  ///< number of this slice; by the assembly
     AddressInterleave interleave{};
+    Sampling sampling{};                                           ///< by the assembly
     SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};  ///< of this slice
     unsigned latency = 165;  ///< tags are probed at its end, so a miss pays it too, as behind GPGPU-Sim's ROP delay
     unsigned queue = 64;
@@ -129,6 +133,8 @@ class L2Slice final : public L2SliceModule {
   AtInitiator dram;
   ::tlm::tlm_initiator_socket<32>& memory_socket() override { return dram.socket; }
 
+  /// All sectors are this slice's.
+  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
   const L2Counters& counters() const override { return counters_; }
@@ -165,6 +171,7 @@ class L2Slice final : public L2SliceModule {
   void take_request(Cycle now);
   void take_completion(Cycle now);
   bool fill(Cycle now, std::uint32_t mshr);
+  bool install(std::uint64_t local);
   void look_up(Cycle now);
   bool read(Cycle now, const MemoryRequest& access);
   bool write(const MemoryRequest& access);
@@ -172,6 +179,10 @@ class L2Slice final : public L2SliceModule {
   void prefetch_host(Cycle now) const;
   bool room_for_victim(std::uint64_t local) const;
   SectorCacheTags::Slot allocate(std::uint64_t local);
+  Touched touch_line(std::uint64_t local, std::uint8_t sectors, const Touch& access);
+  bool sampled() const { return config_.sampling.on(); }
+  void write_back(const SectorCacheTags::Victim& victim, Region region);
+  void write_back_late();
   void reply(const MemoryRequest& access);
   void send_dram(Cycle now);
   void send_reply(Cycle now);
@@ -185,9 +196,16 @@ class L2Slice final : public L2SliceModule {
   SectorCacheTags tags_;            ///< of slice-local addresses
   std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
   MshrTable mshrs_;                 ///< of global sector addresses
+  DilatedFills fills_;
   RingQueue<Access> pipe_;
   RingQueue<MemoryResponse> replies_;
   RingQueue<DramRequest> dram_queue_;
+  struct Late {
+    SectorCacheTags::Victim victim;
+    Region region{};
+  };
+  std::vector<Late> late_;        ///< in a sampled run: dirty lines that have left and wait for dram_queue_
+  std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
   Cycle due_ = kNever;
   Cycle mshr_counted_ = 0;
   L2Counters counters_;

@@ -14,6 +14,8 @@ namespace grtx::modules {
 struct SectorAccess {
   std::uint64_t address = 0;
   Region region = Region::ray;
+  bool missed = false;  ///< as in MemoryRequest
+  bool missed_below = false;
   friend bool operator==(const SectorAccess&, const SectorAccess&) = default;
 };
 
@@ -54,7 +56,7 @@ class Coalescer {
       i = (i + 1) & mask;
     }
     table_[i] = {sector, instruction_};
-    out_->push_back({sector * kSectorBytes, region_});
+    out_->push_back({.address = sector * kSectorBytes, .region = region_});
   }
 
   std::vector<Seen> table_;  ///< open addressing; entries of earlier instructions count as empty

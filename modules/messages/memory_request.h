@@ -54,6 +54,10 @@ struct MemoryRequest {
   bool write : 1 = false;  // bits: 16 B in all
   bool prefetch : 1 = false;
   bool write_back : 1 = false;  ///< a write of the L1's own: no client waits for it
+  /// In a sampled run, where tags follow the order of events: the sector was not in the L1 when its event began, and
+  /// not in the L2 either (touch_if.h).
+  bool missed : 1 = false;
+  bool missed_below : 1 = false;
 };
 
 /// Who asks a memory, and for what.

@@ -19,6 +19,7 @@
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -31,6 +32,7 @@ class CrossbarModule : public sc_core::sc_module {
   sc_core::sc_vector<LinkOut<MemoryRequest>> request_out;    ///< [slice]
   sc_core::sc_vector<LinkIn<MemoryResponse>> response_in;    ///< [slice]
   sc_core::sc_vector<LinkOut<MemoryResponse>> response_out;  ///< [sm]
+  sc_core::sc_vector<TouchPort<touch_if>> touch_out;         ///< [slice]
 
   virtual CrossbarCounters counters() const = 0;
   /// No packet inside or waiting at its ports.
@@ -44,7 +46,8 @@ class CrossbarModule : public sc_core::sc_module {
         request_in("request_in", sms),
         request_out("request_out", slices),
         response_in("response_in", slices),
-        response_out("response_out", sms) {}
+        response_out("response_out", sms),
+        touch_out("touch_out", slices) {}
 };
 
 struct CrossbarCounters {
@@ -134,7 +137,7 @@ class CrossbarNetwork final : public Clocked {
   Alarm alarm_;
 };
 
-class Crossbar final : public CrossbarModule {
+class Crossbar final : public CrossbarModule, public touch_if {
  public:
   struct Config {
     unsigned sms = 8;  ///< by the assembly
@@ -150,6 +153,7 @@ class Crossbar final : public CrossbarModule {
   /// clock: core domain. Throws Error for an impossible configuration.
   Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
+  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
   CrossbarCounters counters() const override { return {requests_.counters(), replies_.counters()}; }
@@ -163,6 +167,7 @@ class Crossbar final : public CrossbarModule {
   Config config_;
   CrossbarNetwork<MemoryRequest> requests_;
   CrossbarNetwork<MemoryResponse> replies_;
+  std::vector<touch_if*> slices_;  ///< none where everything takes time
 };
 
 }  // namespace grtx::modules

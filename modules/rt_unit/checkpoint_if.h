@@ -26,6 +26,10 @@ class checkpoint_if : public virtual sc_core::sc_interface {
   virtual bool submit(LaneId id, unsigned entries, bool last) = 0;
   /// The lane needs its next source entry. Returns whether it is there already; else entry_read() names it later.
   virtual bool read(LaneId id) = 0;
+
+  // Functional entries (RtMemoryPart::has_touch()): as read() and submit(), without time, in cycle `at`.
+  virtual void touch_read(LaneId /*id*/, Cycle /*at*/) {}
+  virtual void touch_submit(LaneId /*id*/, unsigned /*entries*/, bool /*last*/, Cycle /*at*/) {}
 };
 
 /// Who goes on with the lanes.

@@ -58,6 +58,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
 void MemoryScheduler::end_of_elaboration() {
   warps_ = &warp_buffer->warps();
   fetched_node_ = fetched_node.operator->();
+  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
   batches_ = writer_of(batch);
@@ -71,6 +72,7 @@ void MemoryScheduler::restart() {
   std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
   visited_.clear();
   visited_entry_ = 0;
+  usual_latency_ = 200.0;
   counters_ = {};
 }
 
@@ -107,9 +109,48 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   if (!config_.merge_in_flight) visited_.push_back(key);
   ++counters_.fetches[region];
   const auto count = static_cast<std::uint8_t>(sectors.count());
-  fetches_[id] = {node, lane, now_, count, count};
+  fetches_[id] = {node, lane, now_, count, count, {}};
+  if (cache_ != nullptr) fetches_[id].found = touch_node(node, now_);
   under_way_[entry_of(id)] |= lane;
   queue_.push({id, 0});
+}
+
+// By sector in the order of NodeSectors. What is read twice is found twice.
+Touched MemoryScheduler::touch_node(const NodeVisit& node, Cycle at) {
+  unsigned missed = 0, missed_below = 0, place = 0, again = 0;
+  NodeSectors(node, traffic_).for_each_run([&](const SectorRun& run, bool /*last*/) {
+    if (run.again) {
+      again = place = run.sectors;
+      return;
+    }
+    const auto sectors = static_cast<std::uint8_t>((1u << run.sectors) - 1);
+    const Touched found = cache_->touch({run.address, sectors, run.region, false, false, at});
+    missed |= unsigned{found.missed} << place;
+    missed_below |= unsigned{found.missed_below} << place;
+    place += run.sectors;
+  });
+  missed |= missed >> again & ((1u << again) - 1);
+  missed_below |= missed_below >> again & ((1u << again) - 1);
+  return {static_cast<std::uint8_t>(missed), static_cast<std::uint8_t>(missed_below)};
+}
+
+SectorAccess MemoryScheduler::sector_of(const Fetch& fetch, const NodeSectors& sectors, unsigned i) const {
+  SectorAccess sector = sectors.at(i);
+  sector.missed = (fetch.found.missed >> i & 1) != 0;
+  sector.missed_below = (fetch.found.missed_below >> i & 1) != 0;
+  return sector;
+}
+
+void MemoryScheduler::count_visit(const NodeVisit& node) {
+  ++counters_.visits[index(traffic_.region(node.kind, node.address))];
+}
+
+Cycle MemoryScheduler::remaining(unsigned entry, const NodeVisit& node, Cycle now) const {
+  if (!config_.merge_in_flight) return 0;
+  const std::uint32_t under_way = merge_[entry].find(merge_key(node.address, node.header));
+  if (under_way == AddressIndex::kNone) return 0;
+  const double left = usual_latency_ - static_cast<double>(now - fetches_[under_way].asked) * config_.sampling.stride;
+  return left < 1.0 ? 0 : static_cast<Cycle>(left);
 }
 
 void MemoryScheduler::issue(Cycle now) {
@@ -122,11 +163,13 @@ void MemoryScheduler::issue_sectors(Cycle now) {
     Pending& p = queue_.front();
     const Fetch& f = fetches_[p.fetch];
     if (p.next == 0) front_.emplace(f.node, traffic_);
-    const SectorAccess sector = front_->at(p.next);
+    const SectorAccess sector = sector_of(f, *front_, p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
     message.region = sector.region;
+    message.missed = sector.missed;
+    message.missed_below = sector.missed_below;
     requests_.push(now, message);
     ++counters_.sectors[static_cast<std::size_t>(message.region)];
     ++outstanding_;
@@ -150,7 +193,7 @@ NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
     const NodeSectors sectors(f.node, traffic_);
     message.fetches |= bit(lane_of(id));
     for (unsigned s = 0; s < f.sectors; ++s) {
-      message.sectors.push_back(sectors.at(s));
+      message.sectors.push_back(sector_of(f, sectors, s));
       ++counters_.sectors[static_cast<std::size_t>(message.sectors.back().region)];
     }
     outstanding_ += f.sectors;
@@ -192,6 +235,7 @@ void MemoryScheduler::take_batch_done(Cycle now) {
 void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
+  usual_latency_ += (static_cast<double>(now - f.asked) - usual_latency_) / 64.0;
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
   if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.node.address, f.node.header));
   const LaneMask lanes = f.lanes;

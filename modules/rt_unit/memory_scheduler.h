@@ -20,6 +20,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/sampling.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
@@ -35,6 +36,7 @@ class MemoryScheduler final : public NodeFetchModule {
     bool by_shader = false;
     unsigned sectors_per_cycle = 1;
     NodeTrafficConfig traffic;
+    Sampling sampling{};  ///< by the assembly
     void parameters(ParameterList& list) {
       list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
       list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
@@ -71,6 +73,10 @@ class MemoryScheduler final : public NodeFetchModule {
   /// Only visits between two calls merge (and those in flight, if asked).
   void begin_warp(Cycle now, unsigned entry) override;
   void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
+  bool has_touch() const override { return true; }
+  void touch(const NodeVisit& node, Cycle at) override { touch_node(node, at); }
+  void count_visit(const NodeVisit& node) override;
+  Cycle remaining(unsigned entry, const NodeVisit& node, Cycle now) const override;
 
   /// Takes at most sectors_per_cycle responses, or one batch that the SIMT core has read.
   void respond(Cycle now) override;
@@ -95,6 +101,7 @@ class MemoryScheduler final : public NodeFetchModule {
     Cycle asked = 0;
     std::uint8_t sectors = 0;  ///< to send
     std::uint8_t missing = 0;  ///< responses not yet back
+    Touched found;             ///< in a sampled run, by sector
   };
   struct Pending {
     LaneId fetch = 0;
@@ -106,6 +113,8 @@ class MemoryScheduler final : public NodeFetchModule {
   void take_batch_done(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
+  Touched touch_node(const NodeVisit& node, Cycle at);
+  SectorAccess sector_of(const Fetch& fetch, const NodeSectors& sectors, unsigned index) const;
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
@@ -113,6 +122,8 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
+  touch_if* cache_ = nullptr;     ///< null where everything takes time
+  double usual_latency_ = 200.0;  ///< of a fetch, cycles
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   LinkWriter<NodeFetchBatch> batches_;

@@ -10,6 +10,7 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_part.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/traces/event.h"
@@ -28,6 +29,14 @@ class node_fetch_if : public virtual sc_core::sc_interface {
   /// Lane `id` of that warp visits the node at `address` (bytes). header: the BLAS header is read as well. The node's
   /// arrival is told to fetched_node_if.
   virtual void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) = 0;
+
+  // Functional entries (RtMemoryPart::has_touch()):
+  /// The sectors of a node that is visited without time meet the caches in cycle `at`.
+  virtual void touch(const NodeVisit& /*node*/, Cycle /*at*/) {}
+  /// A visit without time is counted.
+  virtual void count_visit(const NodeVisit& /*node*/) {}
+  /// Cycles until a fetch of the node by the warp in `entry` that is under way is likely to be back; 0: there is none.
+  virtual Cycle remaining(unsigned /*entry*/, const NodeVisit& /*node*/, Cycle /*now*/) const { return 0; }
 };
 
 /// Where fetched nodes go.

@@ -26,6 +26,8 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
   /// The lane asks for the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
+  /// Functional entry (RtMemoryPart::has_touch()): the same without time, in cycle `at`.
+  virtual void touch_leaf(LaneId /*id*/, const traces::RayGroup& /*group*/, std::uint32_t /*address*/, Cycle /*at*/) {}
 };
 
 /// A prefetcher of nodes.

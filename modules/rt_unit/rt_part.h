@@ -7,6 +7,7 @@
 
 #include "grtx/base/strong.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -34,6 +35,13 @@ class RtPart : public sc_core::sc_module {
 /// A part with a port of the memory system: a client of the L1.
 class RtMemoryPart : public RtPart {
  public:
+  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< the L1, for events without time
+
+  /// Has functional entries beside its timed ones, which sampled runs need.
+  virtual bool has_touch() const { return false; }
+  /// In a sampled run: the cycle whose stages are called now.
+  void set_touch_now(Cycle now) { touch_now_ = now; }
+
   /// Takes at most one response.
   virtual void respond(Cycle now) = 0;
   /// Sends at most one request.
@@ -43,6 +51,10 @@ class RtMemoryPart : public RtPart {
 
  protected:
   using RtPart::RtPart;
+  Cycle touch_now() const { return touch_now_; }
+
+ private:
+  Cycle touch_now_ = 0;
 };
 
 }  // namespace grtx::modules

@@ -5,8 +5,6 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rt_unit/decide/event_effect.h"
-#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
@@ -41,7 +39,9 @@ RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& conf
       config_(config),
       selection_(make_warp_selection(config.policy)),
       entries_(entries),
-      boxes_(boxes) {}
+      boxes_(boxes) {
+  if (config.sampling.on()) sampler_ = std::make_unique<EventSampler>(config.sampling, entries, *this);
+}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -51,10 +51,13 @@ void RtScheduler::end_of_elaboration() {
   if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
   if (stack.size() > 0) stack_ = stack.operator->();
+  if (touch_shader.size() > 0) shader_ = touch_shader.operator->();
+  if (sampler_) sampler_->watch(*buffer_);
 }
 
 void RtScheduler::restart() {
   selection_ = make_warp_selection(config_.policy);
+  if (sampler_) sampler_->restart();
   counters_ = {};
 }
 
@@ -82,6 +85,7 @@ void RtScheduler::begin(unsigned entry) {
     if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
   });
+  if (sampler_) sampler_->begin(entry, warp.accepted);
 }
 
 Stall RtScheduler::stall_reason() const {
@@ -105,8 +109,13 @@ void RtScheduler::schedule(Cycle now) {
   memory_->begin_warp(now, entry);
   if (prefetcher_ != nullptr) prefetcher_->begin_warp();
   LaneMask fetching = 0;
+  if (sampler_) sampler_->serve(entry, now);
   for_each_bit(lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
+    if (sampler_ && !sampler_->advance(id, now)) {
+      buffer_->move(entry, bit(i), LaneState::ready, LaneState::finished);
+      return;
+    }
     const Event event = warp.lane[i].event;
     switch (event.kind()) {
       case EventKind::visit_internal:
@@ -136,7 +145,7 @@ void RtScheduler::schedule(Cycle now) {
   if (fetching != 0) buffer_->move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
 }
 
-void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
+void RtScheduler::count_visit(const Event& event) {
   switch (event.kind()) {
     case EventKind::visit_internal:
       ++counters_.visits_internal;
@@ -147,9 +156,23 @@ void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
     default:
       ++counters_.visits_leaf;
   }
-  const std::optional<NodeVisit> node = node_visit(event, *warp.group, *traffic_);
+}
+
+void RtScheduler::count_shader_call(const EventEffect& effect) {
+  counters_.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
+  counters_.intersection_calls += boxes_ ? 1 : 0;
+}
+
+NodeVisit RtScheduler::node_of(LaneId id, const Event& event) const {
+  const std::optional<NodeVisit> node = node_visit(event, *buffer_->warp(entry_of(id)).group, *traffic_);
   if (!node) refuse(id, rule_of_missing_node(event));
-  memory_->visit(id, node->kind, node->address, node->header);
+  return *node;
+}
+
+void RtScheduler::visit(LaneId id, const Warp& warp, const Event& event) {
+  count_visit(event);
+  const NodeVisit node = node_of(id, event);
+  memory_->visit(id, node.kind, node.address, node.header);
   if (event.kind() == EventKind::visit_internal || prefetcher_ == nullptr) return;
   prefetcher_->note_leaf(id, *warp.group, event.node);
 }
@@ -167,12 +190,9 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);
-  if (event.kind() == EventKind::visit_internal && prefetcher_ != nullptr) {
-    prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
-  }
+  if (event.kind() == EventKind::visit_internal && !sampler_) note_event(id, event);
   if (effect.calls_shader(boxes_)) {
-    counters_.any_hit_calls += effect.calls_any_hit() ? 1 : 0;
-    counters_.intersection_calls += boxes_ ? 1 : 0;
+    count_shader_call(effect);
     any_hit_->arrive(now, id);
   } else {
     complete(id, effect.checkpoints(), LaneState::in_unit);
@@ -181,7 +201,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
 
 void RtScheduler::replay(LaneId id, LaneState from) {
   const Event event = buffer_->lane(id).event;
-  if (prefetcher_ != nullptr && event.kind() == EventKind::replay_take) prefetcher_->note_replayed(id, event.node);
+  if (event.kind() == EventKind::replay_take && !sampler_) note_event(id, event);
   ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
   move_stack(id);
   complete(id, EventEffect(event).checkpoints(), from);
@@ -237,6 +257,73 @@ void RtScheduler::any_hit_done(const AnyHitDone& done) {
     complete(id, EventEffect(buffer_->lane(id).event).checkpoints(), LaneState::in_any_hit);
   });
   if (buffer_->warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_->finished(entry);
+}
+
+void RtScheduler::note_event(LaneId id, const Event& event) {
+  if (prefetcher_ == nullptr) return;
+  if (event.kind() == EventKind::visit_internal) {
+    prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
+  } else if (event.kind() == EventKind::replay_take) {
+    prefetcher_->note_replayed(id, event.node);
+  }
+}
+
+void RtScheduler::touch_event(LaneId id, const Event& event, Cycle at) {
+  const traces::RayGroup& group = *buffer_->warp(entry_of(id)).group;
+  if (const std::optional<NodeVisit> node = node_visit(event, group, *traffic_)) {
+    memory_->touch(*node, at);
+    if (prefetcher_ != nullptr && event.kind() != EventKind::visit_internal) {
+      prefetcher_->touch_leaf(id, group, event.node, at);
+    }
+  }
+  note_event(id, event);
+}
+
+Cycle RtScheduler::joins_for(LaneId id, Cycle now) const {
+  const unsigned entry = entry_of(id);
+  const std::optional<NodeVisit> node = node_visit(buffer_->lane(id).event, *buffer_->warp(entry).group, *traffic_);
+  if (!node || traffic_->region(node->kind, node->address) == Region::blas) return 0;
+  return memory_->remaining(entry, *node, now);
+}
+
+void RtScheduler::execute_visit(LaneId id, Cycle at) {
+  const Event event = buffer_->lane(id).event;
+  const EventEffect effect(event);
+  count_visit(event);
+  memory_->count_visit(node_of(id, event));
+  if (!effect.calls_shader(boxes_)) return;
+  count_shader_call(effect);
+  const Warp& warp = buffer_->warp(entry_of(id));
+  AnyHitBatch batch;
+  batch.slot = warp.slot;
+  batch.round = warp.round;
+  add_lane(batch, lane_of(id), event);
+  shader_->touch_any_hit(batch, at);
+}
+
+void RtScheduler::execute(LaneId id, Cycle at) {
+  Lane& lane = buffer_->lane(id);
+  const Event event = lane.event;
+  const EventEffect effect(event);
+  if (effect.replays()) {
+    if (checkpoint_ == nullptr) refuse(id, kRuleReplayNeedsCheckpoints);
+    checkpoint_->touch_read(id, at);
+    ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
+  } else if (event.kind() == EventKind::cull) {
+    ++counters_.culls;
+  } else {
+    execute_visit(id, at);
+  }
+  move_stack(id);
+  const bool last = !lane.advance();
+  if (stack_ != nullptr) {
+    stack_->touch_settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top(), at);
+  }
+  if (checkpoint_ != nullptr) {
+    checkpoint_->touch_submit(id, effect.checkpoints(), last, at);
+  } else if (effect.checkpoints() != 0) {
+    refuse(id, kRuleEntriesNeedCheckpoints);
+  }
 }
 
 void RtScheduler::count(RtUnitCounters& all) const { all.scheduler.add(counters_); }

@@ -13,16 +13,20 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/rt_unit/decide/event_effect.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
+#include "grtx/modules/rt_unit/event_sampler.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
 
-class RtScheduler final : public RtSchedulerModule {
+class RtScheduler final : public RtSchedulerModule, public functional_events_if {
  public:
   struct Config {
     std::string policy = "oldest_first";  ///< name of a WarpSelection
+    Sampling sampling{};                  ///< by the assembly
     void parameters(ParameterList& list) {
       list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
     }
@@ -49,6 +53,12 @@ class RtScheduler final : public RtSchedulerModule {
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
+  bool has_touch() const override { return true; }
+  void touch_until(Cycle now) override { sampler_->touch_until(now); }
+  void touch_event(LaneId id, const traces::Event& event, Cycle at) override;
+  void note_event(LaneId id, const traces::Event& event) override;
+  void execute(LaneId id, Cycle at) override;
+  Cycle joins_for(LaneId id, Cycle now) const override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
   void entries_taken(LaneId id) override;
@@ -74,6 +84,10 @@ class RtScheduler final : public RtSchedulerModule {
   /// Submits the entries of the lane's last event, its stack being settled.
   void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
+  void count_visit(const traces::Event& event);
+  void count_shader_call(const EventEffect& effect);
+  NodeVisit node_of(LaneId id, const traces::Event& event) const;
+  void execute_visit(LaneId id, Cycle at);
   void replay(LaneId id, LaneState from);
   /// What the lane's event does to its stack.
   void move_stack(LaneId id);
@@ -81,6 +95,7 @@ class RtScheduler final : public RtSchedulerModule {
 
   Config config_;
   std::unique_ptr<WarpSelection> selection_;
+  std::unique_ptr<EventSampler> sampler_;  ///< null where everything takes time
   unsigned entries_;
   bool boxes_;
   // The neighbours, looked up once; the last three are null where the configuration has none.
@@ -91,6 +106,7 @@ class RtScheduler final : public RtSchedulerModule {
   checkpoint_if* checkpoint_ = nullptr;
   prefetch_if* prefetcher_ = nullptr;
   stack_if* stack_ = nullptr;
+  shader_touch_if* shader_ = nullptr;
   Counters counters_;
 };
 

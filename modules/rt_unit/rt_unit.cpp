@@ -74,7 +74,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                                         header.three_level());
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
-    return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);
+    MemoryScheduler::Config memory = config_.memory;
+    memory.sampling = config_.sampling;
+    return std::make_unique<MemoryScheduler>(name, memory, header, entries);
   });
   any_hit_ = made(parts.any_hit_collector, "any_hit_collector", context_,
                   [&](const char* name) { return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries); });
@@ -96,7 +98,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
     });
   }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
-    return std::make_unique<RtScheduler>(name, config_.scheduler, entries, traces::has_box_leaves(header.accel));
+    RtScheduler::Config scheduler = config_.scheduler;
+    scheduler.sampling = config_.sampling;
+    return std::make_unique<RtScheduler>(name, scheduler, entries, traces::has_box_leaves(header.accel));
   });
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
                         const IntersectionUnit::Config& config, const DataPath& path) {
@@ -179,6 +183,22 @@ void RtUnit::bind_parts() {
     stack_->request.bind(stack_request);
     stack_->response.bind(stack_response);
   }
+  if (config_.sampling.on()) bind_touches();
+}
+
+// The functional way of a sampled run.
+void RtUnit::bind_touches() {
+  const auto require = [](const RtPart* part, bool has_touch) {
+    if (!has_touch) throw Error("configuration", part->name(), "has no functional entry, which a sampled run needs");
+  };
+  require(scheduler_.get(), scheduler_->has_touch());
+  scheduler_->touch_shader.bind(touch_shader);
+  for (RtMemoryPart* part :
+       std::initializer_list<RtMemoryPart*>{memory_.get(), checkpoint_.get(), prefetcher_.get(), stack_.get()}) {
+    if (part == nullptr) continue;
+    require(part, part->has_touch());
+    part->touch_cache.bind(touch_cache);
+  }
 }
 
 void RtUnit::end_of_elaboration() {
@@ -245,6 +265,10 @@ void RtUnit::tick_units(Cycle now) {
 // make a lane ready are seen by the scheduler in the same cycle. Where the warp table or a link says that a stage has
 // nothing to do, it is not called.
 void RtUnit::run_stages(Cycle now) {
+  if (config_.sampling.on()) {
+    for (const MemoryClient& client : clients_) client.part->set_touch_now(now);
+    scheduler_->touch_until(now);
+  }
   tick_units(now);
   for (const MemoryClient& client : clients_) {
     if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);

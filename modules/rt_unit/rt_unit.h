@@ -48,6 +48,9 @@ class RtUnitModule : public ClockedModule {
   /// L1 client for stack entries; bound when has_stack().
   OptionalLinkOut<MemoryRequest> stack_request{"stack_request"};
   OptionalLinkIn<MemoryResponse> stack_response{"stack_response"};
+  // In sampled runs, for events without time: the L1 and the SIMT core.
+  TouchPort<touch_if> touch_cache{"touch_cache"};
+  TouchPort<shader_touch_if> touch_shader{"touch_shader"};
 
   virtual bool has_checkpoint() const = 0;
   virtual bool has_prefetcher() const = 0;
@@ -92,6 +95,7 @@ struct RtUnitConfig {
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
+  Sampling sampling{};  ///< by the assembly
   /// What a pipeline of the ray-box unit is made of for a trace with this header.
   DataPath box_path(const traces::Header& header) const {
     const traces::NodeSizes sizes = header.node_sizes();
@@ -141,6 +145,7 @@ class RtUnit final : public RtUnitModule {
  private:
   void build(const RtUnitParts& parts, const traces::Header& header);
   void bind_parts();
+  void bind_touches();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;

@@ -31,9 +31,14 @@ class RtSchedulerModule : public RtPart,
   Optional<checkpoint_if> checkpoint{"checkpoint"};
   Optional<prefetch_if> prefetch{"prefetch"};
   Optional<stack_if> stack{"stack"};
+  TouchPort<shader_touch_if> touch_shader{"touch_shader"};  ///< the SIMT core, for events without time
 
   /// Handles the next event of all ready lanes of the selected warp, if any can be selected.
   virtual void schedule(Cycle now) = 0;
+  /// Has functional entries beside its timed ones, which sampled runs need. Then:
+  virtual bool has_touch() const { return false; }
+  /// Events without time that are due meet the caches.
+  virtual void touch_until(Cycle /*now*/) {}
   /// `cycles` passed in which nothing happened: they have the reason of the present state.
   virtual void count_idle(Cycle cycles) = 0;
   /// Cycles in which a warp was scheduled, so far.

@@ -19,6 +19,8 @@ class stack_if : public virtual sc_core::sc_interface {
   /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Returns whether the lane
   /// must wait for a spill or a fill; then stack_settled() names it later.
   virtual bool settle(LaneId id, std::uint32_t depth, bool takes_top) = 0;
+  /// Functional entry (RtMemoryPart::has_touch()): the same without time, in cycle `at`.
+  virtual void touch_settle(LaneId /*id*/, std::uint32_t /*depth*/, bool /*takes_top*/, Cycle /*at*/) {}
 };
 
 /// Who goes on with the lanes.

@@ -34,6 +34,7 @@ StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, cons
 
 void StackUnit::end_of_elaboration() {
   client_ = client.operator->();
+  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
 }
@@ -51,8 +52,28 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   lane.next = move.first;
   lane.to_spill = static_cast<std::uint8_t>(move.spills);
   counters_.note(lane.stack, move);
+  if (cache_ != nullptr) lane.found = touch_move(lane, move, touch_now());
   queue_.push(id);
   return true;
+}
+
+void StackUnit::touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cycle at) {
+  LaneContext& lane = lanes_[id];
+  const StackSpill::Move move = spill_.settle(lane.stack, depth, takes_top);
+  if (!move.any()) return;
+  counters_.note(lane.stack, move);
+  touch_move(lane, move, at);
+}
+
+Touched StackUnit::touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at) {
+  Touched all;
+  for (unsigned i = 0; i < (move.fill ? 1 : move.spills); ++i) {
+    const Touched found =
+        cache_->touch({map_.stack_sector(lane.ray, move.first + i), 1, Region::stack, !move.fill, false, at});
+    all.missed |= static_cast<std::uint8_t>(found.missed << i);
+    all.missed_below |= static_cast<std::uint8_t>(found.missed_below << i);
+  }
+  return all;
 }
 
 bool StackUnit::send(Cycle now, LaneId id) {
@@ -62,6 +83,10 @@ bool StackUnit::send(Cycle now, LaneId id) {
   message.region = Region::stack;
   message.write = lane.to_spill > 0;
   message.address = map_.stack_sector(lane.ray, lane.next++);
+  message.missed = (lane.found.missed & 1) != 0;
+  message.missed_below = (lane.found.missed_below & 1) != 0;
+  lane.found.missed >>= 1;
+  lane.found.missed_below >>= 1;
   requests_.push(now, message);
   ++outstanding_;
   if (!message.write) {

@@ -49,6 +49,8 @@ class StackUnit final : public StackModule {
 
   void begin_lane(LaneId id, std::uint16_t slot) override;
   bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;
+  bool has_touch() const override { return true; }
+  void touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cycle at) override;
 
   void respond(Cycle now) override;
   /// Sectors go in the order of settle().
@@ -69,14 +71,17 @@ class StackUnit final : public StackModule {
     StackSpill::Lane stack;
     std::uint32_t next = 0;     ///< sector of the area to write next, or to read
     std::uint8_t to_spill = 0;  ///< sectors
+    Touched found;              ///< in a sampled run, of those of the move from `next` on
   };
   void end_of_elaboration() override;
   /// Sends the lane's next sector; true when it was its last spill.
   bool send(Cycle now, LaneId id);
+  Touched touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at);
 
   StackSpill spill_;
   const MemoryMap& map_;
   stack_client_if* client_ = nullptr;
+  touch_if* cache_ = nullptr;  ///< null where everything takes time
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   unsigned sm_;

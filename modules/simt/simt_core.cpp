@@ -81,6 +81,7 @@ void SimtCore::start_of_simulation() {
   }
   memory_request_ = writer_of(memory_request);
   memory_response_ = reader_of(memory_response);
+  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   launch_.wake(&alarm_);
   memory_response_.wake(&alarm_);
 }
@@ -324,7 +325,7 @@ void SimtCore::insert_at_store(unsigned slot, LaneMask lanes, Cycle now) {
   enter(slot, WarpActivity::any_hit, now);
 }
 
-void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
+void SimtCore::fill_phase(unsigned slot) {
   switch (slots_[slot].step) {
     case Step::prologue:
       program_.prologue(slot, phase_);
@@ -347,7 +348,41 @@ void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
     default:
       assert(false);
   }
-  load(slot, now);
+}
+
+// A phase without time is over at once, and the next one begins.
+void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
+  for (;;) {
+    fill_phase(slot);
+    if (phase_takes_time(slot)) return load(slot, now);
+    touch_phase(phase_, now);
+    finish_ray_generation(slot, now);
+    if ((starting_ray_generation_ & bit(slot)) == 0) return;
+    starting_ray_generation_ &= ~bit(slot);
+  }
+}
+
+bool SimtCore::phase_takes_time(unsigned slot) const {
+  if (!config_.sampling.on()) return true;
+  const unsigned place = config_.sampling.first(program_.group(slot)->index);
+  return (program_.round(slot) + static_cast<unsigned>(phase_.kind) + place) % config_.sampling.stride == 0;
+}
+
+void SimtCore::touch_phase(ShaderPhase& phase, Cycle at) {
+  touch_all(*cache_, phase.loads, false, at);
+  touch_all(*cache_, phase.stores, true, at);
+}
+
+void SimtCore::touch_any_hit(const AnyHitBatch& batch, Cycle at) {
+  AnyHitBatch hits = batch;
+  if (program_.intersects()) {
+    program_.intersection(batch, touched_phase_);
+    touch_phase(touched_phase_, at);
+    hits = ShaderProgram::hits_of(batch);
+    if (hits.lanes == 0) return;
+  }
+  program_.any_hit(hits, touched_phase_);
+  touch_phase(touched_phase_, at);
 }
 
 void SimtCore::load(unsigned slot, Cycle now) {
@@ -377,7 +412,8 @@ void SimtCore::load_step(unsigned slot, Cycle now) {
              end.store_reads - begin.store_reads, now);
 }
 
-void SimtCore::send_loads(unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads, Cycle now) {
+void SimtCore::send_loads(unsigned slot, std::span<SectorAccess> loads, std::uint32_t store_reads, Cycle now) {
+  if (cache_ != nullptr) touch_all(*cache_, loads, false, now);
   lsu_.enqueue(slot, loads, false);
   if (store_reads > 0) {
     slots_[slot].store_read = store_.read(store_reads, now);
@@ -399,6 +435,7 @@ void SimtCore::issue(unsigned slot, Cycle now) {
 }
 
 void SimtCore::store(unsigned slot, Cycle now) {
+  if (cache_ != nullptr) touch_all(*cache_, slots_[slot].stores, true, now);
   if (!slots_[slot].stores.empty()) lsu_.enqueue(slot, slots_[slot].stores, true);
   store_.write(slots_[slot].store_writes, now);
 }

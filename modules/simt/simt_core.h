@@ -19,6 +19,8 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/sampling.h"
+#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/issue_slots.h"
 #include "grtx/modules/simt/decide/private_store.h"
@@ -50,6 +52,7 @@ class SimtCoreModule : public ClockedModule {
   ForEachRtUnitOrNone<link_out_if<NodeFetchDone>> node_fetch_done{"node_fetch_done"};
   LinkOut<MemoryRequest> memory_request{"memory_request"};
   LinkIn<MemoryResponse> memory_response{"memory_response"};
+  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< the L1, for what takes no time
 
   /// Counters up to the clock's present cycle.
   virtual SimtCounters counters() const = 0;
@@ -65,6 +68,7 @@ class SimtCoreModule : public ClockedModule {
 struct SimtCoreConfig {
   unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
   unsigned schedulers = 4;
+  Sampling sampling{};           ///< by the assembly
   unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; by the assembly
   unsigned instruction_latency = 4;
   std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
@@ -129,12 +133,13 @@ struct SimtCoreConfig {
   }
 };
 
-class SimtCore final : public SimtCoreModule {
+class SimtCore final : public SimtCoreModule, public shader_touch_if {
  public:
   /// `map` must outlive the module. Throws Error if the header or the configuration is outside what the core can run.
   SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
            const traces::Header& header, const MemoryMap& map);
 
+  void touch_any_hit(const AnyHitBatch& batch, Cycle at) override;
   /// No warp is resident and nothing waits in any queue.
   bool idle() const override;
   unsigned resident() const;
@@ -217,9 +222,13 @@ class SimtCore final : public SimtCoreModule {
   void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
+  void fill_phase(unsigned slot);
+  /// In a sampled run: the phase of the ray generation shader is one of those that take time.
+  bool phase_takes_time(unsigned slot) const;
+  void touch_phase(ShaderPhase& phase, Cycle at);
   void load(unsigned slot, Cycle now);
   /// The loads of a phase, or of a step of one.
-  void send_loads(unsigned slot, std::span<const SectorAccess> loads, std::uint32_t store_reads, Cycle now);
+  void send_loads(unsigned slot, std::span<SectorAccess> loads, std::uint32_t store_reads, Cycle now);
   void issue(unsigned slot, Cycle now);
   void send(Cycle now);
   void next_round(unsigned slot);
@@ -236,6 +245,8 @@ class SimtCore final : public SimtCoreModule {
   PrivateStore store_;
   std::vector<Slot> slots_;
   ShaderPhase phase_;                    ///< scratch
+  ShaderPhase touched_phase_;            ///< scratch, of events without time
+  touch_if* cache_ = nullptr;            ///< null where everything takes time
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready

@@ -90,6 +90,7 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config) {
 
 SmConfig GpuConfig::sm(unsigned index) const {
   SmConfig config{index, rt_units, resident(), simt, rt, l1, sm_links, own};
+  config.rt.sampling = config.simt.sampling = config.l1.sampling = sampling;
   return config;
 }
 
@@ -104,6 +105,7 @@ modules::L2Slice::Config GpuConfig::l2_slice(unsigned slice) const {
   modules::L2Slice::Config config = l2;
   config.slice = slice;
   config.interleave = interleave;
+  config.sampling = sampling;
   config.geometry.bytes = l2_bytes / interleave.slices;
   return config;
 }

@@ -88,7 +88,8 @@ struct GpuConfig {
   modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
   modules::Dram::Config dram;
   FastModel fast;
-  modules::OwnKeys own;  ///< of somebody else's units, and of those that not every machine has
+  modules::Sampling sampling;  ///< of a run in cycle mode (docs/model/sampled-mode.md#strides); no hardware, so no key
+  modules::OwnKeys own;        ///< of somebody else's units, and of those that not every machine has
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);

@@ -118,6 +118,18 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   simt_->memory_response.bind(*responses_[simt_client]);
   l1_->to_memory.bind(to_memory);
   l1_->from_memory.bind(from_memory);
+  if (config.rt.sampling.on()) bind_touches();
+}
+
+void Sm::bind_touches() {
+  auto& cache = modules::functional<modules::touch_if>(*l1_);
+  auto& shader = modules::functional<modules::shader_touch_if>(*simt_);
+  for (const auto& rt : rt_) {
+    rt->touch_cache.bind(cache);
+    rt->touch_shader.bind(shader);
+  }
+  simt_->touch_cache.bind(cache);
+  l1_->touch_memory.bind(touch_memory);
 }
 
 void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {

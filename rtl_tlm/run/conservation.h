@@ -12,9 +12,9 @@ namespace grtx::sim {
 
 // Each returns one line for each law that does not hold; none in a correct run.
 
-/// Work and requests. totals: of the groups that ran. groups: how many.
+/// Work and requests. totals: of the groups that ran. groups: how many. sampled: not all events took time.
 std::vector<std::string> count_violations(const GpuCounters& counters, const traces::Totals& totals,
-                                          std::uint64_t groups);
+                                          std::uint64_t groups, bool sampled = false);
 /// Queues, MSHRs, warp slots and DRAM payloads at the end.
 std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem& memory);
 /// No run is faster than a lower bound.

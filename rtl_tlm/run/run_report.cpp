@@ -2,18 +2,21 @@
 
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
+#include "grtx/rtl_tlm/run/strided_statistics.h"
 
 namespace grtx::sim {
 
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const Engine* engine, const EnergyPricing& price, SimulationResult& result) {
   const GpuCounters& counters = finished.counters;
-  const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
-  result.cycles = counters.cycles;
+  const unsigned stride = config.sampling.stride;
+  const std::vector<LowerBound> bounds = of_all_events(lower_bounds(counters, source.longest(), config), stride);
+  result.cycles = counters.cycles * stride;
   result.binding_bound = binding_bound(bounds).name;
-  result.violations = count_violations(counters, source.totals(), source.count());
-  std::vector<std::string> below = bound_violations(counters.cycles, bounds);
-  if (engine != nullptr && engine->estimates() && !below.empty()) {
+  result.violations = count_violations(counters, source.totals(), source.count(), stride > 1);
+  std::vector<std::string> below = bound_violations(result.cycles, bounds);
+  const bool estimated = config.sampling.on() || (engine != nullptr && engine->estimates());
+  if (estimated && !below.empty()) {
     result.notes.push_back({"below-bound", "the estimate breaks a lower bound: " + below.front()});
     below.clear();
   }
@@ -21,8 +24,9 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
     result.violations.insert(result.violations.end(), more.begin(), more.end());
   }
   describe(counters, result.statistics);
+  if (config.sampling.on()) result.statistics = of_all_events(result.statistics, stride);
   if (engine != nullptr) engine->describe(result.statistics);
-  describe(bounds, counters.cycles, result.statistics);
+  describe(bounds, result.cycles, result.statistics);
   const auto add = [&result](ResultNotes more) { result.notes.insert(result.notes.end(), more.begin(), more.end()); };
   add(trace_notes(source.header(), source.totals()));
   add(run_notes(config, source.header(), source.count(), result.statistics));

@@ -163,6 +163,10 @@ std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Eng
                              : work.warm != nullptr ? camera_of(*work.warm)
                                                     : "";
   if (!camera.empty()) inputs["warm.camera_hash"] = camera;
+  if (work.config.sampling.on()) {
+    inputs["sampling"] =
+        fmt::format("1 event of {}, offset {}", work.config.sampling.stride, work.config.sampling.offset);
+  }
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -208,6 +212,13 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   throw std::runtime_error(fmt::format("{} ({})", what, where));
 }
 
+void check_sampling(const modules::Sampling& sampling, const Engine& engine) {
+  if (sampling.on() && engine.name() != "cycle") throw Error("sampling", "stride", "is for cycle mode");
+  if (sampling.stride == 0 || sampling.offset >= sampling.stride) {
+    throw Error("sampling", "offset", "must be below the stride");
+  }
+}
+
 /// A key that makes the machine wait so long that threads, which meet every few cycles, would do nothing else; empty:
 /// none does.
 std::string key_of_long_waits(const GpuConfig& config) {
@@ -233,6 +244,7 @@ std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& o
   if (options.memory || config.dram_model != kBuiltInMemory) return "the memory is not the built-in one";
   if (!options.warm_trace.empty()) return "another trace runs before";
   if (own_units) return "units are not the built-in ones";
+  if (config.sampling.on()) return "events without time meet the caches at once";
   if (!options.build.run_ahead) return "the clocks follow the kernel";
   if (config.sms < 2) return "there is one SM";
   if (const std::string key = key_of_long_waits(config); !key.empty()) {
@@ -360,6 +372,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
     throw std::logic_error("a process can simulate once only");
   }
   check_config(config, "configuration");
+  check_sampling(config.sampling, engine);
   const traces::Reader reader(trace_path);
   reader.verify_content();
   const traces::Header& header = reader.header();
@@ -391,9 +404,8 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
     add_host_statistics(
-        result.host,
-        {counters.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start}, config,
-        finished.ticks);
+        result.host, {result.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start},
+        config, finished.ticks);
     if (!options.save_state.empty() && result.violations.empty()) save_state(work, engine, finished);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
