@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Runs random legal machines on random small traces, in cycle mode, with two threads and in fast mode.
+"""Runs random legal machines on random small traces, in cycle mode and with two threads, and some in sampled mode.
 
     scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--threads-every N]
-                             [--keep FOLDER]
+                             [--large-every N] [--keep FOLDER]
 
 A seed is a trace and a configuration. Keys and ranges are those that `grtx sim --list-config` prints. A third of the
 machines is mild (every key within a factor of four of its default), a third at edges (a few keys at an end of their range
@@ -10,8 +10,8 @@ or anywhere in it), a third both. Held for each:
 
 * cycle mode ends with 0 (conservation laws and lower bounds hold), or with 2 and one line;
 * two threads: the same line, or the same statistics but for host.*;
-* fast mode ends with 0, or with 2 and one line. A line that cycle mode does not give is about fast mode. Where both give
-  cycles, they differ by at most --error, or fast mode says on stderr that the machine is outside of what was measured;
+* sampled mode, of one machine in so many, on the same view with so many pixels that it is sampled (a smaller one is cycle
+  mode itself): it ends as cycle mode does, and its cycles differ by at most --error;
 * nobody takes longer than --timeout or more than --memory.
 
 Prints a row a find (seed, what, command), then a table for docs/validation.md. Exit code 1 with finds.
@@ -35,7 +35,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TABLE1 = os.path.join(ROOT, "configs", "table1.toml")  # every key at its default, checkpoint traffic charged
 # Values that a rule wants to be powers of two.
 POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.sectors_per_cycle",
-          "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes", "fast.stride",
+          "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes",
           "dram.group_bytes"}
 # Whole sets of the default shapes: most other sizes are refused.
 SETS = {"l1.bytes": 32768, "l2.bytes": 8192}
@@ -45,9 +45,10 @@ DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri2
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
            ("tlas-sphere", "on")]
 TRACES = 150
-OUTSIDE = "outside of what was measured"
-# What a run that ends well may say: of the machine, of the host, and what limits its figures (notes).
-NOTICES = rf"grtx: (.*{OUTSIDE}|sim: )"
+SAMPLED_VISITS = 3_200_000  # of a large view: with fewer than kFewestSampledVisits sampled mode is cycle mode
+MOST_PIXELS = 200_000       # of rays that visit next to nothing more would be needed
+# What a run that ends well may say: what limits its figures (notes).
+NOTICES = r"grtx: sim: "
 
 
 class Key:
@@ -135,7 +136,7 @@ class Traces:
     """So many, by number, each made when it is first asked for."""
 
     def __init__(self, program, folder):
-        self.program, self.folder, self.made = program, folder, {}
+        self.program, self.folder, self.made, self.enlarged = program, folder, {}, {}
 
     def call(self, *arguments):
         subprocess.run([self.program, *arguments, "--quiet"], check=True, cwd=self.folder, capture_output=True)
@@ -151,18 +152,30 @@ class Traces:
     def trace(self, number):
         """Its name; None: options that do not go together."""
         if number not in self.made:
-            self.made[number] = self.make(f"t{number}.grtx", random.Random(f"trace {number}"))
+            self.made[number] = self.make(f"t{number}.grtx", *self.options(random.Random(f"trace {number}")))
         return self.made[number]
 
-    def make(self, name, rng):
+    def large(self, number):
+        """The same view with SAMPLED_VISITS node visits or a few more; None: that takes too many pixels."""
+        if number not in self.enlarged:
+            scene, (width, height), options = self.options(random.Random(f"trace {number}"))
+            done = subprocess.run([self.program, "trace-check", self.trace(number), "--json"], check=True, cwd=self.folder, capture_output=True)
+            totals = json.loads(done.stdout)["totals"]
+            visits = sum(totals[f"visits_{kind}"] for kind in ("internal", "instance", "leaf"))
+            times = math.sqrt(SAMPLED_VISITS / max(visits, 1))
+            size = math.ceil(width * times), math.ceil(height * times)
+            self.enlarged[number] = self.make(f"l{number}.grtx", scene, size, options) if math.prod(size) <= MOST_PIXELS else None
+        return self.enlarged[number]
+
+    def options(self, rng):
+        """(scene, (width, height), options of the tracer)."""
         scene = self.scene(rng.randrange(len(SCENES)))
         accel, checkpoint = rng.choice(DESIGNS)
-        # Mostly one or two warps; sometimes as many as fast mode's error is said for.
+        # Mostly one or two warps.
         width, height = rng.choice([(4, 4), (8, 4), (8, 8), (8, 8), (16, 8), (16, 12)])
         if rng.random() < 0.03:
             width, height = 64, 64
         options = ["--accel", accel, "--checkpoint", checkpoint, "--k", rng.choice(["1", "2", "4", "8", "16"]),
-                   "--width", str(width), "--height", str(height),
                    "--child-order", rng.choice(["near_first", "slot", "vulkan_sim"]),
                    "--pop-test", rng.choice(["on", "off"]),
                    "--layout", rng.choice(["vulkan_sim", "vulkan_sim", "compact", "compressed"])]
@@ -177,8 +190,12 @@ class Traces:
             options += ["--warp-size", rng.choice(["4", "8", "16"])]
         if rng.random() < 0.1:
             options += ["--secondary", "both"]
+        return scene, (width, height), options
+
+    def make(self, name, scene, size, options):
         try:
-            self.call("trace", "--scene", f"{scene}.ply", "--cameras", f"{scene}.cameras.json", *options, "-o", name)
+            self.call("trace", "--scene", f"{scene}.ply", "--cameras", f"{scene}.cameras.json", "--width", str(size[0]), "--height",
+                      str(size[1]), *options, "-o", name)
         except subprocess.CalledProcessError:
             return None
         return name
@@ -192,11 +209,12 @@ class Fuzzer:
         self.traces = Traces(self.program, folder)
         self.finds = []
         self.ended = collections.Counter()
-        self.errors = {"inside": [], "outside": []}
+        self.errors = []  # (error of sampled mode's cycles, seed)
+        self.held = 0     # intervals that have those of cycle mode
         self.slowest = (0.0, 0, "")
 
-    def run(self, seed, mode, trace, settings, *more):
-        """(code, lines of stderr, statistics)."""
+    def run(self, seed, mode, trace, settings, *more, limit=1):
+        """(code, lines of stderr, statistics). limit: so many times --timeout."""
         arguments = [self.program, "sim", trace, "--quiet", "--machine", TABLE1, "--stats", "s.json", *more]
         for key, value in settings.items():
             arguments += ["--set", f"{key}={value}"]
@@ -204,15 +222,15 @@ class Fuzzer:
         if os.path.exists(statistics):
             os.remove(statistics)
         begin = time.monotonic()
-        limit = self.options.memory << 20
+        memory = self.options.memory << 20
 
         def before():
-            resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
         try:
             done = subprocess.run(arguments, cwd=self.folder, capture_output=True, text=True, preexec_fn=before,
-                                  timeout=self.options.timeout)
+                                  timeout=limit * self.options.timeout)
             code, errors = done.returncode, re.sub(r"grtx: configuration: .* no effect .*\n", "", done.stderr)
         except subprocess.TimeoutExpired:
             code, errors = "hang", ""
@@ -250,7 +268,8 @@ class Fuzzer:
         rng = random.Random(seed)
         trace = None
         while trace is None:
-            trace = self.traces.trace(rng.randrange(TRACES))
+            number = rng.randrange(TRACES)
+            trace = self.traces.trace(number)
         kind, settings = machine(rng, self.keys)
         for _ in range(6):  # rules about two keys
             code, lines, cycle = self.run(seed, "cycle", trace, settings)
@@ -261,20 +280,8 @@ class Fuzzer:
                 break
             settings = fewer
         self.ended[kind, code] += 1
-        fast_code, lines_fast, fast = self.run(seed, "fast", trace, settings, "--mode", "fast")
-        if not self.judge(seed, "fast", fast_code, lines_fast):
-            return
-        if code == 2 and fast_code != 2:
-            self.find(seed, f"fast mode runs what cycle mode refuses: {lines[0]}")
-        if code == 0 and fast_code == 2 and "--mode fast" not in lines_fast[0]:
-            self.find(seed, f"fast mode refuses: {lines_fast[0]}")
-        if code == 0 and fast_code == 0:
-            name = "gpu.cycles"
-            ratio = fast["stats"][name]["value"] / cycle["stats"][name]["value"]
-            warned = any(OUTSIDE in line for line in lines_fast)
-            self.errors["outside" if warned else "inside"].append((abs(ratio - 1), seed))
-            if not warned and abs(ratio - 1) > self.options.error:
-                self.find(seed, f"fast mode gives {ratio:.3f} of the cycles and does not say that this may be")
+        if seed % self.options.large_every == 0:
+            self.sample(seed, number, settings)
         if seed % self.options.threads_every != 0:
             return
         again, lines_again, document = self.run(seed, "threads", trace, settings, "--threads", "2")
@@ -289,21 +296,41 @@ class Fuzzer:
                 if moved:
                     self.find(seed, f"threads: {sorted(moved)[0]} and {len(moved) - 1} more differ")
 
+    def sample(self, seed, number, settings):
+        """Cycle and sampled mode on a large view."""
+        trace = self.traces.large(number)
+        if trace is None:
+            return
+        code, lines, cycle = self.run(seed, "cycle, large", trace, settings, limit=10)
+        if not self.judge(seed, "cycle, large", code, lines):
+            return
+        again, lines_again, sampled = self.run(seed, "sampled", trace, settings, "--mode", "sampled", limit=10)
+        if not self.judge(seed, "sampled", again, lines_again):
+            return
+        if again != code or (code == 2 and lines != lines_again):
+            self.find(seed, f"sampled mode ends with {again}, cycle mode with {code}: {' '.join(lines_again or lines)}")
+        elif code == 0:
+            value = lambda name: sampled["stats"][name]["value"]
+            exact = cycle["stats"]["gpu.cycles"]["value"]
+            ratio = value("gpu.cycles") / exact
+            self.errors.append((abs(ratio - 1), seed))
+            self.held += value("gpu.sampled.cycles_low") <= exact <= value("gpu.sampled.cycles_high")
+            if abs(ratio - 1) > self.options.error:
+                self.find(seed, f"sampled mode gives {ratio:.3f} of the cycles")
+
     def table(self, count, seconds):
         print(f"\n{count} machines from seed {self.options.first}, {seconds:.0f} s, {len(self.finds)} finds; slowest run "
               f"{self.slowest[0]:.1f} s ({self.slowest[2]}, seed {self.slowest[1]})\n\n| runs | exit 0 | exit 2 | other |\n"
               "|---|---|---|---|")
-        for mode in ("cycle", "threads", "fast"):
+        for mode in ("cycle", "threads", "cycle, large", "sampled"):
             codes = {code: n for (of, code), n in self.ended.items() if of == mode}
             other = sum(n for code, n in codes.items() if code not in (0, 2))
             print(f"| {mode} | {codes.get(0, 0)} | {codes.get(2, 0)} | {other} |")
-        for what, errors in self.errors.items():
-            if errors:
-                errors.sort()
-                at = [errors[min(len(errors) - 1, int(share * len(errors)))][0] for share in (0.5, 0.9, 1.0)]
-                print(f"\nfast mode, {what} of what was measured: {len(errors)} machines, error of cycles: median "
-                      f"{100 * at[0]:.1f} %, 90 % below {100 * at[1]:.1f} %, largest {100 * at[2]:.1f} % "
-                      f"(seed {errors[-1][1]})")
+        if self.errors:
+            errors = sorted(self.errors)
+            at = [errors[min(len(errors) - 1, int(share * len(errors)))][0] for share in (0.5, 0.9, 1.0)]
+            print(f"\nsampled mode: {len(errors)} machines, error of cycles: median {100 * at[0]:.1f} %, 90 % below "
+                  f"{100 * at[1]:.1f} %, largest {100 * at[2]:.1f} % (seed {errors[-1][1]}); {self.held} intervals held")
 
 
 def main():
@@ -313,9 +340,10 @@ def main():
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=math.inf, help="no new machine after so many")
     parser.add_argument("--threads-every", type=int, default=1, help="two threads for one machine in so many")
-    parser.add_argument("--timeout", type=float, default=60, help="seconds of a run, then it hangs")
+    parser.add_argument("--large-every", type=int, default=10, help="a large view in sampled mode for one machine in so many")
+    parser.add_argument("--timeout", type=float, default=60, help="seconds of a run, then it hangs; of a large view ten times as many")
     parser.add_argument("--memory", type=int, default=4096, help="MiB of address space of a run")
-    parser.add_argument("--error", type=float, default=0.08, help="of fast mode's cycles, where it says nothing")
+    parser.add_argument("--error", type=float, default=0.25, help="of sampled mode's cycles")
     parser.add_argument("--keep", help="folder for traces of finds")
     options = parser.parse_args()
     begin = time.monotonic()

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <vector>
@@ -14,9 +12,6 @@
 
 namespace grtx::sim {
 namespace {
-
-/// Where docs/results/fast-mode.md measures fast mode.
-constexpr std::array<std::string_view, 3> kMeasuredMachines = {"paper", "paper-charged", "paper-lean"};
 
 using Options = std::map<std::string, std::string>;
 
@@ -56,17 +51,6 @@ ResultNotes tracer_notes(const std::string& machine, const traces::Header& heade
   if (others.empty()) return {};
   return {{"tracer-options", fmt::format("the trace was not made with the tracer options of machine {}: {}",
                                          machine_name(machine), fmt::join(others, ", "))}};
-}
-
-ResultNotes machine_notes(const std::string& machine, SimulationMode engine, const traces::Header& header) {
-  ResultNotes notes = tracer_notes(machine, header);
-  if (engine == SimulationMode::fast && std::ranges::count(kMeasuredMachines, machine) == 0) {
-    notes.push_back(
-        {"unmeasured-machine", fmt::format("fast mode was measured on the machines {} alone, not on '{}': --mode cycle "
-                                           "is exact",
-                                           fmt::join(kMeasuredMachines, ", "), machine_name(machine))});
-  }
-  return notes;
 }
 
 void put_first(ResultNotes notes, nlohmann::ordered_json& document) {

@@ -18,7 +18,7 @@
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/scene_cli.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
@@ -33,9 +33,10 @@
 #include "grtx/explore/report/report.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/gpu/idle_keys.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
@@ -97,7 +98,7 @@ struct RunArguments {
   bool flatten = false;
   SimulationMode mode = SimulationMode::cycle;
   CLI::Option* mode_option = nullptr;  ///< that `mode` was named by
-  SampledCli sampled;
+  EstimateCli estimate;
 };
 
 struct Traced {
@@ -200,20 +201,29 @@ unsigned default_jobs(const std::map<std::string, Traced>& traced, const GpuConf
 
 /// A run that names no mode takes windows where they pay. All designs have the same rays.
 SimulationMode unnamed_mode(const TracedDesigns& traced, const Comparison& comparison, const GpuConfig& config,
-                            const SampledOptions& sampled) {
+                            const WindowOptions& windows) {
   const traces::Reader reader(traced.designs.at(comparison.reference()).path);
-  if (!windows_pay(reader, config, sampled)) return SimulationMode::cycle;
+  if (!windows_pay(reader, config, windows)) return SimulationMode::cycle;
   fmt::print(stderr,
              "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
              "simulates all of them\n",
              reader.group_count(), static_cast<double>(reader.totals().visits()) * 1e-6);
-  return SimulationMode::sampled;
+  return SimulationMode::windows;
+}
+
+SimulationResult simulate_as(SimulationMode mode, const std::string& trace, const GpuConfig& config,
+                             const SimulationOptions& simulation, const WindowOptions& windows) {
+  if (mode == SimulationMode::windows) return simulate_windows(trace, config, windows).result;
+  if (mode == SimulationMode::sampled) {
+    return simulate_sampled(trace, config, simulation, windows.target_error).result;
+  }
+  return simulate(trace, config, simulation);
 }
 
 /// Simulates the traces in child processes, at most options.jobs at a time. Returns each design's statistics document.
 std::map<std::string, ordered_json> simulate_designs(const std::map<std::string, Traced>& traced,
                                                      const Comparison& comparison, const GpuConfig& config,
-                                                     const RunArguments& options, const SampledOptions& sampled,
+                                                     const RunArguments& options, const WindowOptions& windows,
                                                      bool quiet) {
   const unsigned jobs = options.jobs == 0 ? default_jobs(traced, config) : options.jobs;
   std::map<std::string, ordered_json> documents;
@@ -239,9 +249,7 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                            SimulationOptions simulation;
                            simulation.observer = progress.observer(index);
                            simulation.price = describe_energy;
-                           const SimulationResult result = options.mode == SimulationMode::sampled
-                                                               ? simulate_sampled(trace, config, sampled).result
-                                                               : simulate(trace, config, simulation, options.mode);
+                           const SimulationResult result = simulate_as(options.mode, trace, config, simulation, windows);
                            ordered_json document = result.document;
                            document["violations"] = result.violations;
                            document["binding_bound"] = result.binding_bound;
@@ -310,7 +318,7 @@ void print_frames(const ordered_json& results, const Comparison& comparison) {
   }
 }
 
-/// Intervals of cycles and of speed-ups; the designs simulated the same windows.
+/// Intervals of cycles and of speed-ups; the designs have the same sample.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const Comparison& comparison,
                    ordered_json& results) {
   const auto json = [](const ConfidenceInterval& interval) {
@@ -338,7 +346,7 @@ void print_summary(const RunArguments& options, const Comparison& comparison, co
   const bool objects = results.contains("speedup_over");
   say("{}", describe_machine(options.machine, options.config, options.settings, options.mode));
   print_table(results.at("designs"), comparison);
-  if (options.mode == SimulationMode::sampled) print_intervals(results);
+  if (options.mode != SimulationMode::cycle) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
@@ -361,16 +369,16 @@ int run(RunArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   apply_machine_tracer(*options.command, options.machine);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  const SampledOptions sampled = sampled_options(options.sampled, options.mode);
-  warn_of_ignored_keys(config, options.mode, sampled);
+  const WindowOptions windows = estimate_options(options.estimate, options.mode);
+  warn_of_idle_keys(config, options.mode);
   const bool objects = frontend::is_object_list(options.scene) && !options.flatten;
   const Comparison comparison(objects);
   for (const Design& design : comparison.designs()) tracer_options(options.tracer, design.checkpoint, design.accel);
   if (options.tracer.options.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
-  if (!options.view.views.empty() && options.mode == SimulationMode::sampled) {
-    throw Error("--mode", "sampled", "has no caches to keep warm from frame to frame: --views needs cycle or fast");
+  if (!options.view.views.empty() && options.mode == SimulationMode::windows) {
+    throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
   }
   std::error_code failed;
   std::filesystem::create_directories(options.output, failed);
@@ -382,11 +390,10 @@ int run(RunArguments& options, const CommonOptions& common) {
   const std::size_t frames = traced.images.size();
   const ordered_json images = write_images(options.output, traced.images);
   if (options.mode_option->count() == 0) {
-    options.mode = unnamed_mode(traced, comparison, config, sampled);
-    if (options.mode != SimulationMode::cycle) warn_of_ignored_keys(config, options.mode, sampled);
+    options.mode = unnamed_mode(traced, comparison, config, windows);
   }
   std::map<std::string, ordered_json> documents =
-      simulate_designs(traced.designs, comparison, config, options, sampled, quiet);
+      simulate_designs(traced.designs, comparison, config, options, windows, quiet);
 
   ordered_json results;
   results["schema"] = "grtx.run/1";
@@ -396,14 +403,13 @@ int run(RunArguments& options, const CommonOptions& common) {
   results["config"] = config_json(config);
   if (objects) results["speedup_over"] = comparison.reference();  // else over the baseline
   std::vector<std::string> violations;
-  const SimulationMode engine = options.mode == SimulationMode::sampled ? options.sampled.engine : options.mode;
   std::map<std::string, ResultNotes> notes;
   for (const std::string& name : comparison.names()) {
     ordered_json& design = results["designs"][name];
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
     // The command line may have named other tracer options than the machine.
-    put_first(machine_notes(options.machine, engine, traces::Reader(traced.designs.at(name).path).header()),
+    put_first(tracer_notes(options.machine, traces::Reader(traced.designs.at(name).path).header()),
               documents.at(name));
     results["notes"][name] = documents.at(name).at("notes");
     notes[name] = notes_from(results["notes"][name], name);
@@ -420,9 +426,8 @@ int run(RunArguments& options, const CommonOptions& common) {
   for (const std::string& name : comparison.others()) {
     results["speedup"][name] = reference / value(results["designs"][name], "gpu.cycles");
   }
-  if (options.mode == SimulationMode::sampled) {
-    add_intervals(documents, comparison, results);
-  } else if (options.tracer.secondary.what != "none") {
+  if (options.mode != SimulationMode::cycle) add_intervals(documents, comparison, results);
+  if (options.mode != SimulationMode::windows && options.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
   }
   results["images"] = images;
@@ -470,9 +475,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
-  options->mode_option = add_choice(command, "--mode", options->mode, "How time is modelled, as in grtx sim")
-                             ->default_str("cycle; of full frames sampled, which a line says");
-  add_sampled_options(command, options->sampled);
+  options->mode_option = add_mode_option(command, options->mode, "Which events take time, as in grtx sim")
+                             ->default_str("cycle; of full frames windows, which a line says");
+  add_estimate_options(command, options->estimate);
   command->add_option(
       "--jobs", options->jobs,
       "Simulations at a time, each a process of its own; 0: one a core, while there is memory for each");

@@ -12,15 +12,15 @@
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/sampled_cli.h"
+#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_engine.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
-#include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/gpu/idle_keys.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 
@@ -41,7 +41,7 @@ struct SimArguments {
   bool list_statistics = false;
   bool no_idle_skip = false;
   bool strict = false;
-  SampledCli sampled;
+  EstimateCli estimate;
   SimulationOptions simulation;
 };
 
@@ -71,43 +71,39 @@ int report_faults(const SimulationResult& result) {
   return result.violations.empty() ? 0 : 1;
 }
 
-/// engine: that simulates. Throws Error with --strict when the trace is of another machine.
-ResultNotes notes_before(const SimArguments& options, SimulationMode engine) {
+/// Throws Error with --strict when the trace is of another machine.
+ResultNotes notes_before(const SimArguments& options) {
   const traces::Reader reader(options.trace);
   const ResultNotes others = tracer_notes(options.machine, reader.header());
   if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
-  return machine_notes(options.machine, engine, reader.header());
+  return others;
 }
 
-/// Waveforms, timelines and heat maps are of simulations.
+/// Waveforms, timelines and heat maps are of runs in which a cycle is a cycle; windows have no run before them.
 void check_estimate(const SimArguments& options) {
+  if (options.mode == SimulationMode::cycle) return;
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
       !options.heatmaps.empty()) {
     throw Error("sim", "--mode " + std::string(name_of(options.mode)),
                 "has no waveforms, timelines or heat maps: use --mode cycle");
   }
-}
-
-int run_sampled(const SimArguments& options, const GpuConfig& config, const SampledOptions& sampled,
-                const CommonOptions& common) {
-  check_estimate(options);
+  if (options.mode == SimulationMode::sampled) return;
   for (const auto& [option, path] :
        {std::pair("--warm", &options.simulation.warm_trace), std::pair("--warm-state", &options.simulation.warm_state),
         std::pair("--save-state", &options.simulation.save_state)}) {
-    if (!path->empty()) throw Error("sim", option, "is for --mode cycle and fast");
+    if (!path->empty()) throw Error("sim", option, "is for --mode cycle and sampled");
   }
-  const ResultNotes notes = notes_before(options, sampled.engine);
-  SampledResult result = simulate_sampled(options.trace, config, sampled);
-  put_first(notes, result.result.document);
-  result.result.document["inputs"]["machine"] = machine_name(options.machine, config);
-  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.result.document));
-  if (common.json) {
-    print_json(result.result.document);
-  } else if (!common.quiet) {
-    print_summary(options, result.result);
-    print_sampled(result);
+}
+
+SampledResult simulate_as_asked(const SimArguments& options, const GpuConfig& config, const WindowOptions& windows) {
+  if (options.mode == SimulationMode::windows) return simulate_windows(options.trace, config, windows);
+  if (options.mode == SimulationMode::sampled) {
+    return simulate_sampled(options.trace, config, options.simulation, windows.target_error);
   }
-  return report_faults(result.result);
+  SampledResult exact;
+  exact.result = simulate(options.trace, config, options.simulation);
+  exact.estimate.whole = true;
+  return exact;
 }
 
 int run_simulation(SimArguments options, const CommonOptions& common) {
@@ -120,16 +116,15 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   }
   if (options.list_statistics) {
     modules::StatisticList kinds = statistic_kinds();
-    FastEngine().describe(kinds);
     describe_energy({}, {}, 0, kinds);
     fmt::print("{}", statistics_reference(kinds));
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
-  const SampledOptions sampled = sampled_options(options.sampled, options.mode);
+  const WindowOptions windows = estimate_options(options.estimate, options.mode);
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  warn_of_ignored_keys(config, options.mode, sampled);
-  if (options.mode == SimulationMode::sampled) return run_sampled(options, config, sampled, common);
+  warn_of_idle_keys(config, options.mode);
+  check_estimate(options);
   if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
@@ -139,8 +134,9 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.quiet = common.quiet;
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const ResultNotes notes = notes_before(options, options.mode);
-  SimulationResult result = simulate(options.trace, config, options.simulation, options.mode);
+  const ResultNotes notes = notes_before(options);
+  SampledResult estimate = simulate_as_asked(options, config, windows);
+  SimulationResult& result = estimate.result;
   put_first(notes, result.document);
   result.document["inputs"]["machine"] = machine_name(options.machine, config);
   if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
@@ -155,6 +151,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     print_json(result.document);
   } else if (!common.quiet) {
     print_summary(options, result);
+    print_interval(estimate);
   }
   return report_faults(result);
 }
@@ -175,9 +172,9 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
-  add_choice(command, "--mode", options->mode,
-             "How time is modelled: cycle by cycle, loosely timed, or (large traces) estimated from windows of it");
-  add_sampled_options(command, options->sampled);
+  add_mode_option(command, options->mode,
+                  "Which events take time: all, one in sample.stride, or (large traces) all of some windows");
+  add_estimate_options(command, options->estimate);
   command
       ->add_option("--threads", options->simulation.build.threads,
                    "Cycle mode: threads of the host for one simulation; results do not depend on it")

@@ -185,7 +185,7 @@ std::string Subject::fact(const std::string& name) const {
 std::string Subject::settings_text() const {
   std::string text = json_text(config_);
   for (const auto& [name, value] : settings_) {
-    if (name != "mode" && !name.starts_with("sampled.")) text.append("\n").append(name).append("=").append(value);
+    if (name != "mode" && !name.starts_with("windows.")) text.append("\n").append(name).append("=").append(value);
   }
   return text;
 }

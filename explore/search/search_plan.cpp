@@ -22,7 +22,7 @@ class SearchPlanReader {
  public:
   SearchPlanReader(const std::string& path, const TracerRules& tracer)
       : in_(path, tracer, PlanSections::Roles::search_and_evaluation) {
-    in_.plan.mode = "fast";
+    in_.plan.mode = "sampled";
   }
 
   SearchPlan read() {

@@ -8,7 +8,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/rtl_tlm/gpu/mode_keys.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::sim {
 namespace {

@@ -75,6 +75,7 @@ struct L1Counters : CacheRegions {
   std::uint64_t kept_writes = 0, rewrites = 0, write_backs = 0;
   std::uint64_t sent_reads = 0, sent_writes = 0;  ///< to the crossbar
   std::uint64_t mshr_cycles = 0;
+  std::uint64_t misses_of_all = 0, misses_with_time = 0;  ///< of a sampled run: sectors that demand reads missed
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
   OwnCounts own;              ///< of a cache that is not the project's
 

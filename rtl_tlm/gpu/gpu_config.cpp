@@ -60,7 +60,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("dram", dram);
   // Offered where a program has registered memory systems that are configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
-  list.part("fast", fast);
+  list.part("sample", sample);
   own.parameters(list);
   list.rule(
       "gpu.rt_units", [this] { return rt_units <= resident(); },

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -32,23 +31,17 @@ struct GpuLinks {
   }
 };
 
-/// How `--mode fast` approximates; not hardware.
-struct FastModel {
-  static constexpr unsigned kLargestStride = 64;
-  unsigned stride = 0;
-  std::uint64_t seed = 1;
-  bool spread = true;
+/// How `--mode sampled` samples; not hardware.
+struct SampleKeys {
+  unsigned stride = 8;
+  unsigned offset = 0;
   void parameters(modules::ParameterList& list) {
-    list.add("stride", stride, {0, kLargestStride}, "events",
-             "fast mode: one in so many of a lane's events takes time, a power of two; 0: by the trace's size",
-             modules::kOurs);
+    list.add("stride", stride, {1, 64}, "events",
+             "sampled mode: one in so many of a lane's events takes time; 1 is cycle mode", modules::kOurs)
+        .came_later();
+    list.add("offset", offset, {0, 63}, "events", "sampled mode: which one of the stride", modules::kOurs).came_later();
     list.rule(
-        "stride", [this] { return stride == 0 || std::has_single_bit(stride); }, "must be 0 or a power of two");
-    list.add("seed", seed, {0, 4294967295.0}, "", "fast mode: which of a lane's events take time", modules::kOurs);
-    list.add("spread", spread,
-             "fast mode: events that take no time meet the caches one after the other; false: all at once, as results "
-             "before 2026-11-24",
-             modules::kOurs);
+        "offset", [this] { return offset < stride; }, "must be below the stride");
   }
 };
 
@@ -87,8 +80,8 @@ struct GpuConfig {
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
   modules::Dram::Config dram;
-  FastModel fast;
-  modules::Sampling sampling;  ///< of a run in cycle mode (docs/model/sampled-mode.md#strides); no hardware, so no key
+  SampleKeys sample;
+  modules::Sampling sampling;  ///< that the run has: that of `sample` in sampled mode, else none
   modules::OwnKeys own;        ///< of somebody else's units, and of those that not every machine has
 
   /// All keys, in the order of the documentation.

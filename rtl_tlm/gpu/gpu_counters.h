@@ -24,7 +24,6 @@ struct GpuCounters {
   modules::L1Counters l1;
   modules::L2Counters l2;
   modules::CrossbarCounters crossbar;
-  // Filled by collect_counters() and by models other than the cycle model.
   std::uint64_t period_fs = 0;  ///< of the core clock
   modules::DistributorCounters distributor;
   std::uint64_t l2_dirty_sectors = 0;  ///< left in the L2 at the end

@@ -203,7 +203,7 @@ void GpuComponent::end_launch() {
   for (std::string& violation : memory_->violations()) finished.violations.push_back(std::move(violation));
   finished.inventories = inventory_of(*gpu_, *memory_);
   SimulationResult& result = results_.emplace_back();
-  report_run(finished, launch_->source, options_.machine, nullptr, options_.price, result);
+  report_run(finished, launch_->source, options_.machine, options_.price, result);
   result.inputs = simulation_inputs(*launch_->reader, options_.machine);
   launch_.reset();
   source_.switch_to(nullptr);

@@ -15,8 +15,8 @@
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/base/stopwatch.h"
-#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+#include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/run/statistics_table.h"
 
 namespace grtx::sim {
@@ -220,14 +220,17 @@ std::size_t count(const std::vector<RegressionOutcome>& outcomes, Kind kind) {
 
 SimulationResult simulate_case(const RegressionCase& regression_case, const GpuConfig& config,
                                const EnergyPricing& price) {
-  if (regression_case.mode != SimulationMode::sampled) {
-    SimulationOptions options;
-    options.price = price;
-    return simulate(regression_case.trace, config, options, regression_case.mode);
+  if (regression_case.mode == SimulationMode::windows) {
+    WindowOptions windows = regression_case.windows;
+    windows.price = price;
+    return simulate_windows(regression_case.trace, config, windows).result;
   }
-  SampledOptions options = regression_case.sampled;
+  SimulationOptions options;
   options.price = price;
-  return simulate_sampled(regression_case.trace, config, options).result;
+  if (regression_case.mode == SimulationMode::sampled) {
+    return simulate_sampled(regression_case.trace, config, options).result;
+  }
+  return simulate(regression_case.trace, config, options);
 }
 
 std::vector<RegressionOutcome> run_regression(const RegressionOptions& options) {

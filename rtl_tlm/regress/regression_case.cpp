@@ -39,7 +39,9 @@ class CaseReader {
     }
     for (const auto& [name, node] : table) read_key(std::string(name.str()), node);
     if (case_.trace.empty()) throw Error(path_, "trace", "is needed: the trace's file");
-    if (case_.mode != SimulationMode::sampled && sampled_ != nullptr) fail(*sampled_, "needs mode = \"sampled\"");
+    if (case_.mode != SimulationMode::windows && of_windows_ != nullptr) {
+      fail(*of_windows_, "needs mode = \"windows\"");
+    }
     return case_;
   }
 
@@ -95,35 +97,33 @@ class CaseReader {
         case_.setting_places.push_back({text(item, name), line_of(item)});
       }
     } else if (name == "mode") {
+      if (const std::string gone = gone_mode(text(node, name)); !gone.empty()) fail(node, gone);
       case_.mode = choice<SimulationMode>(node, name);
     } else if (name == "statistics") {
       case_.statistics = texts(node, name);
       if (case_.statistics.empty()) fail(node, "statistics: the list is empty");
     } else if (name == "tolerance") {
       read_tolerances(node);
-    } else if (name != "update" && name != "title" && !read_sampled(name, node)) {  // those two are for people
+    } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // those two are for people
       fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
                              nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
-                                                 "sample_engine", "statistics", "tolerance", "title", "update"})));
+                                                 "statistics", "tolerance", "title", "update"})));
     }
   }
 
-  /// False when the key is none of sampled mode.
-  bool read_sampled(const std::string& name, const toml::node& node) {
+  /// False when the key is none of windows mode.
+  bool read_windows(const std::string& name, const toml::node& node) {
     if (name == "share") {
-      case_.sampled.share = number(node, name, 1.0);
-      if (case_.sampled.share == 0.0) fail(node, "share: must be above 0");
+      case_.windows.share = number(node, name, 1.0);
+      if (case_.windows.share == 0.0) fail(node, "share: must be above 0");
     } else if (name == "seed") {
       const auto* seed = node.as_integer();
       if (seed == nullptr || seed->get() < 0) fail(node, "seed: must be an integer, 0 or more");
-      case_.sampled.seed = static_cast<std::uint64_t>(seed->get());
-    } else if (name == "sample_engine") {
-      case_.sampled.engine = choice<SimulationMode>(node, name);
-      if (!runs_windows(case_.sampled.engine)) fail(node, "sample_engine: must be cycle or fast");
+      case_.windows.seed = static_cast<std::uint64_t>(seed->get());
     } else {
       return false;
     }
-    sampled_ = &node;
+    of_windows_ = &node;
     return true;
   }
 
@@ -145,7 +145,7 @@ class CaseReader {
   std::string path_;
   fs::path folder_;
   RegressionCase case_;
-  const toml::node* sampled_ = nullptr;
+  const toml::node* of_windows_ = nullptr;
 };
 
 std::string today() {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/estimate/sampled/sampled_simulation.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::sim {
 
@@ -34,7 +34,7 @@ struct RegressionCase {
   std::vector<std::string> settings;              ///< key=value
   std::vector<RegressionSetting> setting_places;  ///< of the settings
   SimulationMode mode = SimulationMode::cycle;
-  SampledOptions sampled;                       ///< sampled mode: share, seed and engine
+  WindowOptions windows;                        ///< windows mode: share and seed
   std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
   std::vector<RegressionTolerance> tolerances;  ///< the last that matches holds; none: exact
 };

@@ -22,8 +22,8 @@ class OccupancySeries {
   Cycle next() const { return next_; }
   void sample();
   /// The points up to `end`, the last cycle of the run: {"end_of_interval": [cycles], name: {unit, description,
-  /// values}}.
-  nlohmann::ordered_json json(Cycle end) const;
+  /// values}}. stride: cycles of the machine that a cycle of the run stands for.
+  nlohmann::ordered_json json(Cycle end, unsigned stride) const;
 
  private:
   /// Sums since the start of the run.

@@ -7,7 +7,7 @@
 namespace grtx::sim {
 
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
-                const Engine* engine, const EnergyPricing& price, SimulationResult& result) {
+                const EnergyPricing& price, SimulationResult& result) {
   const GpuCounters& counters = finished.counters;
   const unsigned stride = config.sampling.stride;
   const std::vector<LowerBound> bounds = of_all_events(lower_bounds(counters, source.longest(), config), stride);
@@ -15,22 +15,22 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   result.binding_bound = binding_bound(bounds).name;
   result.violations = count_violations(counters, source.totals(), source.count(), stride > 1);
   std::vector<std::string> below = bound_violations(result.cycles, bounds);
-  const bool estimated = config.sampling.on() || (engine != nullptr && engine->estimates());
-  if (estimated && !below.empty()) {
+  if (config.sampling.on() && !below.empty()) {
     result.notes.push_back({"below-bound", "the estimate breaks a lower bound: " + below.front()});
     below.clear();
   }
   for (const auto& more : {finished.violations, below}) {
     result.violations.insert(result.violations.end(), more.begin(), more.end());
   }
+  for (const modules::L1Counters& l1 : counters.l1_of) {
+    if (config.sampling.on()) result.timed_misses.push_back({l1.misses_of_all, l1.misses_with_time});
+  }
   describe(counters, result.statistics);
   if (config.sampling.on()) result.statistics = of_all_events(result.statistics, stride);
-  if (engine != nullptr) engine->describe(result.statistics);
   describe(bounds, result.cycles, result.statistics);
   const auto add = [&result](ResultNotes more) { result.notes.insert(result.notes.end(), more.begin(), more.end()); };
   add(trace_notes(source.header(), source.totals()));
   add(run_notes(config, source.header(), source.count(), result.statistics));
-  if (engine != nullptr) add(engine->notes());
   if (price) price(config, finished.inventories, source.totals().rays, result.statistics);
 }
 

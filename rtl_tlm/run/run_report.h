@@ -8,9 +8,22 @@
 
 namespace grtx::sim {
 
-/// Fills cycles, statistics, violations, notes and binding_bound of `result` from what a run has left. source: gave
-/// it its groups. engine: that ran, or nullptr: cycle by cycle. price: see SimulationOptions.
+/// What a run leaves behind.
+struct FinishedRun {
+  GpuCounters counters;
+  std::vector<std::string> violations;  ///< of what must be empty at the end
+  std::vector<modules::Inventory> inventories;
+  nlohmann::ordered_json over_time;
+  std::uint64_t ticks = 0;
+  unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for
+  std::vector<std::uint64_t> pixel_cycles;
+  std::string units;               ///< with options.save_state: of caches and open rows
+  std::uint64_t memory_bytes = 0;  ///< that all launches needed
+};
+
+/// Fills cycles, statistics, violations, notes, binding_bound and timed_misses of `result`. source: gave the run its
+/// groups. price: see SimulationOptions.
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
-                const Engine* engine, const EnergyPricing& price, SimulationResult& result);
+                const EnergyPricing& price, SimulationResult& result);
 
 }  // namespace grtx::sim

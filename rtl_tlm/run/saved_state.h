@@ -11,14 +11,14 @@
 namespace grtx::sim {
 
 struct SavedState {
-  std::string mode;  ///< name of the engine
+  std::string mode;  ///< of simulation
   std::string config_hash;
   std::string hardware;            ///< hardware_of() the traces
   std::string scene;               ///< addressed_scene() of them
   std::string ran;                 ///< content hashes of the traces, in order
   std::string camera;              ///< hash of the camera of the last of them; "" where its trace does not say
   std::uint64_t memory_bytes = 0;  ///< that these needed
-  std::string units;               ///< of caches and rows, by the engine
+  std::string units;               ///< of caches and rows
 };
 
 void write_state(const std::string& path, const SavedState& state);

@@ -19,6 +19,7 @@
 #include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
@@ -122,18 +123,31 @@ std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, co
   return warm;
 }
 
+/// What a run does. All of it outlives the run.
+struct Work {
+  const traces::Reader& reader;
+  const GpuConfig& config;
+  const SimulationOptions& options;
+  const traces::Reader* warm = nullptr;  ///< options.warm_trace
+  const SavedState* state = nullptr;     ///< options.warm_state
+};
+
+std::string_view mode_of(const GpuConfig& config) {
+  return name_of(config.sampling.on() ? SimulationMode::sampled : SimulationMode::cycle);
+}
+
 /// Opens and checks the state from which the run begins, if there is one.
 std::optional<SavedState> warm_state(const SimulationOptions& options, const GpuConfig& config,
-                                     const traces::Reader& reader, const Engine& engine) {
+                                     const traces::Reader& reader) {
   if (options.warm_state.empty()) return std::nullopt;
   if (!options.warm_trace.empty()) throw Error("sim", "--warm-state", "stands for --warm: give one of them");
   SavedState state = read_state(options.warm_state);
-  require_fits(state, options.warm_state, config, reader, engine.name());
+  require_fits(state, options.warm_state, config, reader, std::string(mode_of(config)));
   return state;
 }
 
 /// Content hashes of the traces that ran before; "" where none did.
-std::string ran_before(const Engine::Work& work) {
+std::string ran_before(const Work& work) {
   if (work.state != nullptr) return work.state->ran;
   return work.warm != nullptr ? work.warm->content_hash() : "";
 }
@@ -144,29 +158,25 @@ std::string camera_of(const traces::Reader& reader) {
   return camera == reader.header().inputs.end() ? "" : camera->second;
 }
 
-void save_state(const Engine::Work& work, const Engine& engine, FinishedRun& finished) {
+void save_state(const Work& work, FinishedRun& finished) {
   const std::string before = ran_before(work);
   write_state(work.options.save_state,
-              {engine.name(), config_hash(work.config), hardware_of(work.reader.header()),
+              {std::string(mode_of(work.config)), config_hash(work.config), hardware_of(work.reader.header()),
                addressed_scene(work.reader.header()), (before.empty() ? "" : before + " ") + work.reader.content_hash(),
                camera_of(work.reader), finished.memory_bytes, std::move(finished.units)});
 }
 
-std::map<std::string, std::string> inputs_of(const Engine::Work& work, const Engine& engine) {
+std::map<std::string, std::string> inputs_of(const Work& work) {
   const traces::Reader& reader = work.reader;
   const SimulationOptions& options = work.options;
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
-  inputs["mode"] = engine.name();
+  inputs["mode"] = mode_of(work.config);
   if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
   // Of two designs the traces differ, and yet the same view may have run before.
   const std::string camera = work.state != nullptr  ? work.state->camera
                              : work.warm != nullptr ? camera_of(*work.warm)
                                                     : "";
   if (!camera.empty()) inputs["warm.camera_hash"] = camera;
-  if (work.config.sampling.on()) {
-    inputs["sampling"] =
-        fmt::format("1 event of {}, offset {}", work.config.sampling.stride, work.config.sampling.offset);
-  }
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -177,7 +187,7 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   host.add("host.cpu_seconds", work.cpu_seconds, "s", "processor time of building and running the model, all threads");
   host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
   add_host_speed(host, work, config);
-  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped; in fast mode, turns of SMs and memory");
+  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped");
 }
 
 /// The kernel's own reports have a number, and ours are known. What is left comes from a user's unit.
@@ -210,13 +220,6 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   const std::string what = fmt::format("{}: {}", report.get_msg_type(), report.get_msg());
   if (is_of_a_users_unit(report)) throw Error("simulation", where, what);
   throw std::runtime_error(fmt::format("{} ({})", what, where));
-}
-
-void check_sampling(const modules::Sampling& sampling, const Engine& engine) {
-  if (sampling.on() && engine.name() != "cycle") throw Error("sampling", "stride", "is for cycle mode");
-  if (sampling.stride == 0 || sampling.offset >= sampling.stride) {
-    throw Error("sampling", "offset", "must be below the stride");
-  }
 }
 
 /// A key that makes the machine wait so long that threads, which meet every few cycles, would do nothing else; empty:
@@ -269,15 +272,7 @@ BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& opti
   return build;
 }
 
-class CycleEngine final : public Engine {
- public:
-  std::string name() const override { return "cycle"; }
-  void prepare(const Work&) override {}
-  FinishedRun run(const Work& work, modules::GroupSource& source) override;
-  void describe(modules::StatisticList&) const override {}
-};
-
-FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
+FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const traces::Reader& reader = work.reader;
   const GpuConfig& config = work.config;
   const SimulationOptions& options = work.options;
@@ -331,7 +326,7 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
   try {
     run_to_end(gpu, *memory, source.count(), options, series);
     end = settle(gpu, *memory);
-    finished.over_time = series.json(gpu.distributor().end_cycle());
+    finished.over_time = series.json(gpu.distributor().end_cycle(), config.sampling.stride);
     drain(gpu, *memory, options);
   } catch (const sc_core::sc_report&) {  // of a file that an observer could not write, perhaps
     if (waveform && waveform->failure()) std::rethrow_exception(waveform->failure());
@@ -362,17 +357,10 @@ FinishedRun CycleEngine::run(const Work& work, modules::GroupSource& source) {
 }  // namespace
 
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options) {
-  CycleEngine engine;
-  return simulate(trace_path, config, options, engine);
-}
-
-SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
-                          Engine& engine) {
   if (sc_core::sc_get_status() != sc_core::SC_ELABORATION) {
     throw std::logic_error("a process can simulate once only");
   }
   check_config(config, "configuration");
-  check_sampling(config.sampling, engine);
   const traces::Reader reader(trace_path);
   reader.verify_content();
   const traces::Header& header = reader.header();
@@ -381,32 +369,31 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
 
   const std::vector<std::uint64_t> groups = options.groups.empty() ? all_groups(reader) : options.groups;
   const std::unique_ptr<traces::Reader> warm = warm_reader(options, reader);
-  const std::optional<SavedState> state = warm_state(options, config, reader, engine);
-  const Engine::Work work{reader, config, options, groups, warm.get(), state ? &*state : nullptr};
-  engine.prepare(work);
+  const std::optional<SavedState> state = warm_state(options, config, reader);
+  const Work work{reader, config, options, warm.get(), state ? &*state : nullptr};
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
   MeasuredSource source(file, header, ChainLatencies(config, header));
 
   SimulationResult result;
   nlohmann::ordered_json over_time;
-  result.inputs = inputs_of(work, engine);
+  result.inputs = inputs_of(work);
   try {
-    FinishedRun finished = engine.run(work, source);
+    FinishedRun finished = run_machine(work, source);
     const GpuCounters& counters = finished.counters;
     over_time = std::move(finished.over_time);
     if (counters.memory.model != config.dram_model) result.inputs["memory"] = counters.memory.model;
     result.width = finished.width;
     result.height = finished.height;
     result.pixel_cycles = std::move(finished.pixel_cycles);
-    report_run(finished, source, config, &engine, options.price, result);
+    report_run(finished, source, config, options.price, result);
     if (options.groups.empty() && !(source.totals() == reader.totals())) {
       result.violations.push_back("the groups of the trace do not add up to its totals");
     }
     add_host_statistics(
         result.host, {result.cycles, counters.rt.memory.node_visits(), seconds_since(start), cpu_seconds() - cpu_start},
         config, finished.ticks);
-    if (!options.save_state.empty() && result.violations.empty()) save_state(work, engine, finished);
+    if (!options.save_state.empty() && result.violations.empty()) save_state(work, finished);
   } catch (const sc_core::sc_report& report) {
     rethrow(reader, source, report);
   }

@@ -41,47 +41,12 @@ struct SimulationOptions {
   modules::WarpObserver* observer = nullptr;  ///< is told of starts and ends of warps; not with pixel_cycles
   EnergyPricing price;                        ///< none: the run has no energy statistics
   BuildOptions build;          ///< threads: as many as asked for; a run that cannot have them says so, unless quiet
-  MemorySystemFactory memory;  ///< stands in for what dram.model names; cycle mode only
+  MemorySystemFactory memory;  ///< stands in for what dram.model names
 };
 
-/// What a run leaves behind, whichever engine ran.
-struct FinishedRun {
-  GpuCounters counters;
-  std::vector<std::string> violations;  ///< of the engine's own checks
-  std::vector<modules::Inventory> inventories;
-  nlohmann::ordered_json over_time;
-  std::uint64_t ticks = 0;
-  unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for
-  std::vector<std::uint64_t> pixel_cycles;
-  std::string units;               ///< with options.save_state: of caches and open rows
-  std::uint64_t memory_bytes = 0;  ///< that all launches needed
-};
-
-/// A clock for the model's decisions: cycle by cycle in SystemC, or another (estimate/fast). Used for one run.
-class Engine {
- public:
-  /// What it runs. All of it outlives the run.
-  struct Work {
-    const traces::Reader& reader;
-    const GpuConfig& config;
-    const SimulationOptions& options;
-    const std::vector<std::uint64_t>& groups;  ///< of the trace, ascending
-    const traces::Reader* warm = nullptr;      ///< options.warm_trace
-    const SavedState* state = nullptr;         ///< options.warm_state
-  };
-  virtual ~Engine() = default;
-  /// The run's input "mode".
-  virtual std::string name() const = 0;
-  /// Before anything of SystemC is built; may fork. Throws Error for what this engine cannot do.
-  virtual void prepare(const Work& work) = 0;
-  /// source gives the groups of the work.
-  virtual FinishedRun run(const Work& work, modules::GroupSource& source) = 0;
-  /// Why the cycles may be farther off than the documentation says.
-  virtual ResultNotes notes() const { return {}; }
-  /// Whether only a share of the work was timed: cycles below a lower bound are then a bad estimate, not a broken law.
-  virtual bool estimates() const { return false; }
-  /// Statistics of the engine itself.
-  virtual void describe(modules::StatisticList& list) const = 0;
+/// Sectors that an L1's demand reads missed in a sampled run: of all events, and of those that took time.
+struct TimedMisses {
+  std::uint64_t all = 0, timed = 0;
 };
 
 struct SimulationResult {
@@ -92,17 +57,15 @@ struct SimulationResult {
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
   ResultNotes notes;                          ///< what limits the meaning of all this
   std::string binding_bound;                  ///< name of the largest lower bound
+  std::vector<TimedMisses> timed_misses;      ///< by SM, of a sampled run
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
   unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
   std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
-/// Simulates the trace cycle by cycle. SystemC elaborates once a process: call it once, or each time in a ChildProcess.
-/// Throws Error for a bad trace or configuration, std::runtime_error (with all modules' states on stderr) when the
-/// model stands still.
+/// Simulates the trace on the machine, in cycle mode where config.sampling is off. SystemC elaborates once a process: call
+/// it once, or each time in a ChildProcess. Throws Error for a bad trace or configuration, std::runtime_error (with all
+/// modules' states on stderr) when the model stands still.
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options);
-/// The same with another engine.
-SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
-                          Engine& engine);
 
 }  // namespace grtx::sim

@@ -51,29 +51,28 @@ TEST_F(CliSim, QuietPrintsNothing) {
   EXPECT_EQ(outcome.err, "");
 }
 
-TEST_F(CliSim, FastModeSaysWhatIsOutsideOfWhatWasMeasured) {
-  const std::string line = "grtx: sim: outside of what was measured for --mode fast: ", trace = "a trace of 4 groups, ";
-  for (const char* machine : {"paper", "ada", "blackwell", "rdna4"}) {
-    EXPECT_THAT(folder_.run(std::string("sim t.grtx --quiet --mode fast --machine ") + machine).err,
-                HasSubstr(line + trace))
-        << machine;
-  }
-  EXPECT_THAT(folder_.run("sim t.grtx --quiet --mode fast --set rt.box.interval=3000").err,
-              HasSubstr(line + "rt.box.interval = 3000, " + trace));
+TEST_F(CliSim, AModeThatIsGoneNamesWhatTookItsPlace) {
+  const Outcome outcome = folder_.run("sim t.grtx --mode fast");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("mode 'fast' is gone: 'sampled' takes its place"));
+  EXPECT_THAT(folder_.run("run --scene s.ply --mode fast").err, HasSubstr("'sampled' takes its place"));
 }
 
-// Of two that wanted the only bank in a cycle one was told to wait, and the other had it in a cycle that was taken:
-// fewer cycles than the sectors that one bank serves.
-TEST_F(CliSim, ASingleBankOfTheL1ServesTwoClientsInACycleOfFastMode) {
-  ASSERT_EQ(folder_.run("synth --preset object --count 400 --seed 1 -o o.ply --quiet").code, 0);
-  ASSERT_EQ(folder_
-                .run("trace --scene o.ply --cameras o.cameras.json --width 24 --height 24 --accel tlas-tri20 "
-                     "--checkpoint on -o o.grtx --quiet")
-                .code,
-            0);
-  const Outcome outcome =
-      folder_.run("sim o.grtx --quiet --mode fast --set l1.banks=1 --set gpu.sms=1 --set l1.perfect=true");
+TEST_F(CliSim, ASmallViewInSampledModeIsThatOfCycleMode) {
+  ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats cycle.json").code, 0);
+  const Outcome outcome = folder_.run("sim t.grtx --quiet --mode sampled --stats sampled.json");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr(" node visits are too few to sample"));
+  const auto cycle = nlohmann::json::parse(folder_.read("cycle.json"));
+  const auto sampled = nlohmann::json::parse(folder_.read("sampled.json"));
+  EXPECT_EQ(sampled.at("inputs").at("mode"), "sampled");
+  EXPECT_EQ(sampled.at("stats").at("gpu.sampled.half_width").at("value"), 0.0);
+  EXPECT_EQ(sampled.at("stats").at("gpu.sampled.stride").at("value"), 1);
+  for (const auto& [name, entry] : cycle.at("stats").items()) {
+    if (name.starts_with("host.")) continue;
+    EXPECT_EQ(sampled.at("stats").at(name), entry) << name;
+  }
 }
 
 // They met every eight cycles of the hundreds of millions in which a shader's phase went on.
@@ -95,21 +94,21 @@ TEST_F(CliSim, SettingsComeAfterTheFile) {
   EXPECT_EQ(json.at("config").at("l1.latency"), 25);
 }
 
-TEST_F(CliSim, KeysThatSampledModeDoesNotReadAreNamed) {
-  const std::string sampled = "sim t.grtx --quiet --set fast.stride=2 --set l1.mshr_merges=3 --mode sampled ";
-  const Outcome outcome = folder_.run(sampled);
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("fast.stride has no effect in --mode sampled"),
+TEST_F(CliSim, KeysOfSampledModeAreNamedInOthers) {
+  const std::string sim = "sim t.grtx --quiet --set sample.stride=2 --mode ";
+  EXPECT_THAT(folder_.run(sim + "cycle").err, HasSubstr("sample.stride has no effect with --mode cycle"));
+  const Outcome windows = folder_.run(sim + "windows");
+  EXPECT_EQ(windows.code, 0) << windows.err;
+  EXPECT_THAT(windows.err, AllOf(HasSubstr("sample.stride has no effect with --mode windows"),
                                  HasSubstr("t.grtx: all of it is simulated, in cycle mode: ")));
-  // Windows do not suit this trace: cycle mode runs it, which does not read the key, and would read the other.
-  EXPECT_THAT(folder_.run(sampled + "--sample-engine fast").err, Not(HasSubstr("no effect")));
+  EXPECT_THAT(folder_.run(sim + "sampled").err, Not(HasSubstr("no effect")));
 }
 
 TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {
   const std::string trace = "sim '" + grtx::paths::source_dir() + "/data/traces/grtx.grtx' --quiet " + kSmall +
                             "--set l1.bytes=4096 --set l1.ways=1 --set l1.private_writes=write_back "
                             "--set l1.private_allocate=true ";
-  for (const char* mode : {"cycle", "fast"}) {
+  for (const char* mode : {"cycle", "sampled"}) {
     const std::string run = trace + "--mode " + mode + " --set l1.write_back_buffer=";
     EXPECT_THAT(folder_.run(run + "1").err,
                 AllOf(HasSubstr("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
@@ -129,7 +128,7 @@ TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
 
 TEST_F(CliSim, ASavedStateGivesTheStatisticsOfWarm) {
   const std::string run = "sim t.grtx --quiet " + kSmall;
-  for (const std::string mode : {"--mode cycle ", "--mode fast "}) {
+  for (const std::string mode : {"--mode cycle ", "--mode sampled "}) {
     ASSERT_EQ(folder_.run(run + mode + "--save-state t.state").code, 0);
     ASSERT_EQ(folder_.run(run + mode + "--stats cold.json").code, 0);
     ASSERT_EQ(folder_.run(run + mode + "--warm t.grtx --stats one.json").code, 0);
@@ -155,7 +154,7 @@ TEST_F(CliSim, AStateThatIsDamagedOrOfAnotherMachineIsRefusedInOneLine) {
     EXPECT_FALSE(folder_.has("s.json")) << arguments;
   };
   refused("--warm-state t.state --set gpu.sms=3", "t.state: machine: is another");
-  refused("--warm-state t.state --mode fast", "t.state: mode: is cycle, this run's is fast");
+  refused("--warm-state t.state --mode sampled", "t.state: mode: is cycle, this run's is sampled");
   refused("--warm-state t.state --warm t.grtx", "sim: --warm-state: ");
   refused("--warm-state t.grtx", "t.grtx: ");
   refused("--warm-state none.state", "none.state");

@@ -47,8 +47,8 @@ class Regress : public ::testing::Test {
 
 TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   write_case("cycle");
-  write_case("fast", "mode = 'fast'\n");
-  write_case("below/sampled", "mode = 'sampled'\nshare = 0.5\nmachine = 'paper'\n", "../../t.grtx");
+  write_case("sampled", "mode = 'sampled'\n");
+  write_case("below/windows", "mode = 'windows'\nshare = 0.5\nmachine = 'paper'\n", "../../t.grtx");
   const Outcome recorded = record();
   EXPECT_EQ(recorded.code, 0) << recorded.err;
   EXPECT_THAT(recorded.out, HasSubstr("3 cases: 0 equal, 0 differ, 3 recorded, 0 refused"));
@@ -58,22 +58,11 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   for (const char* how : {"", "--jobs 3", "--update --reason 'nothing to do'"}) {
     const Outcome again = folder_.run(std::string("regress d ") + how);
     EXPECT_EQ(again.code, 0) << again.out << again.err;
-    EXPECT_THAT(again.out, AllOf(HasSubstr("below/sampled: equal, "), HasSubstr("3 cases: 3 equal")));
+    EXPECT_THAT(again.out, AllOf(HasSubstr("below/windows: equal, "), HasSubstr("3 cases: 3 equal")));
   }
   EXPECT_EQ(folder_.read("d/cycle.case.toml"), file);
   EXPECT_EQ(folder_.run("regress d --quiet").out, "");
   EXPECT_THAT(folder_.run("regress d --cases 'below/*'").out, HasSubstr("1 cases: 1 equal"));
-}
-
-TEST_F(Regress, ACaseChoosesTheEngineOfItsWindows) {
-  for (const std::string engine : {"cycle", "fast"}) {
-    write_case(engine, "mode = 'sampled'\nsample_engine = '" + engine + "'\n");
-  }
-  const Outcome recorded = record();
-  ASSERT_EQ(recorded.code, 0) << recorded.out << recorded.err;
-  for (const std::string engine : {"cycle", "fast"}) {
-    EXPECT_THAT(record_of("inputs.sampled.engine"), HasSubstr("\t\"" + engine + "\""));
-  }
 }
 
 TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
@@ -151,13 +140,13 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   const struct {
     const char *more, *text;
   } cases[] = {{"machin = 'paper'\n", "line 3: unknown key 'machin', the nearest is 'machine'"},
-               {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'fast'"},
-               {"share = 0.5\n", "line 3: needs mode = \"sampled\""},
+               {"mode = 'fst'\n", "line 3: mode: unknown 'fst', the nearest is 'cycle'"},
+               {"share = 0.5\n", "line 3: needs mode = \"windows\""},
                {"mode = 'model'\n", "line 3: mode: unknown 'model', the nearest is"},
-               {"mode = 'sampled'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
-               {"mode = 'sampled'\nshare = 0\n", "line 4: share: must be above 0"},
-               {"mode = 'sampled'\nsample_model = 'calls'\n", "line 4: unknown key 'sample_model', the nearest is"},
-               {"mode = 'sampled'\nsample_engine = 'sampled'\n", "line 4: sample_engine: must be cycle or fast"},
+               {"mode = 'windows'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
+               {"mode = 'windows'\nshare = 0\n", "line 4: share: must be above 0"},
+               {"mode = 'windows'\nsample_model = 'calls'\n", "line 4: unknown key 'sample_model', the nearest is"},
+               {"mode = 'fast'\n", "line 3: mode 'fast' is gone: 'sampled' takes its place"},
                {"statistics = []\n", "line 3: statistics: the list is empty"},
                {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
                {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},
@@ -245,10 +234,10 @@ TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {
   EXPECT_EQ(own("--update 'L2 slices of mine'").code, 0);
   EXPECT_EQ(own("").code, 0);
   EXPECT_EQ(folder_.run("regress d").code, 1);
-  write_case("b", "mode = 'fast'\n");
-  const Outcome fast = own("");
-  EXPECT_EQ(fast.code, 2);
-  EXPECT_THAT(fast.out, HasSubstr("own units run in cycle mode only"));
+  write_case("b", "mode = 'windows'\n");
+  const Outcome windows = own("");
+  EXPECT_EQ(windows.code, 2);
+  EXPECT_THAT(windows.out, HasSubstr("own units run in cycle mode only"));
 }
 
 }  // namespace

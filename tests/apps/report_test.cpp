@@ -165,7 +165,7 @@ TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
                         Case{nullptr, "--view 0 --secondary glass", "", "secondary</th><td>none</td><td>glass"},
                         Case{nullptr, "--view 0", "--set l1.bytes=65536", "l1.bytes</th><td>"},
                         Case{nullptr, "--view 0", "--machine ada-share", "machine</th><td>"},
-                        Case{nullptr, "--view 0", "--mode sampled --share 1", "mode</th><td>cycle</td><td>sampled"},
+                        Case{nullptr, "--view 0", "--mode windows --share 1", "mode</th><td>cycle</td><td>windows"},
                         Case{nullptr, "--view 0", "--warm g.grtx", "warm.camera_hash</th><td></td><td>"}}) {
     if (std::string(c.simulated).find("--warm") != std::string::npos) {
       must("trace --scene s.ply --cameras s.cameras.json --accel " + grtx + " " + size + " --view 0 -o g.grtx");

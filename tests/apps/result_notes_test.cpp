@@ -98,12 +98,9 @@ TEST_F(ResultNotes, ClampedRowsAreAnotherScene) {
               HasSubstr("reading the scene changed 12 of 517 rows: exp(scale) < 1e-6, set to 1e-6"));
 }
 
-TEST_F(ResultNotes, FastModeOffItsMachinesAndBelowThreeMillionVisits) {
+TEST_F(ResultNotes, AViewThatIsTooSmallToSampleSaysSo) {
   trace("--machine blackwell-share");
-  EXPECT_EQ(of_sim("--mode fast --machine blackwell-share"),
-            (std::set<std::string>{"partial-launch", "outside-measured", "unmeasured-machine"}));
-  EXPECT_THAT(folder_.run("sim t.grtx --quiet --mode fast").err, HasSubstr(" node visits\n"));
-  EXPECT_FALSE(of_sim("--mode fast --machine paper-charged").contains("unmeasured-machine"));
+  EXPECT_EQ(of_sim("--mode sampled --machine blackwell-share"), (std::set<std::string>{"partial-launch", "small-view"}));
 }
 
 TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {
@@ -144,7 +141,7 @@ TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
 }
 
 TEST_F(ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
-  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --mode fast -o out ";
+  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --mode sampled -o out ";
   EXPECT_THAT(must(run).err, Not(HasSubstr("tracer options")));
   EXPECT_THAT(must(run + "--child-order near_first").err, HasSubstr("child_order is near_first, not slot"));
 }

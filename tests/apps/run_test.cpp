@@ -75,7 +75,7 @@ TEST_F(RunTest, PicturesOfAnEarlierRunGo) {
 TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   std::filesystem::create_directories(folder + "/out");
-  const std::string run = "run " + scene_arguments() + config() + "--mode fast --quiet -o " + folder + "/out";
+  const std::string run = "run " + scene_arguments() + config() + "--mode sampled --quiet -o " + folder + "/out";
   {
     const FileLock other(folder + "/out/run.lock", "out", "");  // as another process holds it
     const Outcome refused = grtx(run);
@@ -134,7 +134,7 @@ TEST_F(RunTest, CachesStayWarmFromFrameToFrame) {
   const nlohmann::json one = json("one/results.json").at("designs");
   for (const unsigned frames : {2U, 3U}) {
     const bool cycle = frames == 2;
-    must("run " + scene + roomy + (cycle ? "--mode cycle --views 0:1" : "--mode fast --views 0:2") + " --quiet -o " +
+    must("run " + scene + roomy + (cycle ? "--mode cycle --views 0:1" : "--mode sampled --views 0:2") + " --quiet -o " +
          folder + "/out");
     const nlohmann::json results = json("out/results.json");
     EXPECT_TRUE(results.at("images_identical").get<bool>());
@@ -163,10 +163,10 @@ TEST_F(RunTest, CachesStayWarmFromFrameToFrame) {
   must("compare " + folder + "/out/image_1.png " + folder + "/one/image.png --min-psnr inf");
   EXPECT_EQ(grtx("compare " + folder + "/out/image_2.png " + folder + "/one/image.png --min-psnr 60").code, 1);
   for (const char* bad :
-       {"--views 0:3", "--views 2:1", "--views 1", "--views 0:1 --view 0", "--views 0:1 --mode sampled"}) {
+       {"--views 0:3", "--views 2:1", "--views 1", "--views 0:1 --view 0", "--views 0:1 --mode windows"}) {
     EXPECT_EQ(grtx("run " + scene + config() + bad + " --quiet -o " + folder + "/bad").code, 2) << bad;
   }
-  EXPECT_EQ(grtx("sim " + folder + "/out/sw.grtx " + config() + "--mode sampled --quiet").code, 2);
+  EXPECT_EQ(grtx("sim " + folder + "/out/sw.grtx " + config() + "--mode windows --quiet").code, 2);
 }
 
 TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {

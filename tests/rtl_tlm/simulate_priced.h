@@ -10,15 +10,22 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
+#include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
 
 namespace grtx::sim::test {
 
+/// The machine in that mode; sampled mode samples small traces, too.
+inline GpuConfig in_mode(GpuConfig config, SimulationMode mode) {
+  if (mode == SimulationMode::sampled) config.sampling = {config.sample.stride, config.sample.offset};
+  return config;
+}
+
 inline SimulationResult simulate_priced(const std::string& trace, const GpuConfig& config,
                                         SimulationOptions options = {}, SimulationMode mode = SimulationMode::cycle) {
   options.price = describe_energy;
-  return simulate(trace, config, options, mode);
+  return simulate(trace, in_mode(config, mode), options);
 }
 
 /// Statistics of a run on configs/small.toml with settings, which must break no law.

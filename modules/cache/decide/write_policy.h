@@ -1,4 +1,4 @@
-// What a write does to the L1. The cycle model, fast mode and functional warming ask here.
+// What a write does to the L1. The L1 asks here, with and without time.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Which bank and row of a DRAM channel an address is in. Free of SystemC; fast mode asks it, too.
+// Which bank and row of a DRAM channel an address is in. Free of SystemC.
 #pragma once
 
 #include <bit>

@@ -1,5 +1,5 @@
 // Where a lane's checkpoint entries lie, which sectors each of them takes to write or to read, and in which order they
-// are replayed. Without time: the checkpoint unit sends these sectors, fast mode reserves for them.
+// are replayed. Without time: the checkpoint unit sends these sectors.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // What an event of a trace does to its lane, beside taking time: its stack, its checkpoint entries, a call of the
-// any-hit shader. The one place where that is decided: the cycle model, fast mode and functional warming ask here.
+// any-hit shader. The one place where that is decided, with and without time.
 #pragma once
 
 #include <bit>

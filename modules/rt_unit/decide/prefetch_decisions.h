@@ -1,6 +1,6 @@
 // What the RT unit's prefetcher asks for, and what becomes of it: siblings of leaves and nodes of source entries
-// are queued, merged with what waits, or dropped. Without time: the sibling prefetcher and fast mode
-// ask here.
+// are queued, merged with what waits, or dropped. The sibling prefetcher asks here, with and
+// without time.
 #pragma once
 
 #include <bit>

@@ -1,5 +1,5 @@
-// Which siblings a leaf brings along: what each lane remembers of its internal visits. Without time: the sibling
-// prefetcher, fast mode and functional warming ask here.
+// Which siblings a leaf brings along: what each lane remembers of its internal visits. The sibling
+// prefetcher asks here, with and without time.
 #pragma once
 
 #include <array>

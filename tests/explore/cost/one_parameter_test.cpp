@@ -326,7 +326,7 @@ TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) 
   GpuConfig config;
   std::set<std::string> keys, classified;
   for (const modules::Parameter& key : config_keys(config)) {
-    if (key.name.starts_with("fast.")) continue;          // how fast mode approximates: no hardware
+    if (key.name.starts_with("sample.")) continue;        // how sampled mode samples: no hardware
     if (key.name == "dram.model") continue;               // has one value until a program registers more
     if (key.name.ends_with(".implementation")) continue;  // two ways to simulate the same hardware
     keys.insert(key.name);

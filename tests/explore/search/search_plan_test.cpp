@@ -75,9 +75,9 @@ confirm = "sampled"
 margin = 0.02
 path = false
 [search.screening]
-fast.stride = 16
+sample.stride = 16
 )");
-  EXPECT_EQ(plan.common.mode, "fast");
+  EXPECT_EQ(plan.common.mode, "sampled");
   ASSERT_EQ(plan.common.scenes.size(), 2U);
   EXPECT_FALSE(plan.common.scenes[0].evaluation);
   EXPECT_TRUE(plan.common.scenes[1].evaluation);
@@ -98,7 +98,7 @@ fast.stride = 16
   EXPECT_TRUE(plan.constraints[2].relative);
   EXPECT_EQ(plan.constraints[2].bound, 1.0);
   EXPECT_EQ(plan.reference, (Coordinates{{"design", "sw"}, {"tracer.k", 8}}));  // in the order of the parameters
-  EXPECT_EQ(plan.screening, (Coordinates{{"fast.stride", 16}}));
+  EXPECT_EQ(plan.screening, (Coordinates{{"sample.stride", 16}}));
   EXPECT_EQ(plan.confirm, "sampled");
   EXPECT_EQ(plan.seed, 5U);
   EXPECT_EQ(plan.population, 12U);
@@ -166,7 +166,7 @@ TEST_F(SearchPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {scene + parameter + "[reference]\nl2.bytes = 4096\n", "line 7",
        "reference: 'l2.bytes' is no [[parameter]], the nearest is 'l1.bytes'"},
       {scene + parameter + "[reference]\nl1.bytes = 1\n", "line 7", "l1.bytes: must be 32 to"},
-      {whole + "[search.screening]\nfast.stirde = 4\n", "line 12", "unknown key 'fast.stirde', the nearest is"},
+      {whole + "[search.screening]\nsample.stirde = 4\n", "line 12", "unknown key 'sample.stirde', the nearest is"},
       {scene + parameter + "[reference]\n[search]\npopulation = 10\n", "line 8",
        "search.population: must be a multiple"},
       {scene + parameter + "[reference]\n[search]\npopulation = 4\n", "line 8",

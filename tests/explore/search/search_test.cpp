@@ -114,11 +114,11 @@ TEST_F(SearchProgram, WhatIsTooDearIsNotSimulated) {
   std::size_t simulated = 0;
   for (const std::string& area : rows("a.sqlite",
                                       "SELECT printf('%.17g', value) FROM point JOIN value ON point_id = id AND name = "
-                                      "'cost.rt_unit_mm2' WHERE mode = 'fast'")) {
+                                      "'cost.rt_unit_mm2' WHERE mode = 'sampled'")) {
     simulated += std::stod(area) <= bound ? 1 : 0;
   }
   EXPECT_EQ(simulated, found.at("counts").at("screened"));
-  EXPECT_EQ(simulated + 1, rows("a.sqlite", "SELECT id FROM point WHERE mode = 'fast'").size());  // and the reference
+  EXPECT_EQ(simulated + 1, rows("a.sqlite", "SELECT id FROM point WHERE mode = 'sampled'").size());  // and the reference
   for (const json& at : found.at("front")) {
     EXPECT_LE(found.at("candidates").at(at.get<std::size_t>()).at("confirming").at("ratios").at(1).get<double>(), 0.98);
   }
@@ -137,7 +137,7 @@ TEST_F(SearchProgram, AConstraintOnAStatisticRefusesWhatWasSimulated) {
 TEST_F(SearchProgram, BrokenCombinationsAreCountedByReason) {
   write_search("candidates = 32",
                "[[parameter]]\nkey = 'l1.bytes'\nvalues = [64, 4096]\n"
-               "[[parameter]]\nkey = 'gpu.rt_units'\nvalues = [1, 2]\n");
+               "[[parameter]]\nkey = 'gpu.rt_units'\nvalues = [1, 16]\n");
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const json found = result("a.sqlite");
   EXPECT_EQ(found.at("counts").at("broken"), 24);
@@ -145,7 +145,8 @@ TEST_F(SearchProgram, BrokenCombinationsAreCountedByReason) {
   EXPECT_EQ(found.at("invalid"), json::parse(R"([
     {"outcome": "broken", "reason": "configuration: l1.bytes: must hold at least l1.ways lines of l1.line_bytes",
      "candidates": 16},
-    {"outcome": "broken", "reason": "gpu.rt_units: must be 1 with --mode fast", "candidates": 8}])"));
+    {"outcome": "broken", "reason": "configuration: gpu.rt_units: must not be more than gpu.resident_warps, or than the warps whose registers an SM holds",
+     "candidates": 8}])"));
 }
 
 TEST_F(SearchProgram, WhatAMachineRefusesOnceThereIsATraceIsBrokenToo) {

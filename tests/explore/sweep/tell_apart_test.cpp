@@ -67,10 +67,10 @@ TEST(TellApart, WhatAllShareAndWhatTheOtherNamesSayIsNone) {
   elsewhere.scene = "hall";
   StoredPoint modern = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":8})");
   modern.machine = "modern";
-  StoredPoint fast = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":2})");
-  fast.mode = "fast";
+  StoredPoint sampled = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":2})");
+  sampled.mode = "sampled";
   EXPECT_EQ(told_apart({point(R"({"files":"a","tracer":{"accel":"tlas-tri20"}})", R"({"l1.ways":4})"), baseline,
-                        elsewhere, modern, fast}),
+                        elsewhere, modern, sampled}),
             Texts(5, "{}"));
 }
 

@@ -50,7 +50,7 @@ TEST(ResidentWarps, RefuseAProgramThatDoesNotFit) {
 // Fewer warps by their registers are fewer warps: the run is that of so many slots.
 TEST(ResidentWarps, ARunIsThatOfSoManySlots) {
   const test::ObservedRun run;
-  for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::fast}) {
+  for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::sampled}) {
     const auto slots = run.run({}, {"gpu.resident_warps=3"}, mode);
     const auto registers = run.run({}, {"simt.registers=16384", "simt.registers_per_thread=120"}, mode);  // 4.27
     const auto payload = run.run(

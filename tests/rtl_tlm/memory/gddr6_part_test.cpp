@@ -1,5 +1,5 @@
 // configs/dram/gddr6.toml against what its clocks allow: streaming, one bank group, activation limits, the share of
-// refresh; in the cycle model's channel and in fast mode's.
+// refresh.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "grtx/modules/dram/decide/dram_channel.h"
-#include "grtx/rtl_tlm/estimate/fast/fast_dram.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "modules/memory_mocks.h"
 #include "paths.h"
@@ -49,17 +48,6 @@ double clocks_of_a_read(const modules::DramChannelConfig& config, const Addresse
   return static_cast<double>(last) / kRequests;
 }
 
-double fast_clocks_of_a_read(const modules::DramChannelConfig& config, const Addresses& address) {
-  FastDramChannel channel(config);
-  Cycle clock = 1, last = 0;
-  for (unsigned i = 0; i < kRequests; ++i) {
-    clock = channel.room(clock);
-    channel.advance(clock);
-    last = std::max(last, channel.request(clock, address(i), 1, 32, false));
-  }
-  return static_cast<double>(last) / kRequests;
-}
-
 struct Limit {
   const char* name;
   std::vector<std::string> settings;
@@ -91,11 +79,6 @@ class Gddr6 : public ::testing::TestWithParam<Limit> {
 TEST_P(Gddr6, ReachesItsLimit) {
   const modules::DramChannelConfig config = gddr6(GetParam().settings).dram.channel;
   expect_limit(clocks_of_a_read(config, GetParam().addresses));
-}
-
-TEST_P(Gddr6, ReachesItsLimitInFastMode) {
-  const modules::DramChannelConfig config = gddr6(GetParam().settings).dram.channel;
-  expect_limit(fast_clocks_of_a_read(config, GetParam().addresses));
 }
 
 const char* kNoRefresh = "dram.timing.refi=0";

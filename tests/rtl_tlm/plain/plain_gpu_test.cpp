@@ -71,12 +71,12 @@ std::string differences(const std::string& path, const GpuConfig& config) {
 class PlainGpu : public ::testing::TestWithParam<unsigned> {};
 
 // Each instance takes its share of the random traces: seeds i, i + 8, i + 16, …
-constexpr unsigned kShares = 8;
+constexpr unsigned kPlainShares = 8;
 
 TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
   const char* const wanted = std::getenv("GRTX_PLAIN_TRACES");
   const unsigned traces = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 80;
-  for (unsigned seed = GetParam(); seed < traces; seed += kShares) {
+  for (unsigned seed = GetParam(); seed < traces; seed += kPlainShares) {
     test::Random random(seed);
     const RandomOptions options = test::random_options(random, seed);
     GpuConfig config = test::random_machine(random);
@@ -92,7 +92,7 @@ TEST_P(PlainGpu, AgreesOnRandomTracesAndMachines) {
     EXPECT_EQ(differences(file.path(), config), "") << describe(options) << "\n" << config_json(config).dump();
   }
 }
-INSTANTIATE_TEST_SUITE_P(Shares, PlainGpu, ::testing::Range(0U, kShares));
+INSTANTIATE_TEST_SUITE_P(Shares, PlainGpu, ::testing::Range(0U, kPlainShares));
 
 TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
   const std::string path = grtx::test::real_scene_path("playbot_L4");

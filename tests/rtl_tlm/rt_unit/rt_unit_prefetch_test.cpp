@@ -12,13 +12,13 @@ using ::testing::ElementsAre;
 
 class RtUnitPrefetchTest : public modules::SystemCTest {};
 
-constexpr std::uint64_t kUnit = traces::kNodeUnit;
+constexpr std::uint64_t kNodeBytes = traces::kNodeUnit;
 
 std::vector<std::uint64_t> prefetched(const RtBench& bench) {
   std::vector<std::uint64_t> nodes;
   for (const auto& r : bench.requests[2]) {
     EXPECT_TRUE(r.request.prefetch);
-    if (r.request.address % kUnit == 0) nodes.push_back(r.request.address / kUnit);
+    if (r.request.address % kNodeBytes == 0) nodes.push_back(r.request.address / kNodeBytes);
   }
   EXPECT_EQ(bench.requests[2].size(), 2 * nodes.size());
   return nodes;

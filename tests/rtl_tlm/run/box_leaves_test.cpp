@@ -58,17 +58,16 @@ TEST(BoxLeaves, EveryInstructionOfTheShaderIsACycleOfTheRay) {
   EXPECT_EQ(cycles("any_hit_fixed", 12 + 100), usual + 100);
 }
 
-TEST(BoxLeaves, FastModeDoesTheSameWorkInAboutTheTime) {
+// The view is too small for its time to be sampled.
+TEST(BoxLeaves, SampledModeDoesTheSameWork) {
   for (const bool two_level : {false, true}) {
     const test::ObservedRun run(true, two_level, 0, true, true);
     const auto cycle = run.run({});
-    const auto quick = run.run({}, {}, SimulationMode::fast);
+    const auto sampled = run.run({}, {}, SimulationMode::sampled);
     for (const char* same :
          {"gpu.rt.visits_leaf", "gpu.rt.any_hit_calls", "gpu.rt.intersection_calls", "gpu.simt.warps"}) {
-      EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
+      EXPECT_EQ(statistic(sampled, same), statistic(cycle, same)) << same;
     }
-    const auto expected = static_cast<double>(statistic(cycle, "gpu.cycles"));
-    EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.cycles")), expected, 0.1 * expected);
   }
 }
 

@@ -23,9 +23,9 @@ class ListTracing : public ::testing::Test {
   }
   static nlohmann::ordered_json run(frontend::Tracing tracing, unsigned capacity,
                                     const std::vector<std::string>& settings = {},
-                                    SimulationMode mode = SimulationMode::cycle, unsigned width = 32) {
+                                    SimulationMode mode = SimulationMode::cycle) {
     const traces::testing::TemporaryFile file("list");
-    write(file.path(), tracing, capacity, width);
+    write(file.path(), tracing, capacity);
     return test::small_statistics(file.path(), settings, mode);
   }
 };
@@ -50,18 +50,14 @@ TEST_F(ListTracing, ShorterBatchesAreMoreScans) {
   EXPECT_EQ(statistic(many, "gpu.simt.blended"), statistic(few, "gpu.simt.blended"));
 }
 
-TEST_F(ListTracing, FastModeDoesTheSameWorkInAboutTheTime) {
+// A warp has two or three phases here, of which one in eight takes time: times are not compared.
+TEST_F(ListTracing, SampledModeDoesTheSameWork) {
   for (const unsigned capacity : {12U, 1024U}) {
-    // Sixty-four warps: the run of a few ends with one of them, and scatters.
-    const auto cycle = run(frontend::Tracing::list, capacity, {}, SimulationMode::cycle, 128);
-    const auto quick = run(frontend::Tracing::list, capacity, {}, SimulationMode::fast, 128);
-    for (const char* same : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.simt.phases.sort",
-                             "gpu.simt.phases.blend", "gpu.simt.instructions.sort", "gpu.simt.blended"}) {
-      EXPECT_EQ(statistic(quick, same), statistic(cycle, same)) << same;
+    const auto cycle = run(frontend::Tracing::list, capacity);
+    const auto sampled = run(frontend::Tracing::list, capacity, {}, SimulationMode::sampled);
+    for (const char* same : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.simt.processed", "gpu.simt.blended"}) {
+      EXPECT_EQ(statistic(sampled, same), statistic(cycle, same)) << same;
     }
-    if (capacity == 12) continue;  // of lists that overflow at every turn its error is larger: 13 %
-    const auto expected = static_cast<double>(statistic(cycle, "gpu.cycles"));
-    EXPECT_NEAR(static_cast<double>(statistic(quick, "gpu.cycles")), expected, 0.1 * expected) << capacity;
   }
 }
 

@@ -38,7 +38,7 @@ class MachineEdges : public ::testing::Test {
     }
   }
   void runs(const std::vector<std::string>& settings) const {
-    for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::fast}) {
+    for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::sampled}) {
       EXPECT_EQ(run(settings, mode), "cycles") << name_of(mode) << ' ' << ::testing::PrintToString(settings);
     }
   }
@@ -57,7 +57,7 @@ TEST_F(MachineEdges, TheLastTestOfASlowUnitBreaksTheLowerBound) {
   runs({"rt.box.interval=3000", "rt.box.per_child=true"});
 }
 
-TEST_F(MachineEdges, BurstsAfterTheEndBreakTheLowerBoundOfFastMode) {
+TEST_F(MachineEdges, BurstsAfterTheEndBreakTheLowerBound) {
   runs({"dram.timing.ccd=10000"});
   runs({"dram.timing.ccd=10000", "l2.slices=1", "l2.bytes=8192", "l1.bytes=32768"});
 }
@@ -73,7 +73,7 @@ TEST_F(MachineEdges, BurstsOfAByteFillTheQueueOfTheDramBeforeASector) {
 
 TEST_F(MachineEdges, TablesThatMultiplyTakeGigabytes) {
   EXPECT_THAT(run({"l2.bytes=1000000000000"}, SimulationMode::cycle), HasSubstr("must be 32 to 1073741824"));
-  EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}, SimulationMode::fast),
+  EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}, SimulationMode::sampled),
               HasSubstr("l2.bytes: would take 4.3 GB"));
   EXPECT_THAT(run({"gpu.sms=256", "l1.mshr_entries=4096", "l1.mshr_merges=1024"}, SimulationMode::cycle),
               HasSubstr("l1.mshr_entries: would take"));

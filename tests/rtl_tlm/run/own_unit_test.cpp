@@ -57,11 +57,6 @@ TEST_F(OwnUnit, ItsSignalsAreInTheWaveform) {
   EXPECT_NE(text.find("rested"), std::string::npos);
 }
 
-TEST_F(OwnUnit, FastModeRefusesIt) {
-  const std::string text = own_unit("sim '" + run_.path("t.grtx") + "' --mode fast", 2);
-  EXPECT_NE(text.find("has the project's units only"), std::string::npos) << text;
-}
-
 TEST_F(OwnUnit, TakesEightyLines) {
   std::ifstream file(grtx::paths::source_dir() + "/examples/own_unit.cpp");
   const auto lines = std::count(std::istreambuf_iterator<char>(file), {}, '\n');

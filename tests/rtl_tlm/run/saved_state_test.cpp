@@ -14,11 +14,11 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "paths.h"
 #include "rtl_tlm/first_difference.h"
 #include "rtl_tlm/plain/random_machine.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "rtl_tlm/traced_view.h"
 #include "traces/random_group.h"
@@ -38,7 +38,7 @@ std::string run(const std::string& trace, const GpuConfig& config, SimulationMod
     SimulationOptions options;
     with(options);
     try {
-      const SimulationResult result = simulate(trace, config, options, mode);
+      const SimulationResult result = simulate(trace, test::in_mode(config, mode), options);
       if (!result.violations.empty()) return result.violations.front();
       return nlohmann::json(result.inputs).dump(1) + statistics_object(result.statistics).dump(1);
     } catch (const Error& error) {
@@ -77,12 +77,12 @@ void expect_the_same(const std::string& first, const std::string& second, const 
 }
 
 class SavedStates : public ::testing::TestWithParam<unsigned> {};
-constexpr unsigned kShares = 4;
+constexpr unsigned kStateShares = 4;
 
 TEST_P(SavedStates, GiveTheStatisticsOfOnePieceOnRandomMachines) {
   const char* const wanted = std::getenv("GRTX_STATE_MACHINES");
   const unsigned machines = wanted != nullptr ? static_cast<unsigned>(std::stoul(wanted)) : 16;
-  for (unsigned seed = GetParam(); seed < machines; seed += kShares) {
+  for (unsigned seed = GetParam(); seed < machines; seed += kStateShares) {
     const test::RandomPair traces(seed, 9000);
     GpuConfig config = traces.config;
     if (seed % 4 == 3) config.l1.geometry.ways = 32;  // sets of another kind
@@ -90,13 +90,12 @@ TEST_P(SavedStates, GiveTheStatisticsOfOnePieceOnRandomMachines) {
     const std::string what = std::to_string(seed) + config_json(config).dump();
     expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::cycle, "cycle " + what,
                     1 + seed % 2);
-    config.rt_units = 1;  // what fast mode has
     config.rt.memory.by_shader = false;
     config.dram.channel.scheduling = GpuConfig().dram.channel.scheduling;
-    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::fast, "fast " + what);
+    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::sampled, "sampled " + what);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Shares, SavedStates, ::testing::Range(0U, kShares));
+INSTANTIATE_TEST_SUITE_P(Shares, SavedStates, ::testing::Range(0U, kStateShares));
 
 struct Tiny {
   Tiny() { test::write_tiny_trace(trace.path(), {12, 32}); }
@@ -124,7 +123,7 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
   GpuConfig other;
   other.sms = 2;
   EXPECT_TRUE(tiny.begin(other).starts_with(path + ": machine: is another")) << tiny.begin(other);
-  EXPECT_TRUE(tiny.begin({}, SimulationMode::fast).starts_with(path + ": mode: is cycle, this run's is fast"));
+  EXPECT_TRUE(tiny.begin({}, SimulationMode::sampled).starts_with(path + ": mode: is cycle, this run's is sampled"));
   const TemporaryFile trace("tiny");
   test::write_random(trace.path(), {}, false);
   const std::string line = run(trace.path(), {}, SimulationMode::cycle, [&](auto& o) { o.warm_state = path; });
@@ -181,7 +180,7 @@ TEST(SavedState, GivesTheStatisticsOfOnePieceInAllDesigns) {
       test::write_view(second.path(), scene, grtx::test::front_camera(16, 8, 1.7), 16, 8, kind, checkpoint);
       const std::string what = std::string(frontend::accel_name(kind)) + (checkpoint ? " with checkpoints" : "");
       expect_the_same(first.path(), second.path(), config, SimulationMode::cycle, what);
-      expect_the_same(first.path(), second.path(), config, SimulationMode::fast, what);
+      expect_the_same(first.path(), second.path(), config, SimulationMode::sampled, what);
     }
   }
 }

@@ -57,12 +57,11 @@ TEST(StatisticsReference, ListsWhatRunsReport) {
   const auto trace = traces::testing::random_trace(random);
   const traces::testing::TemporaryFile file("reference");
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
-  for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::fast}) {
+  for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::sampled}) {
     ChildProcess child("simulation", [&] {
       SimulationOptions options;
       options.quiet = true;
-      const char* const units = mode == SimulationMode::cycle ? "gpu.rt_units=2" : "gpu.rt_units=1";
-      const GpuConfig config = load_config("", {"gpu.sms=2", units});
+      const GpuConfig config = load_config("", {"gpu.sms=2", "gpu.rt_units=2"});
       return test::simulate_priced(file.path(), config, options, mode).document.at("stats").dump();
     });
     const nlohmann::json stats = nlohmann::json::parse(child.result());

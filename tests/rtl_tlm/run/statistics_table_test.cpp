@@ -13,7 +13,7 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kText =
-    "statistic\tcycle\tfast\n"
+    "statistic\tcycle\tsampled\n"
     "config.name\t\"a\\tb\"\ttrue\n"
     "gpu.cycles\t18446744073709551615\t7\n"
     "gpu.rate\t0.1480700976042591\t\n"
@@ -21,12 +21,12 @@ constexpr const char* kText =
 
 StatisticsTable written() {
   StatisticsTable table;
-  table.put("fast", {{"gpu.share", 75.27182234600001}, {"gpu.cycles", 1}});
+  table.put("sampled", {{"gpu.share", 75.27182234600001}, {"gpu.cycles", 1}});
   table.put("cycle", {{"gpu.share", nullptr},
                       {"gpu.cycles", 18446744073709551615U},
                       {"config.name", "a\tb"},
                       {"gpu.rate", 0.1480700976042591}});
-  table.put("fast", {{"gpu.share", 75.27182234600001}, {"gpu.cycles", 7}, {"config.name", true}});
+  table.put("sampled", {{"gpu.share", 75.27182234600001}, {"gpu.cycles", 7}, {"config.name", true}});
   return table;
 }
 
@@ -37,9 +37,9 @@ TEST(StatisticsTable, ReadsWhatItWrote) {
   write_file(file.path(), kText);
   const StatisticsTable table(file.path());
   EXPECT_EQ(table.text(), kText);
-  EXPECT_TRUE(table.has("fast"));
-  EXPECT_FALSE(table.has("sampled"));
-  EXPECT_EQ(table.of("fast"),
+  EXPECT_TRUE(table.has("sampled"));
+  EXPECT_FALSE(table.has("windows"));
+  EXPECT_EQ(table.of("sampled"),
             ordered_json({{"config.name", true}, {"gpu.cycles", 7}, {"gpu.share", 75.27182234600001}}));
   EXPECT_EQ(table.of("cycle").at("config.name"), "a\tb");
   EXPECT_TRUE(table.of("cycle").at("gpu.share").is_null());

@@ -1,15 +1,15 @@
 // What a trace claims, damaged where its hashes still fit: refused by the reader or by the check, or simulated to its
-// end in cycle and in fast mode (or refused there with an Error).
+// end in cycle and in sampled mode (or refused there with an Error).
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/estimate/simulation_mode.h"
 #include "grtx/traces/check.h"
 #include "mutations.h"
 #include "paths.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
@@ -94,7 +94,7 @@ std::string simulated(const std::string& path, SimulationMode mode) {
     SimulationOptions options;
     options.watchdog_cycles = 200'000;
     const SimulationResult result =
-        simulate(path, load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), options, mode);
+        simulate(path, test::in_mode(load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), mode), options);
     return result.violations.empty() ? std::string() : result.violations.front();
   });
   try {
@@ -132,7 +132,7 @@ TEST(TraceFuzz, WhatPassesTheCheckIsSimulatedToItsEndOrRefused) {
       continue;
     }
     ++passed;
-    for (const SimulationMode mode : {SimulationMode::fast, SimulationMode::cycle}) {
+    for (const SimulationMode mode : {SimulationMode::sampled, SimulationMode::cycle}) {
       const std::string failure = simulated(file.path(), mode);
       EXPECT_EQ(failure, "") << name_of(mode) << ", mutation " << i << " of seed " << testing_fuzz::seed();
       if (failure.empty()) continue;

@@ -1,0 +1,78 @@
+#include "grtx/rtl_tlm/estimate/sampled_result.h"
+
+#include <cmath>
+#include <utility>
+
+#include "grtx/base/child_process.h"
+#include "grtx/base/json.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::sim {
+
+using nlohmann::ordered_json;
+
+void describe_interval(const SampledResult& r, modules::StatisticList& list) {
+  const auto add = [&list](const char* name, double value, const char* unit, const char* description) {
+    list.add(std::string("gpu.sampled.") + name, value, unit, description);
+  };
+  const bool whole = r.estimate.whole;
+  add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
+  add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");
+  add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
+  add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
+  add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
+  add("bias", whole ? 0.0 : r.estimate.bias.cycles, "ratio",
+      "of it, what is left over however much is sampled; a measured constant");
+  add("degrees_of_freedom", whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
+}
+
+void make_whole(SampledResult& r) {
+  r.estimate = {};
+  r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
+  r.estimate.whole = true;
+  r.cycles = cycles_interval(r.estimate);
+  r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // without rounding
+}
+
+void add_to_document(const modules::StatisticList& statistics, SampledResult& r) {
+  const ordered_json sampled = statistics_object(statistics);
+  ordered_json& stats = r.result.document.at("stats");
+  ordered_json all = ordered_json::object();
+  bool added = false;
+  for (const auto& [name, entry] : stats.items()) {
+    if (name.starts_with("host.") && !std::exchange(added, true)) all.update(sampled);
+    all[name] = entry;
+  }
+  if (!added) all.update(sampled);
+  stats = std::move(all);
+  for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
+  r.result.document["sampled"] = to_json(r.estimate);
+}
+
+SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfig& config,
+                                   const SimulationOptions& options) {
+  ChildProcess child("simulation", [&] {
+    const SimulationResult result = simulate(trace_path, config, options);
+    ordered_json json;
+    json["document"] = result.document;
+    json["violations"] = result.violations;
+    json["binding_bound"] = result.binding_bound;
+    json["timed_misses"] = ordered_json::array();
+    for (const TimedMisses& misses : result.timed_misses) json["timed_misses"].push_back({misses.all, misses.timed});
+    return json_text(json);
+  });
+  const ordered_json json = parse_json(child.result(), "simulation");
+  SimulationResult result;
+  result.document = json.at("document");
+  result.violations = json.at("violations").get<std::vector<std::string>>();
+  result.notes = notes_from(result.document.at("notes"), trace_path);
+  result.inputs = result.document.at("inputs").get<std::map<std::string, std::string>>();
+  result.binding_bound = json.at("binding_bound").get<std::string>();
+  result.cycles = result.document.at("stats").at("gpu.cycles").at("value").get<Cycle>();
+  for (const ordered_json& misses : json.at("timed_misses")) {
+    result.timed_misses.push_back({misses.at(0).get<std::uint64_t>(), misses.at(1).get<std::uint64_t>()});
+  }
+  return result;
+}
+
+}  // namespace grtx::sim

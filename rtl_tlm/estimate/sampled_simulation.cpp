@@ -1,0 +1,95 @@
+#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+namespace {
+
+/// The result of a run that all of its statistics are known of.
+SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes& notes) {
+  SampledResult r;
+  r.result = std::move(run);
+  if (stride == 1) {
+    make_whole(r);
+  } else {
+    r.estimate = estimate_from_stride(r.result.cycles, stride, r.result.timed_misses);
+    r.cycles = cycles_interval(r.estimate);
+  }
+  r.result.inputs["mode"] = name_of(SimulationMode::sampled);
+  for (const ResultNote& note : notes) {
+    r.result.notes.push_back(note);
+    r.result.document.at("notes").push_back({{"id", note.id}, {"text", note.text}});
+  }
+  modules::StatisticList list;
+  list.add("gpu.sampled.stride", std::uint64_t{stride}, "events", "of each lane's events one in so many took time");
+  describe_interval(r, list);
+  for (const modules::Statistic& s : list.items()) r.result.statistics.add(s);
+  add_to_document(list, r);
+  return r;
+}
+
+}  // namespace
+
+ModelBias stride_bias(unsigned stride) {
+  // Grows with the root of the stride, from what was measured at 8.
+  constexpr double kMeasuredAt = 8.0;
+  constexpr ModelBias kMeasured{0.015, 0.015};
+  const double growth = std::sqrt(stride / kMeasuredAt);
+  return {kMeasured.cycles * growth, kMeasured.ratio * growth};
+}
+
+SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<TimedMisses>& misses) {
+  SampledEstimate estimate;
+  estimate.log_cycles = std::log(static_cast<double>(cycles));
+  estimate.bias = stride_bias(stride);
+  double all = 0.0;
+  for (const TimedMisses& sm : misses) all += static_cast<double>(sm.all);
+  for (std::size_t i = 0; i < misses.size(); ++i) {
+    if (misses[i].all == 0) continue;
+    const double off = static_cast<double>(misses[i].timed) * stride - static_cast<double>(misses[i].all);
+    estimate.evidence.push_back({i, off / static_cast<double>(misses[i].all), off / all});
+  }
+  estimate.degrees_of_freedom = std::max<double>(1.0, static_cast<double>(estimate.evidence.size()));
+  return estimate;
+}
+
+SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config,
+                               const SimulationOptions& options, double target_error) {
+  if (!(target_error >= 0.0 && target_error < 1.0)) {
+    throw Error("sampled mode", "--target-error", "must be above 0 and below 100%");
+  }
+  if (const Unmodelled lack = unmodelled(config, SimulationMode::sampled)) {
+    throw Error("configuration", lack.key, lack.rule);
+  }
+  check_config(config, "configuration");
+  GpuConfig own = config;
+  unsigned stride = config.sample.stride;
+  ResultNotes notes;
+  const std::uint64_t visits = traces::Reader(trace_path).totals().visits();
+  if (visits < kFewestSampledVisits && stride > 1) {
+    stride = 1;
+    notes.push_back({"small-view", fmt::format("cycle mode: {} node visits are too few to sample", visits)});
+  }
+  const auto run = [&](auto&& simulation) {
+    own.sampling = {stride, stride == 1 ? 0 : std::min(config.sample.offset, stride - 1)};
+    return finished(simulation(trace_path, own, options), stride, notes);
+  };
+  if (target_error == 0.0 || stride == 1) return run(simulate);
+  for (;; stride /= 2) {
+    // What no sample gets below.
+    SampledEstimate least;
+    least.bias = stride_bias(stride);
+    if (stride > 1 && cycles_interval(least).half_width > target_error) continue;
+    SampledResult r = run(simulate_in_child);
+    if (r.cycles.half_width <= target_error) return r;
+  }
+}
+
+}  // namespace grtx::sim

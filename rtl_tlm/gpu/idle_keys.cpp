@@ -1,0 +1,57 @@
+#include "grtx/rtl_tlm/gpu/idle_keys.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+namespace grtx::sim {
+
+std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
+  const std::vector<std::string> with_file = memory_systems_with_file();
+  const bool by_file = std::find(with_file.begin(), with_file.end(), config.dram_model) != with_file.end();
+  const std::string& scheduling = config.dram.channel.scheduling;
+  const nlohmann::ordered_json values = config_json(config), defaults = config_json(GpuConfig{});
+  GpuConfig copy = config;
+  std::vector<IdleKey> idle;
+  for (const modules::Parameter& parameter : config_keys(copy)) {
+    const std::string& key = parameter.name;
+    if (values.at(key) == defaults.at(key)) continue;
+    if (key.starts_with("sample.") && mode != SimulationMode::sampled) {
+      idle.push_back({key, "--mode " + std::string(name_of(mode))});
+    }
+    if (key == "l1.write_back_buffer" && config.l1.private_writes.policy == modules::WritePolicy::write_through) {
+      idle.push_back({key, "l1.private_writes = write_through"});
+    }
+    if (!key.starts_with("dram.")) continue;
+    const bool of_simulators = key.starts_with("dram.simulator.");
+    const bool of_all =
+        key == "dram.model" || key == "dram.mhz" || key == "dram.fixed_latency" || key == "dram.channels";
+    if (by_file ? !of_simulators && !of_all : of_simulators && config.dram_model == kBuiltInMemory) {
+      idle.push_back({key, "dram.model = " + config.dram_model});
+    } else if ((key == "dram.hit_cap" && (scheduling == modules::kFrFcfs || scheduling == "fcfs")) ||
+               (key == "dram.age_cap" && scheduling == "fcfs")) {
+      idle.push_back({key, "dram.scheduling = " + scheduling});
+    } else if (key == "dram.channels" && by_file && !config.dram_simulator.per_slice) {
+      idle.push_back({key, "dram.simulator.per_slice = false"});
+    } else if (key == "dram.group_bytes" && config.dram.channel.bank_groups == 1) {
+      idle.push_back({key, "dram.bank_groups = 1"});
+    } else if (key == "dram.timing.rfc" && config.dram.channel.timing.refi == 0) {
+      idle.push_back({key, "dram.timing.refi = 0"});
+    }
+  }
+  return idle;
+}
+
+void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode) {
+  std::map<std::string, std::vector<std::string>> idle;  // by reason
+  for (const IdleKey& each : idle_keys(config, mode)) idle[each.because].push_back(each.key);
+  for (const auto& [because, names] : idle) {
+    fmt::print(stderr, "grtx: configuration: {} {} no effect with {}\n", fmt::join(names, ", "),
+               names.size() == 1 ? "has" : "have", because);
+  }
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,25 @@
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
+
+#include <fmt/format.h>
+
+#include "grtx/base/json.h"
+
+namespace grtx::sim {
+
+std::string gone_mode(const std::string& name) {
+  if (name != "fast") return "";
+  return "mode 'fast' is gone: 'sampled' takes its place, the machine of cycle mode with one event in sample.stride "
+         "taking time";
+}
+
+Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
+  if (mode == SimulationMode::cycle) return {};
+  const nlohmann::ordered_json keys = config_json(config);
+  for (const char* key : {"rt.checkpoint.implementation", "rt.box.implementation", "rt.transform.implementation"}) {
+    if (keys.at(key) == "tlm") continue;
+    return {key, fmt::format("must be tlm with --mode {}: RTL is compared on whole traces", name_of(mode))};
+  }
+  return {};
+}
+
+}  // namespace grtx::sim
