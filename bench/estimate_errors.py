@@ -1,23 +1,21 @@
 #!/usr/bin/env python3
-"""The page of estimate errors: what fast and sampled mode say against cycle mode, over every case of sweep databases.
+"""The page of estimate errors: what sampled and windows mode say against cycle mode, over every case of sweep databases.
 
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle
-    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode fast
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
     python3 bench/estimate_errors.py paper=paper.sqlite ada-share=ada-share.sqlite [--csv F.csv] [--cases] [--used "playbot 0,logo 0"]
     python3 bench/estimate_errors.py paper=F.csv ada-share=ada-share.sqlite
-    python3 bench/estimate_errors.py --sampled paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
+    python3 bench/estimate_errors.py --windows paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
 
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
 then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
-worst case by name, and how often the interval of sampled mode held cycle mode's value. Coordinates that only an
-estimate has (a seed, a stride) make several cases of one point. --cases prints every case, with how many times as fast the
+worst case by name, and how often an interval held cycle mode's value. A point that a mode simulates as a whole has none.
+Coordinates that only an estimate has (sample.stride, sample.offset) make several cases of one point. --cases prints every case, with how many times as fast the
 estimate was by wall time; --csv writes them, and the cases of a machine can be read from such a file. --used names scenes
 with their views that took part in making the estimates: rows are then of these, of the others (held out) and of all.
---sampled reads statistics of `grtx sim` in place of databases: FOLDER/SCENE.DESIGN.whole.json of a whole trace and
-FOLDER/SCENE.DESIGN.SEED.json of sampled mode by the same engine (bench/windows.sh makes them). So the errors are those of
-the windows alone, and the intervals, of cycles and of speed-ups, are counted with the constants that the program gave
-them or with --constants: 0.012,0.02 are those of cycle mode's windows.
+--windows reads statistics of `grtx sim` in place of databases: FOLDER/SCENE.DESIGN.whole.json of cycle mode and
+FOLDER/SCENE.DESIGN.SEED.json of windows mode (bench/windows.sh makes them). The intervals, of cycles and of speed-ups,
+are counted with the constants that the program gave them or with --constants: 0.012,0.02 are those of the program.
 Exit code 1 when a limit of --max-mean, --max-worst or --max-speedup (percent) is exceeded or there is no case.
 """
 import argparse
@@ -31,9 +29,9 @@ from collections import defaultdict
 
 from sweep_database import open_plan
 
-ESTIMATE_KEYS = {"fast.stride", "fast.seed", "fast.spread"}  # they do not reach cycle mode
+ESTIMATE_KEYS = {"sample.stride", "sample.offset"}  # they do not reach cycle mode
 PARTS = ("held out", "used", "all")  # of the cases, as --used tells them apart
-NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high", "gpu.sampled.share")
+NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high")
 
 
 def read(machine, path):
@@ -70,8 +68,10 @@ def cases_of(rows):
                 "cycles": exact, "estimate": values["gpu.cycles"], "error": 100 * (values["gpu.cycles"] / exact - 1)}
         if seconds:
             case["times as fast"] = cycle_seconds / seconds
-        if "gpu.sampled.cycles_low" in values and values.get("gpu.sampled.share", 1) < 1:
-            case["held"] = values["gpu.sampled.cycles_low"] <= exact <= values["gpu.sampled.cycles_high"]
+        low, high = (values.get(f"gpu.sampled.cycles_{end}", exact) for end in ("low", "high"))
+        if low < high:
+            case["held"] = low <= exact <= high
+            case["half"] = 100 * (max(case["estimate"] / low, high / case["estimate"]) - 1)
         cases.append(case)
     speed_ups(cases)
     return cases
@@ -100,7 +100,7 @@ def speed_ups(cases):
             case["speed-up error"] = 100 * ((base["estimate"] / case["estimate"]) / (base["cycles"] / case["cycles"]) - 1)
 
 
-BIAS_DEGREES = 4.0  # kBiasDegrees of rtl_tlm/estimate/sampled/estimate.h; the rest here is estimate.cpp's, too
+BIAS_DEGREES = 4.0  # kBiasDegrees of rtl_tlm/estimate/estimate.h; the rest here is estimate.cpp's, too
 
 
 def student_quantile(p, degrees):
@@ -132,7 +132,7 @@ def influences_of(sampled):
     return {group: influence for group, _, influence in sampled["evidence"]}
 
 
-def sampled_cases(machine, folder, constants):
+def window_cases(machine, folder, constants):
     """The same of a folder of statistics: whole traces, and windows of them."""
     cases, found = [], {}
     for path in sorted(glob.glob(os.path.join(folder, "*.whole.json"))):
@@ -150,7 +150,7 @@ def sampled_cases(machine, folder, constants):
             found[scene, design, seed] = sampled
             off = sampled["log_cycles"] - math.log(exact)
             half = reach(influences_of(sampled).values(), sampled["degrees_of_freedom"], constants[0] if constants else sampled["bias"][0])
-            cases.append({"machine": machine, "mode": "sampled", "scene": scene, "view": 0, "at": f"seed = {seed}", "design": design,
+            cases.append({"machine": machine, "mode": "windows", "scene": scene, "view": 0, "at": f"seed = {seed}", "design": design,
                           "cycles": exact, "estimate": math.exp(sampled["log_cycles"]), "error": 100 * math.expm1(off),
                           "held": abs(off) <= half, "half": 100 * math.expm1(half)})
     speed_ups(cases)
@@ -195,7 +195,7 @@ def table(header, rows):
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("databases", nargs="*", metavar="MACHINE=DB.sqlite")
-    options.add_argument("--sampled", action="append", default=[], metavar="MACHINE=FOLDER")
+    options.add_argument("--windows", action="append", default=[], metavar="MACHINE=FOLDER")
     options.add_argument("--constants", type=lambda text: [float(number) for number in text.split(",")])
     options.add_argument("--csv")
     options.add_argument("--cases", action="store_true")
@@ -211,9 +211,9 @@ def main():
         else:
             rows += read(machine or path, path)
     cases += cases_of(rows)
-    for entry in arguments.sampled:
+    for entry in arguments.windows:
         machine, _, folder = entry.rpartition("=")
-        cases += sampled_cases(machine or folder, folder, arguments.constants)
+        cases += window_cases(machine or folder, folder, arguments.constants)
     if not cases:
         print("estimate_errors.py: no point is there in cycle mode and in another one", file=sys.stderr)
         return 1
@@ -232,13 +232,14 @@ def main():
         print(table(["mode", "machine", "cases", "mean size", "95 % within", "worst", "which"],
                     [[mode, machine if part == "all" else f"{machine}, {part}"] + distribution(group, key)
                      for (mode, machine, part), group in ordered]) + "\n")
-    for key, what in (("held", "cycles"), ("speed-up held", "speed-ups")):
-        held = [c[key] for c in cases if key in c]
-        halves = [c[key.replace("held", "half")] for c in cases if key.replace("held", "half") in c]
-        width = f"; half of an interval is {sum(halves) / len(halves):.1f} % in the mean" if halves else ""
-        if held:
-            print(f"Intervals of {what} in sampled mode that held the true value: {sum(held)} of {len(held)}"
-                  f" ({100 * sum(held) / len(held):.0f} %){width}.\n")
+    for mode in sorted({c["mode"] for c in cases}):
+        for key, what in (("held", "cycles"), ("speed-up held", "speed-ups")):
+            held = [c[key] for c in cases if c["mode"] == mode and key in c]
+            halves = [c[key.replace("held", "half")] for c in cases if c["mode"] == mode and key.replace("held", "half") in c]
+            width = f"; half of an interval is {sum(halves) / len(halves):.1f} % in the mean" if halves else ""
+            if held:
+                print(f"Intervals of {what} in {mode} mode that held the true value: {sum(held)} of {len(held)}"
+                      f" ({100 * sum(held) / len(held):.0f} %){width}.\n")
     if arguments.cases:
         print(table(["mode", "machine", "scene", "view", "at", "design", "cycles", "error", "of the speed-up", "times as fast"],
                     [[c["mode"], c["machine"], c["scene"], str(c["view"]), c["at"], c["design"], f"{c['cycles']:.0f}", f"{c['error']:+.1f} %",

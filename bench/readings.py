@@ -262,7 +262,7 @@ def main():
     parser.add_argument("databases", nargs="+")
     for what in (rounds, latency, trends, parts):
         parser.add_argument(f"--{what.__name__}", dest="what", action="store_const", const=what)
-    parser.add_argument("--mode", default="fast", help="of the points (default: %(default)s)")
+    parser.add_argument("--mode", default="sampled", help="of the points (default: %(default)s)")
     parser.add_argument("--csv", help="all ratios of all views")
     options = parser.parse_args()
     if options.what:

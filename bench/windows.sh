@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Sampled mode's windows against whole traces: statistics for bench/estimate_errors.py --sampled FOLDER.
+# Windows mode against whole traces: statistics for bench/estimate_errors.py --windows FOLDER.
 #   bench/windows.sh GRTX SCENES FOLDER
-# SCENES holds the public rooms (scripts/scenes.sh) and the unpacked objects. Six scenes, three designs, four seeds, all by the
-# engine of fast mode: 192 x 144 pixels on one SM of eight warps are windows enough. What is there already is not run again.
+# SCENES holds the public rooms (scripts/scenes.sh) and the unpacked objects. Six scenes, three designs, four seeds:
+# 192 x 144 pixels on one SM of eight warps are windows enough. What is there already is not run again.
 set -euo pipefail
 grtx=$1 scenes=$2 folder=$3
 mkdir -p "$folder"
@@ -14,9 +14,9 @@ while read -r scene file cameras view; do
     [ -s "$case.4.json" ] && continue
     "$grtx" trace --scene "$scenes/$file.ply" --cameras "$scenes/$cameras.cameras.json" --view "$view" --width 192 --height 144 \
       --accel "$accel" --checkpoint "$checkpoint" -o "$case.grtx" --quiet
-    "$grtx" sim "$case.grtx" "${machine[@]}" --mode fast --stats "$case.whole.json" --quiet
+    "$grtx" sim "$case.grtx" "${machine[@]}" --stats "$case.whole.json" --quiet
     for seed in 1 2 3 4; do
-      "$grtx" sim "$case.grtx" "${machine[@]}" --mode sampled --sample-engine fast --seed "$seed" --stats "$case.$seed.json" --quiet
+      "$grtx" sim "$case.grtx" "${machine[@]}" --mode windows --seed "$seed" --stats "$case.$seed.json" --quiet
     done
     rm -f "$case.grtx"
   done

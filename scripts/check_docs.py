@@ -27,7 +27,7 @@ import readme_tables
 SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
 # Names that more than one folder of docs/ may have.
-SHARED = {"README.md", "fast-mode.md"}
+SHARED = {"README.md"}
 # Pages of commands that are wrong on purpose; tests/scripts/newcomer_test.py runs them.
 MISTAKES = {"docs/guide/when-it-fails.md"}
 

@@ -42,7 +42,7 @@ echo "picture, 512 x 512: $out/hall.png"
 results=()
 for machine in paper paper-charged ada-share; do
   step "4/5 Four designs on the machine $machine, 64 x 64 rays"
-  "$grtx" run "${view[@]}" --width 64 --height 64 --mode fast --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
+  "$grtx" run "${view[@]}" --width 64 --height 64 --mode sampled --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
   results+=("$out/$machine/results.json")
 done
 

@@ -5,8 +5,8 @@ B or C in docs/model/configuration.md) halved and doubled, switches flipped and 
 database, each at the value that moves most; with --strongest 4 these alone, say for cycle mode.
 
   scripts/sensitivity.py plan --scene F.ply --cameras C.json --size 48 --set gpu.sms=2 -o one.toml
-  grtx sweep one.toml -o s.sqlite --machine paper --mode fast
-  scripts/sensitivity.py table s.sqlite --mode fast
+  grtx sweep one.toml -o s.sqlite --machine paper --mode sampled
+  scripts/sensitivity.py table s.sqlite --mode sampled
   scripts/sensitivity.py plan ... --pairs 8 --of s.sqlite -o pairs.toml       then sweep it into s.sqlite, and table again
 """
 import argparse
@@ -19,7 +19,7 @@ import sys
 
 DESIGNS = ("baseline", "sw", "hw", "grtx")
 # Switches that take a part away are not ignorance about it; and parts that none of the designs has.
-LEFT_OUT = ("rt.memory.by_shader", "rt.sphere.", "simt.registers", "simt.cost.sort_per_entry", "simt.cost.node_fetch", "fast.")
+LEFT_OUT = ("rt.memory.by_shader", "rt.sphere.", "simt.registers", "simt.cost.sort_per_entry", "simt.cost.node_fetch", "sample.")
 
 
 def open_parameters(grtx):
@@ -135,12 +135,12 @@ def main():
     plan.add_argument("--pairs", type=int, default=0, metavar="N", help="pairs of the N strongest of a database")
     plan.add_argument("--strongest", type=int, default=0, metavar="N", help="the N strongest of a database")
     plan.add_argument("--of", metavar="DB", help="that database")
-    plan.add_argument("--mode", default="fast", help="mode of its points (default: %(default)s)")
+    plan.add_argument("--mode", default="sampled", help="mode of its points (default: %(default)s)")
     plan.add_argument("-o", "--output", required=True)
     plan.set_defaults(run=write_plan)
     table = commands.add_parser("table", help="prints what a database of the plan says")
     table.add_argument("database")
-    table.add_argument("--mode", default="fast", help="of its points (default: %(default)s)")
+    table.add_argument("--mode", default="sampled", help="of its points (default: %(default)s)")
     table.add_argument("--most", type=int, default=40, help="rows (default: %(default)s)")
     table.set_defaults(run=print_table)
     options = parser.parse_args()

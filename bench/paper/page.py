@@ -133,7 +133,7 @@ def page_row(one, machines):
 def write_index(folder, study, pages, claims, machines, command, model):
     """README.md: what was run, and how many claims of each page hold; values.csv: every value behind a mean."""
     lines = ["# The paper, figure by figure", "",
-             *stamp(command, model, f"the {study.name} set: scenes and frames below; fast mode unless a page says otherwise; machines "
+             *stamp(command, model, f"the {study.name} set: scenes and frames below; sampled mode unless a page says otherwise; machines "
                     + ", ".join(f"`{m}`" for m in machines), "../"), "",
              "A mean is geometric over the scenes of the evaluation. "
              "Claims, tolerances and commands: [ARTIFACT.md](../../../ARTIFACT.md).", "",

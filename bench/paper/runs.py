@@ -213,7 +213,7 @@ class Results:
 
     def compare(self, what):
         scene, cameras = (os.path.abspath(f) for f in self.scene_files(what.scene))
-        arguments = ["--machine", what.machine, "--mode", "fast", "--width", what.frame.width, "--height", what.frame.height,
+        arguments = ["--machine", what.machine, "--mode", "sampled", "--width", what.frame.width, "--height", what.frame.height,
                      "--fov-scale", what.frame.fov_scale, *self.set_arguments(what.frame.keys)]
         with open(cameras, encoding="utf-8") as file:
             views = json.load(file)

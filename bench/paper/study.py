@@ -65,7 +65,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Run:
-    """One `grtx run`: all designs that there are, in fast mode. pan: degrees a frame and frames of a sequence that begins at
+    """One `grtx run`: all designs that there are, in sampled mode. pan: degrees a frame and frames of a sequence that begins at
     the scene's first view; (): that view alone. statue, statues, turn: a scene placed so many times in this one."""
     scene: Scene
     frame: Frame
@@ -122,7 +122,7 @@ class Study:
         self.asked[type(what)][what] = None
         return collections.defaultdict(lambda: 1.0) if self.planning else self.results.of(what)
 
-    def point(self, scene, design, machine="paper", frame="side", mode="fast", **options):
+    def point(self, scene, design, machine="paper", frame="side", mode="sampled", **options):
         """Statistics of a simulation: name -> value. design: of DESIGNS, or an acceleration structure. options: of the tracer with a leading t_, the others configuration keys with __ for '.'."""
         accel, checkpoint = structure(design)
         chosen = {"tracer.accel": accel, "tracer.checkpoint": checkpoint, "tracer.k": 8, "tracer.ert": 0.001}

@@ -53,6 +53,7 @@ void L1Cache::restart(Caches caches) {
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
   fills_.restart();
   left_dirty_ = 0;
+  timed_misses_ = {};
   for (Client& client : clients_) client.refused = {};
   std::fill(response_due_.begin(), response_due_.end(), kNever);
   first_client_ = 0;
@@ -241,7 +242,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
     ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
     return true;
   }
-  if (sampled() && access.missed && !access.prefetch) ++counters_.misses_with_time;
+  if (sampled() && access.missed && !access.prefetch) ++timed_misses_.timed;
   RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
   ++(miss ? region.misses : hit && wait <= config_.latency ? region.hits : region.hits_on_miss);
@@ -360,7 +361,7 @@ Touched L1Cache::touch_read(std::uint64_t line, std::uint8_t sectors, const Touc
     sectors ^= present;
   }
   if (sectors == 0) return {};
-  if (!access.prefetch) counters_.misses_of_all += static_cast<unsigned>(std::popcount(sectors));
+  if (!access.prefetch) timed_misses_.all += static_cast<unsigned>(std::popcount(sectors));
   const Touched below = touched_->touch({line, sectors, access.region, false, access.prefetch, access.at});
   if (slot == SectorCacheTags::kNone) slot = touch_allocate(line, access.at);
   tags_.set_valid(slot, sectors);

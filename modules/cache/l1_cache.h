@@ -75,7 +75,6 @@ struct L1Counters : CacheRegions {
   std::uint64_t kept_writes = 0, rewrites = 0, write_backs = 0;
   std::uint64_t sent_reads = 0, sent_writes = 0;  ///< to the crossbar
   std::uint64_t mshr_cycles = 0;
-  std::uint64_t misses_of_all = 0, misses_with_time = 0;  ///< of a sampled run: sectors that demand reads missed
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
   OwnCounts own;              ///< of a cache that is not the project's
 
@@ -140,6 +139,8 @@ class L1Cache final : public L1CacheModule, public touch_if {
   void statistics(StatisticList& list, const std::string& prefix) const;
   /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
   L1Counters counters() const override;
+  /// Of a sampled run.
+  const TimedMisses& timed_misses() const { return timed_misses_; }
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
@@ -236,6 +237,7 @@ class L1Cache final : public L1CacheModule, public touch_if {
     Region region{};
   };
   std::vector<Late> late_;        ///< in a sampled run: dirty lines that have left and wait for the write-back buffer
+  TimedMisses timed_misses_;
   std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
   bool writes_back_;
   std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors

@@ -24,4 +24,9 @@ struct Sampling {
   }
 };
 
+/// Sectors that a cache's demand reads missed in a sampled run: of all events, and of those that took time.
+struct TimedMisses {
+  std::uint64_t all = 0, timed = 0;
+};
+
 }  // namespace grtx::modules

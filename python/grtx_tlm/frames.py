@@ -71,7 +71,7 @@ def read_statistics(path):
 
 def over_time(statistics):
     """The course of a run, from its statistics (a frame of read_statistics(), or the file): a row an interval, index
-    ``end_of_interval`` in cycles. ``attrs["units"]`` and ``attrs["descriptions"]`` by column. Empty in fast mode."""
+    ``end_of_interval`` in cycles. ``attrs["units"]`` and ``attrs["descriptions"]`` by column. Empty in windows mode."""
     if not isinstance(statistics, pd.DataFrame):
         statistics = read_statistics(statistics)
     series = statistics.attrs["over_time"]

@@ -53,7 +53,7 @@ def simulate(trace, settings=None, program=None, **options):
     """``grtx sim``: the statistics of one run, as read_statistics() gives them.
 
     ``settings``: {key: value} of the configuration. ``options``: of the command, with _ for -: ``machine="ada-share"``,
-    ``mode="fast"``, ``warm="before.grtx"``. over_time(frame) has the run's course. Raises ProgramError.
+    ``mode="sampled"``, ``warm="before.grtx"``. over_time(frame) has the run's course. Raises ProgramError.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "stats.json")

@@ -45,11 +45,12 @@ double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
 /// The variance of the windows and the square of the bias are known with degrees of freedom of their own: together with
 /// Welch's and Satterthwaite's. Where windows add little their degrees make Student's quantile fall faster than the
 /// deviation grows; no interval is narrower than the bias alone.
-ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias) {
+ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias,
+                                      double bias_degrees) {
   const double square = bias * bias, all = variance + square;
   if (all == 0.0) return interval(log_value, 0.0, 0.0);
-  const double together = all * all / (variance * variance / degrees + square * square / kBiasDegrees);
-  return interval(log_value, all, std::max(reach_of(all, together), reach_of(square, kBiasDegrees)));
+  const double together = all * all / (variance * variance / degrees + square * square / bias_degrees);
+  return interval(log_value, all, std::max(reach_of(all, together), reach_of(square, bias_degrees)));
 }
 
 }  // namespace
@@ -68,7 +69,7 @@ double student_quantile(double p, double degrees) {
 ConfidenceInterval cycles_interval(const SampledEstimate& e) {
   if (e.whole) return interval(e.log_cycles, 0.0, 0.0);
   return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom), e.degrees_of_freedom,
-                            e.bias.cycles);
+                            e.bias.cycles, e.bias.degrees);
 }
 
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other) {
@@ -85,7 +86,8 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
   }
   // A design that was simulated as a whole has no bias of its own.
   const double bias = base.whole ? other.bias.cycles : other.whole ? base.bias.cycles : base.bias.ratio;
-  return interval_with_bias(log_ratio, variance_of(evidence, degrees), degrees, bias);
+  return interval_with_bias(log_ratio, variance_of(evidence, degrees), degrees, bias,
+                            base.whole ? other.bias.degrees : base.bias.degrees);
 }
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
@@ -93,7 +95,7 @@ nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
   json["log_cycles"] = estimate.log_cycles;
   json["whole"] = estimate.whole;
   json["degrees_of_freedom"] = estimate.degrees_of_freedom;
-  json["bias"] = {estimate.bias.cycles, estimate.bias.ratio};
+  json["bias"] = {estimate.bias.cycles, estimate.bias.ratio, estimate.bias.degrees};
   json["evidence"] = nlohmann::ordered_json::array();
   for (const GroupEvidence& e : estimate.evidence) {
     json["evidence"].push_back({e.group, e.residual, e.influence});
@@ -106,7 +108,8 @@ SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
   estimate.log_cycles = json.at("log_cycles").get<double>();
   estimate.whole = json.at("whole").get<bool>();
   estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();
-  estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>()};
+  estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>(),
+                   json.at("bias").at(2).get<double>()};
   for (const auto& e : json.at("evidence")) {
     estimate.evidence.push_back({e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>()});
   }

@@ -12,9 +12,8 @@ inline constexpr double kConfidence = 0.95;
 /// two designs.
 struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
+  double degrees = 4.0;  ///< of freedom: number of independent scenes that it was measured on, minus one
 };
-/// Degrees of freedom of a measured bias: number of independent scenes minus one.
-inline constexpr double kBiasDegrees = 4.0;
 
 /// What one subsample contributed: a window, or an SM.
 struct GroupEvidence {

@@ -58,7 +58,7 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
     json["violations"] = result.violations;
     json["binding_bound"] = result.binding_bound;
     json["timed_misses"] = ordered_json::array();
-    for (const TimedMisses& misses : result.timed_misses) json["timed_misses"].push_back({misses.all, misses.timed});
+    for (const modules::TimedMisses& misses : result.timed_misses) json["timed_misses"].push_back({misses.all, misses.timed});
     return json_text(json);
   });
   const ordered_json json = parse_json(child.result(), "simulation");

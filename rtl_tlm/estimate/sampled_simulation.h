@@ -16,7 +16,7 @@ inline constexpr std::uint64_t kFewestSampledVisits = 3'000'000;
 ModelBias stride_bias(unsigned stride);
 
 /// Cycles of a run of that stride and what they are worth. misses: by SM.
-SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<TimedMisses>& misses);
+SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<modules::TimedMisses>& misses);
 
 /// Simulates the trace with the stride that the keys name. target_error: relative half-width of the interval on cycles
 /// to reach, by smaller strides; 0: none. A trace with few visits is simulated in cycle mode, and a note says so.

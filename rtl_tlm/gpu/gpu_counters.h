@@ -19,6 +19,7 @@ struct GpuCounters {
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;
+  std::vector<modules::TimedMisses> timed_misses;  ///< by SM with an L1 of the project, of a sampled run
   modules::RtUnitCounters rt;
   modules::SimtCounters simt;
   modules::L1Counters l1;

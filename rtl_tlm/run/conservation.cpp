@@ -43,7 +43,9 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
     l2_writes += l2.writes;
     dram_reads += c.l2.dram_reads_of[i];
     dram_writes += c.l2.dram_writes_of[i];
-    if (c.l1.kept_writes == 0 && c.l1.sent_writes != 0) equal("L2 writes of region " + name, l2.writes, l1.writes);
+    if (c.l1.kept_writes == 0 && c.l1.write_backs == 0 && c.l1.sent_writes != 0) {
+      equal("L2 writes of region " + name, l2.writes, l1.writes);
+    }
   }
   equal("L2 reads of all regions", l2_reads, l1_misses + c.l1.prefetches_fetched);
   equal("L2 writes of all regions", l2_writes, c.l1.sent_writes);

@@ -22,9 +22,7 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   for (const auto& more : {finished.violations, below}) {
     result.violations.insert(result.violations.end(), more.begin(), more.end());
   }
-  for (const modules::L1Counters& l1 : counters.l1_of) {
-    if (config.sampling.on()) result.timed_misses.push_back({l1.misses_of_all, l1.misses_with_time});
-  }
+  result.timed_misses = counters.timed_misses;
   describe(counters, result.statistics);
   if (config.sampling.on()) result.statistics = of_all_events(result.statistics, stride);
   describe(bounds, result.cycles, result.statistics);

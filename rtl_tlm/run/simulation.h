@@ -44,11 +44,6 @@ struct SimulationOptions {
   MemorySystemFactory memory;  ///< stands in for what dram.model names
 };
 
-/// Sectors that an L1's demand reads missed in a sampled run: of all events, and of those that took time.
-struct TimedMisses {
-  std::uint64_t all = 0, timed = 0;
-};
-
 struct SimulationResult {
   Cycle cycles = 0;
   modules::StatisticList statistics;          ///< identical for identical inputs
@@ -57,7 +52,7 @@ struct SimulationResult {
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
   ResultNotes notes;                          ///< what limits the meaning of all this
   std::string binding_bound;                  ///< name of the largest lower bound
-  std::vector<TimedMisses> timed_misses;      ///< by SM, of a sampled run
+  std::vector<modules::TimedMisses> timed_misses;  ///< by SM with an L1 of the project, of a sampled run
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
   unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
   std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays

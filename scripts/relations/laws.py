@@ -122,8 +122,8 @@ def machines_execute_the_trace(case):
     rng = case.rng
     views.traced(case, "s")
     counted = case.statistics("s.trace.json")
-    mode = rng.choice(["cycle", "cycle", "fast"])
-    case.grtx("sim", "s.grtx", "--machine", rng.choice(views.MACHINES), *views.settings(rng, mode), "--mode", mode, "--stats", "s.json",
+    mode = rng.choice(["cycle", "cycle", "sampled"])
+    case.grtx("sim", "s.grtx", "--machine", rng.choice(views.MACHINES), *views.settings(rng), "--mode", mode, "--stats", "s.json",
               "--quiet")
     run = case.statistics("s.json")
     for traced, executed in EXECUTED.items():

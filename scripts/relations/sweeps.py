@@ -48,7 +48,7 @@ def points(case, database):
 def sweep_points_are_runs(case):
     """A point of a sweep has every statistic, area and leakage of trace, sim and cost called by hand, on any machine and in any mode."""
     rng = case.rng
-    machine, mode = rng.choice(views.MACHINES), rng.choice(["cycle", "cycle", "fast"])
+    machine, mode = rng.choice(views.MACHINES), rng.choice(["cycle", "cycle", "sampled"])
     made = plan(case, "plan", mode=mode)
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     scene = made["scene"]
@@ -83,7 +83,7 @@ def sweep_traces_are_traces(case):
     machine = rng.choice(views.MACHINES)
     axes = {key: AXES[key] for key in AXES if key.startswith("tracer.")}
     chosen = {key: rng.sample(axes[key], 2) for key in rng.sample(list(axes), 2)}
-    case.write("plan.toml", "designs = ['sw', 'grtx', 'baseline']\nmode = 'fast'\n[[scene]]\nfile = 's.ply'\n"
+    case.write("plan.toml", "designs = ['sw', 'grtx', 'baseline']\nmode = 'sampled'\n[[scene]]\nfile = 's.ply'\n"
                             "cameras = 's.cameras.json'\nviews = [0, 1]\nwidth = 9\nheight = 5\n[grid]\n" +
                "".join(f"{key} = {toml(value)}\n" for key, value in chosen.items()))
     case.grtx("sweep", "plan.toml", "--machine", machine, "--jobs", rng.choice([1, 2]), "-o", "db.sqlite", "--quiet")
@@ -100,7 +100,7 @@ def sweep_traces_are_traces(case):
 def killed_sweeps_end_as_undisturbed(case):
     """A sweep that is killed again and again, and started again, ends with the results of an undisturbed one."""
     rng = case.rng
-    plan(case, "plan", mode="fast")
+    plan(case, "plan", mode="sampled")
     sweep = ["sweep", "plan.toml", "--jobs", rng.choice([1, 2]), "--quiet", "-o"]
     case.grtx(*sweep, "whole.sqlite")
     os.makedirs(case.path("killed"), exist_ok=True)
@@ -153,7 +153,7 @@ FIGURES = {"gpu.time_us": "time, µs", "gpu.cycles": "cycles", "cost.mm2": "mm²
 def a_figure_is_one_figure(case):
     """SQLite's document and table, read_sweep, sweep --list and the report's table give the same figure for a point."""
     machine = case.rng.choice(views.MACHINES)
-    plan(case, "plan", mode="fast")
+    plan(case, "plan", mode="sampled")
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     case.grtx("report", "db.sqlite", "-o", "r.html", "--quiet")
     rows = case.rows("db.sqlite", "SELECT id, machine, mode, scene, design, coordinates, document FROM point ORDER BY id")
@@ -201,7 +201,7 @@ def edited_plans_are_new_plans(case):
     """A database that an edited plan, or the same on another machine, goes on with tells what a new one tells."""
     rng = case.rng
     machine, other = rng.sample(views.MACHINES, 2)
-    plan(case, "plan", axes=1, mode="fast")
+    plan(case, "plan", axes=1, mode="sampled")
     with open(case.path("plan.toml"), encoding="utf-8") as file:
         text = file.read()
     edits = [("gpu.sms = 2", "gpu.sms = 3"), ("gpu.sms = 1", "gpu.sms = 3"), ("[grid]", "[tracer]\nert = 0.1\n[grid]"),
@@ -220,7 +220,7 @@ def edited_plans_are_new_plans(case):
 @relation(each=4)
 def sweeps_do_not_depend_on_their_order(case):
     """A plan in two parts, in one database, gives the points of the whole plan; so do its axes in another order."""
-    made = plan(case, "plan", axes=2, values=2, mode="fast")
+    made = plan(case, "plan", axes=2, values=2, mode="sampled")
     with open(case.path("plan.toml"), encoding="utf-8") as file:
         text = file.read()
     head, grid = text.split("[grid]\n")

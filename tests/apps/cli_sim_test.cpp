@@ -154,7 +154,6 @@ TEST_F(CliSim, AStateThatIsDamagedOrOfAnotherMachineIsRefusedInOneLine) {
     EXPECT_FALSE(folder_.has("s.json")) << arguments;
   };
   refused("--warm-state t.state --set gpu.sms=3", "t.state: machine: is another");
-  refused("--warm-state t.state --mode sampled", "t.state: mode: is cycle, this run's is sampled");
   refused("--warm-state t.state --warm t.grtx", "sim: --warm-state: ");
   refused("--warm-state t.grtx", "t.grtx: ");
   refused("--warm-state none.state", "none.state");

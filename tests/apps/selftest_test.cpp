@@ -37,7 +37,7 @@ TEST(Selftest, PrintsWhatItCompares) {
   const Folder folder;
   const Outcome outcome = folder.run("selftest --print");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  for (const char* text : {"synth:\nscene ", "trace:\nimage ", "cycle:\nbaseline ", "sampled:\nbaseline "}) {
+  for (const char* text : {"synth:\nscene ", "trace:\nimage ", "cycle:\nbaseline "}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << outcome.out;
   }
 }

@@ -73,7 +73,7 @@ const std::vector<InputReader>& explore_readers() {
        [](const std::string& path) { (void)sim::load_regression(fs::path(path).parent_path().string()); }, nullptr,
        [] {
          return one(
-             "trace = 'a.grtx'\nmachine = 'paper'\nset = ['gpu.sms=2']\nmode = 'sampled'\nshare = 0.5\n"
+             "trace = 'a.grtx'\nmachine = 'paper'\nset = ['gpu.sms=2']\nmode = 'windows'\nshare = 0.5\n"
              "seed = 2\nstatistics = ['gpu.*']\n[tolerance]\n'gpu.l1.*' = 0.1\n[[update]]\n"
              "date = 2026-11-23\nreason = 'x'\n");
        }},

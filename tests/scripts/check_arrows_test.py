@@ -16,8 +16,8 @@ TREE = {
     "modules/kernel/link.h": '#include "grtx/base/error.h"\n',
     "modules/cache/l1_cache.h": '#include "grtx/modules/kernel/link.h"\n',
     "rtl_tlm/gpu/gpu.h": '#include "grtx/modules/cache/l1_cache.h"\n',
-    "rtl_tlm/estimate/fast/fast_gpu.h": '#include "grtx/rtl_tlm/gpu/gpu.h"\n',
-    "rtl_tlm/estimate/mode.h": '#include "grtx/rtl_tlm/estimate/fast/fast_gpu.h"\n',
+    "rtl_tlm/estimate/windows/window_run.h": '#include "grtx/rtl_tlm/gpu/gpu.h"\n',
+    "rtl_tlm/estimate/mode.h": '#include "grtx/rtl_tlm/estimate/windows/window_run.h"\n',
     "apps/grtx/main.cpp": '#include "grtx/frontend/tracer/tracer.h"\n#include "grtx/rtl_tlm/gpu/gpu.h"\n',
 }
 
@@ -57,7 +57,7 @@ class CheckArrows(unittest.TestCase):
             "an arrow of the circle modules/cache -> modules/kernel -> modules/cache"])
 
     def test_a_circle_over_three_folders_inside_rtl_tlm(self):
-        circle = "rtl_tlm/estimate -> rtl_tlm/estimate/fast -> rtl_tlm/gpu -> rtl_tlm/estimate"
+        circle = "rtl_tlm/estimate -> rtl_tlm/estimate/windows -> rtl_tlm/gpu -> rtl_tlm/estimate"
         faults = self.faults({"rtl_tlm/gpu/gpu.h": '#include "grtx/rtl_tlm/estimate/mode.h"\n'})
         self.assertEqual(len(faults), 3, faults)
         self.assertIn(f"rtl_tlm/gpu/gpu.h:1: includes rtl_tlm/estimate/mode.h, an arrow of the circle {circle}", faults)

@@ -37,45 +37,48 @@ class EstimateErrors(unittest.TestCase):
     def test_errors_are_those_of_cycles_and_of_speed_ups(self):
         self.point("cycle", "baseline", 1000, seconds=8)
         self.point("cycle", "grtx", 500)
-        self.point("fast", "baseline", 1010, seconds=2)
-        self.point("fast", "grtx", 490)  # speed-up 2.0612 in place of 2
+        self.point("sampled", "baseline", 1010, seconds=2)
+        self.point("sampled", "grtx", 490)  # speed-up 2.0612 in place of 2
         out = self.run_script("--cases").stdout
-        self.assertIn("| fast | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
-        self.assertIn("| fast | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
-        self.assertIn("| fast | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
+        self.assertIn("| sampled | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertIn("| sampled | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
+        self.assertIn("| sampled | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
 
     def test_cases_of_scenes_that_took_part_stand_apart(self):
         for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
             self.point("cycle", design, cycles)
-            self.point("fast", design, estimate)
+            self.point("sampled", design, estimate)
         out = self.run_script("--used", "other 0, s 0").stdout
-        self.assertIn("| fast | m, used | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertIn("| sampled | m, used | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
         self.assertNotIn("held out", out)
-        self.assertIn("| fast | all, held out | 2 | 1.5 % |", self.run_script("--used", "s 1").stdout)
+        self.assertIn("| sampled | all, held out | 2 | 1.5 % |", self.run_script("--used", "s 1").stdout)
 
     def test_cases_on_record_are_those_of_the_database(self):
         for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
             self.point("cycle", design, cycles)
-            self.point("fast", design, estimate)
+            self.point("sampled", design, estimate)
         path = os.path.join(self.folder, "cases.csv")
         out = self.run_script("--cases", "--csv", path).stdout
         recorded = subprocess.run([sys.executable, SCRIPT, f"m={path}", "--cases"], capture_output=True, text=True)
         self.assertEqual(recorded.stdout, out)
 
-    def test_seeds_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
+    def test_offsets_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
         self.point("cycle", "grtx", 500, {"tracer.k": 8})
-        for seed in (1, 2, 3):
-            self.point("fast", "grtx", 500 + seed, {"tracer.k": 8, "fast.seed": seed})
-        self.point("fast", "grtx", 900, {"tracer.k": 16, "fast.seed": 1})  # nothing to compare it with
-        self.point("fast", "grtx", 900, {"tracer.k": 8}, status="failed")
-        self.assertIn("| fast | m | 3 | 0.4 % | 0.6 % | +0.6 % | s 0, m, grtx, fast.seed = 3, tracer.k = 8 |", self.run_script().stdout)
+        for offset in (1, 2, 3):
+            self.point("sampled", "grtx", 500 + offset, {"tracer.k": 8, "sample.offset": offset})
+        self.point("sampled", "grtx", 900, {"tracer.k": 16, "sample.offset": 1})  # nothing to compare it with
+        self.point("sampled", "grtx", 900, {"tracer.k": 8}, status="failed")
+        self.assertIn("| sampled | m | 3 | 0.4 % | 0.6 % | +0.6 % | s 0, m, grtx, sample.offset = 3, tracer.k = 8 |", self.run_script().stdout)
 
-    def test_intervals_are_counted_where_less_than_all_was_simulated(self):
+    def test_intervals_are_counted_where_they_have_a_width(self):
         self.point("cycle", "grtx", 500)
-        self.point("sampled", "grtx", 505, {"fast.seed": 1}, sampled__cycles_low=495, sampled__cycles_high=510, sampled__share=0.1)
-        self.point("sampled", "grtx", 520, {"fast.seed": 2}, sampled__cycles_low=510, sampled__cycles_high=530, sampled__share=0.1)
-        self.point("sampled", "grtx", 500, {"fast.seed": 3}, sampled__cycles_low=500, sampled__cycles_high=500, sampled__share=1)
-        self.assertIn("Intervals of cycles in sampled mode that held the true value: 1 of 2 (50 %).", self.run_script().stdout)
+        for mode in ("sampled", "windows"):
+            for offset, (cycles, low, high) in enumerate([(505, 490, 510), (520, 510, 530), (500, 500, 500)]):
+                self.point(mode, "grtx", cycles, {"sample.offset": offset}, sampled__cycles_low=low, sampled__cycles_high=high)
+        out = self.run_script().stdout
+        for mode in ("sampled", "windows"):
+            # Half widths: 505 / 490 and 520 / 510.
+            self.assertIn(f"Intervals of cycles in {mode} mode that held the true value: 1 of 2 (50 %); half of an interval is 2.5 % in the mean.", out)
 
     def statistics(self, name, cycles, sampled=None):
         document = {"stats": {"gpu.cycles": {"value": cycles}}}
@@ -85,8 +88,8 @@ class EstimateErrors(unittest.TestCase):
         with open(os.path.join(self.folder, name + ".json"), "w", encoding="utf-8") as file:
             json.dump(document, file)
 
-    def run_sampled(self, *arguments):
-        return subprocess.run([sys.executable, SCRIPT, "--sampled", f"m={self.folder}", *arguments], capture_output=True, text=True).stdout
+    def run_windows(self, *arguments):
+        return subprocess.run([sys.executable, SCRIPT, "--windows", f"m={self.folder}", *arguments], capture_output=True, text=True).stdout
 
     def test_windows_against_whole_traces_by_the_constants_of_the_program_or_others(self):
         self.statistics("room.baseline.whole", 1000)
@@ -96,19 +99,19 @@ class EstimateErrors(unittest.TestCase):
         self.statistics("room.baseline.2", 1040, {})
         self.statistics("room.grtx.1", 510, {})
         self.statistics("room.grtx.2", 510, {})
-        out = self.run_sampled()
-        self.assertIn("| sampled | m | 4 | 2.5 % | 4.0 % | +4.0 % | room 0, m, baseline, seed = 2 |", out)
-        self.assertIn("Intervals of cycles in sampled mode that held the true value: 3 of 4 (75 %); half of an interval is 2.8 %", out)
-        self.assertIn("Intervals of speed-ups in sampled mode that held the true value: 2 of 2 (100 %)", out)
-        wider = self.run_sampled("--constants", "0.02,0.001")
-        self.assertIn("of cycles in sampled mode that held the true value: 4 of 4", wider)
-        self.assertIn("of speed-ups in sampled mode that held the true value: 1 of 2", wider)
+        out = self.run_windows()
+        self.assertIn("| windows | m | 4 | 2.5 % | 4.0 % | +4.0 % | room 0, m, baseline, seed = 2 |", out)
+        self.assertIn("Intervals of cycles in windows mode that held the true value: 3 of 4 (75 %); half of an interval is 2.8 %", out)
+        self.assertIn("Intervals of speed-ups in windows mode that held the true value: 2 of 2 (100 %)", out)
+        wider = self.run_windows("--constants", "0.02,0.001")
+        self.assertIn("of cycles in windows mode that held the true value: 4 of 4", wider)
+        self.assertIn("of speed-ups in windows mode that held the true value: 1 of 2", wider)
 
     def test_what_the_same_windows_took_too_long_in_both_designs_cancels_in_the_speed_up(self):
         for name, cycles in (("baseline", 1000), ("grtx", 500)):
             self.statistics(f"room.{name}.whole", cycles)
             self.statistics(f"room.{name}.1", cycles, {8: 0.03, 16: 0.04})
-        out = self.run_sampled("--constants", "0,0.001")
+        out = self.run_windows("--constants", "0,0.001")
         # 2.086 * sqrt(22 / 20 * (0.03^2 + 0.04^2)) on the logarithm
         self.assertIn("2 of 2 (100 %); half of an interval is 11.6 %", out)
         self.assertIn("1 of 1 (100 %); half of an interval is 0.3 %", out)
@@ -116,7 +119,7 @@ class EstimateErrors(unittest.TestCase):
     def test_limits_and_an_empty_comparison_fail(self):
         self.point("cycle", "grtx", 500)
         self.assertEqual(self.run_script().returncode, 1)
-        self.point("fast", "grtx", 520)
+        self.point("sampled", "grtx", 520)
         self.assertEqual(self.run_script("--max-worst", "4.1", "--max-mean", "4.1").returncode, 0)
         failed = self.run_script("--max-worst", "3.9")
         self.assertEqual(failed.returncode, 1)

@@ -26,7 +26,7 @@ except ImportError as error:
     sys.exit(77)
 
 PROGRAM = ""
-PLAN = """mode = "fast"
+PLAN = """mode = "sampled"
 designs = ["baseline", "grtx"]
 [[scene]]
 name = "s"
@@ -53,9 +53,9 @@ class Frames(unittest.TestCase):
         cls.path = staticmethod(lambda name: os.path.join(folder.name, name))
         grtx("synth", "--preset", "object", "--count", "400", "--seed", "1", "-o", cls.path("s.ply"), "--quiet")
         grtx("run", "--scene", cls.path("s.ply"), "--cameras", cls.path("s.cameras.json"), "--width", "8", "--height", "8",
-             "--mode", "fast", "-o", cls.path("run"), "--quiet")
+             "--mode", "sampled", "-o", cls.path("run"), "--quiet")
         trace = next(f for f in os.listdir(cls.path("run")) if f.endswith(".grtx"))
-        grtx("sim", os.path.join(cls.path("run"), trace), "--mode", "fast", "--stats", cls.path("stats.json"), "--quiet")
+        grtx("sim", os.path.join(cls.path("run"), trace), "--mode", "sampled", "--stats", cls.path("stats.json"), "--quiet")
         with open(cls.path("plan.toml"), "w", encoding="utf-8") as file:
             file.write(PLAN)
         grtx("sweep", cls.path("plan.toml"), "-o", cls.path("s.sqlite"), "--quiet")
@@ -70,30 +70,30 @@ class Frames(unittest.TestCase):
 
     def test_a_call_runs_the_program_and_gives_frames(self):
         trace = self.path(os.path.join("run", next(f for f in os.listdir(self.path("run")) if f.endswith(".grtx"))))
-        frame = grtx_tlm.simulate(trace, {"l1.bytes": 65536}, program=PROGRAM, mode="fast")
+        frame = grtx_tlm.simulate(trace, {"l1.bytes": 65536}, program=PROGRAM, mode="sampled")
         self.assertEqual(frame.attrs["config"]["l1.bytes"], 65536)
-        self.assertEqual(frame.attrs["inputs"]["mode"], "fast")
+        self.assertEqual(frame.attrs["inputs"]["mode"], "sampled")
         self.assertIs(type(frame.loc["gpu.cycles", "value"]), int)
         with self.assertRaises(grtx_tlm.ProgramError) as caught:
             grtx_tlm.simulate(trace, {"l1.byte": 1}, program=PROGRAM)
         self.assertEqual(caught.exception.code, 2)
         self.assertIn("l1.byte", str(caught.exception))
         results = grtx_tlm.run(self.path("s.ply"), program=PROGRAM, cameras=self.path("s.cameras.json"), width=8, height=8,
-                               mode="fast")
+                               mode="sampled")
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
 
     def test_many_runs_are_one_tidy_frame(self):
         trace = self.path(os.path.join("run", next(f for f in os.listdir(self.path("run")) if f.endswith(".grtx"))))
         many = grtx_tlm.simulate_all({"a": trace, "b": trace}, {"l1.bytes": [32768, 65536], "rt.prefetch.enabled": True},
-                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM, mode="fast")
+                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM, mode="sampled")
         self.assertEqual(list(many.columns), ["trace", "l1.bytes", "rt.prefetch.enabled", "mode", "gpu.cycles",
                                               "gpu.l1.all.hit_rate"])
         self.assertEqual(many["l1.bytes"].tolist(), [32768, 65536] * 2)
         self.assertEqual(many["gpu.cycles"].dtype, "int64")
         for _, row in many.iterrows():
             alone = grtx_tlm.simulate(trace, {"l1.bytes": row["l1.bytes"], "rt.prefetch.enabled": True}, program=PROGRAM,
-                                      mode="fast")
+                                      mode="sampled")
             self.assertEqual(row["gpu.cycles"], alone.loc["gpu.cycles", "value"])
 
     def test_the_course_of_a_run_is_a_frame(self):
@@ -165,7 +165,7 @@ class Frames(unittest.TestCase):
         frame = grtx_tlm.read_sweep(path, ["gpu.time_us", "cost.mm2"])
         self.assertEqual(frame["machine"].tolist(), ["paper"] * 4 + ["paper-charged"] * 4)
         self.assertEqual(frame["earlier_plan"].tolist(), [True] * 4 + [False] * 4)
-        self.assertEqual((frame["mode"].unique().tolist(), frame.attrs["shared"]["height"]), (["fast"], 8))
+        self.assertEqual((frame["mode"].unique().tolist(), frame.attrs["shared"]["height"]), (["sampled"], 8))
         self.assertTrue(set(plots.pareto_front(frame, "cost.mm2", "gpu.time_us").index) <= {5, 6, 7, 8})
         self.assertEqual(sum(len(dot.get_offsets()) for dot in plots.plot_pareto(frame).collections), 4)
         # On one machine the plans differ in what they set.

@@ -23,7 +23,7 @@ class Readings(unittest.TestCase):
             CREATE TABLE trace(key TEXT, options TEXT);
             CREATE TABLE value(point_id INTEGER, name TEXT, value REAL);""")
 
-    def point(self, design, cycles, coordinates=None, scene="lacadiere", mode="fast", **values):
+    def point(self, design, cycles, coordinates=None, scene="lacadiere", mode="sampled", **values):
         number = self.database.execute("INSERT INTO point(mode, scene, design, coordinates, status) VALUES (?, ?, ?, ?, 'done')",
                                        (mode, scene, design, json.dumps(coordinates or {}))).lastrowid
         usual = {"l2.accesses": 100, "rt.node_fetch_latency": 50, "rt.node_fetches": 10, "l1.node.hit_rate": 0.9}

@@ -34,9 +34,9 @@ TEST(CyclesInterval, AddsUpItsTerms) {
   // By hand: influences 4, 2, 1 thousandths; 8 / 6 for few windows.
   const double variance = 8.0 / 6.0 * (16.0 + 4.0 + 1.0) * 1e-6 + 0.005 * 0.005;
   EXPECT_NEAR(interval.deviation, std::sqrt(variance), 1e-12);
-  // Welch and Satterthwaite: 6 degrees for the windows, kBiasDegrees for the bias.
+  // Welch and Satterthwaite: 6 degrees for the windows, e.bias.degrees for the bias.
   const double samples = variance - 0.005 * 0.005;
-  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.005, 4) / kBiasDegrees);
+  const double degrees = variance * variance / (samples * samples / 6.0 + std::pow(0.005, 4) / e.bias.degrees);
   const double reach = student_quantile(0.975, degrees) * std::sqrt(variance);
   EXPECT_NEAR(interval.low, 1e6 * std::exp(-reach), 2.0);
   EXPECT_NEAR(interval.high, 1e6 * std::exp(reach), 2.0);
@@ -79,7 +79,7 @@ TEST(CyclesInterval, ASmallerBiasMakesItNarrower) {
   e.bias = {0.012, 0.02};
   EXPECT_LT(cycles_interval(e).half_width, 0.6 * wide);
   e.evidence.clear();  // windows without scatter: the bias alone, with its own few degrees
-  EXPECT_NEAR(cycles_interval(e).half_width, std::expm1(student_quantile(0.975, kBiasDegrees) * e.bias.cycles), 1e-9);
+  EXPECT_NEAR(cycles_interval(e).half_width, std::expm1(student_quantile(0.975, e.bias.degrees) * e.bias.cycles), 1e-9);
 }
 
 TEST(RatioInterval, AWholeRunAddsNoBias) {

@@ -14,12 +14,12 @@ using test::statistic;
 
 class ListTracing : public ::testing::Test {
  protected:
-  static void write(const std::string& path, frontend::Tracing tracing, unsigned capacity, unsigned width) {
+  static void write(const std::string& path, frontend::Tracing tracing, unsigned capacity) {
     frontend::TracerOptions options;
     options.tracing = tracing;
     options.k = options.list_capacity = capacity;
     test::write_view(path, grtx::test::random_scene(67, {.count = 400, .sh_degree = 1}),
-                     grtx::test::front_camera(width, 16, 2.0), width, 16, frontend::AccelKind::tlas_sphere, options);
+                     grtx::test::front_camera(32, 16, 2.0), 32, 16, frontend::AccelKind::tlas_sphere, options);
   }
   static nlohmann::ordered_json run(frontend::Tracing tracing, unsigned capacity,
                                     const std::vector<std::string>& settings = {},
