@@ -31,7 +31,7 @@ void make_whole(SampledResult& r) {
   r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
   r.estimate.whole = true;
   r.cycles = cycles_interval(r.estimate);
-  r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // without rounding
+  r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // exp(log(x)) rounds
 }
 
 void add_to_document(const modules::StatisticList& statistics, SampledResult& r) {
