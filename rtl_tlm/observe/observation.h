@@ -1,5 +1,5 @@
-// Looks at the model after every cycle of a window, from outside: modules hold no code for it, and outside the window
-// it does not exist for the kernel.
+// Observes the model after every cycle of a window, from outside: modules have no code for it, and outside the window
+// it causes no kernel activity.
 #pragma once
 
 #include <exception>
@@ -17,7 +17,7 @@ struct CycleWindow {
   bool contains(Cycle cycle) const { return cycle >= first && cycle <= last; }
 };
 
-/// Parses "A:B", "A:" or ":B". option: its name, for the Error that it throws.
+/// Parses "A:B", "A:" or ":B". option: name of the option, for the Error that is thrown for anything else.
 CycleWindow parse_window(const std::string& option, const std::string& text);
 
 /// Sees the state that every module has at the end of a cycle.
@@ -25,9 +25,9 @@ class CycleObserver {
  public:
   virtual ~CycleObserver() = default;
   /// Called for each cycle of the window, in order, skipped ones included. The first call may be for the cycle before
-  /// it: what it sees is the state in which the window begins.
+  /// the window, which shows the state in which the window begins.
   virtual void sample(Cycle now) = 0;
-  /// Whether there is nothing to see before the next launch.
+  /// True if nothing will change before the next launch, so that sampling may pause.
   virtual bool rests() const { return false; }
 };
 

@@ -12,7 +12,7 @@ struct StallBar {
   double value = 0.0;
 };
 
-/// Bars of one whole.
+/// Bars that share one scale.
 struct StallSection {
   std::string title;
   std::string unit;
