@@ -104,14 +104,14 @@ class CaseReader {
       if (case_.statistics.empty()) fail(node, "statistics: the list is empty");
     } else if (name == "tolerance") {
       read_tolerances(node);
-    } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // those two are for people
+    } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // the first two are for people
       fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
                              nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
                                                  "statistics", "tolerance", "title", "update"})));
     }
   }
 
-  /// False when the key is none of windows mode.
+  /// False if the key does not belong to windows mode.
   bool read_windows(const std::string& name, const toml::node& node) {
     if (name == "share") {
       case_.windows.share = number(node, name, 1.0);

@@ -1,5 +1,4 @@
-// A group source that passes groups through and notes what they hold: the totals that the hardware must execute, and
-// the longest dependent chain.
+// Passes groups through and measures them: the totals that the hardware must execute, and the longest dependent chain.
 #pragma once
 
 #include <algorithm>
