@@ -30,7 +30,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
     equal("L1 reads" + of, c.l1.region[i].reads, c.simt.memory.loads[i]);
     equal("L1 writes" + of, c.l1.region[i].writes, c.simt.memory.stores[i]);
   }
-  // Of nodes and checkpoint entries the L2 also reads prefetches: they are only checked in total.
+  // The L2 also reads prefetches of nodes and checkpoint entries: these regions are only checked in total.
   std::uint64_t l1_misses = 0, l2_reads = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
   for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
     const auto region = static_cast<Region>(i);

@@ -11,7 +11,7 @@ namespace grtx::sim {
 /// Raw data of a finished run.
 struct FinishedRun {
   GpuCounters counters;
-  std::vector<std::string> violations;  ///< of emptiness at the end, and the memory's
+  std::vector<std::string> violations;  ///< found so far: emptiness, memory
   std::vector<modules::Inventory> inventories;
   nlohmann::ordered_json over_time;
   std::uint64_t ticks = 0;
