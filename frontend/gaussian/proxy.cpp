@@ -107,7 +107,7 @@ void Proxy::finish() {
     assert(paired[f]);
   }
   assert(face_pairs_.size() <= FaceSlabs::kMaxPairs);
-  face_slabs_.distance.fill(1.0f);  // with normal 0: holds every point
+  face_slabs_.distance.fill(1.0f);  // with normal 0: contains every point
   face_slabs_.pairs = static_cast<unsigned>(face_pairs_.size());
   for (std::size_t i = 0; i < face_pairs_.size(); ++i) {
     const FacePair& pair = face_pairs_[i];
