@@ -15,12 +15,11 @@ enum class Projection { pinhole, fisheye };
 
 struct Camera {
   std::string name;
-  unsigned width = 0, height = 0;  ///< pixels
-  glm::dvec3 position{0.0};        ///< camera centre in file coordinates (before recentring)
-  glm::dmat3 rotation{1.0};        ///< camera to world; columns are right, down, forward
-  double fx = 0.0, fy = 0.0, cx = 0.0,
-         cy = 0.0;                              ///< pixels; fx, fy of a fisheye: pixels per radian (0: see fisheye_fov)
-  Projection projection = Projection::pinhole;  ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
+  unsigned width = 0, height = 0;                 ///< pixels
+  glm::dvec3 position{0.0};                       ///< camera centre in file coordinates (before recentring)
+  glm::dmat3 rotation{1.0};                       ///< camera to world; columns are right, down, forward
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels; fisheye: fx, fy per radian (0: see fisheye_fov)
+  Projection projection = Projection::pinhole;    ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
   double fov_scale = 1.0;    ///< product of all fov_scaled() factors; fx, fy and fisheye_fov include it
   double fisheye_fov = 0.0;  ///< radians, full angle; no ray beyond; with fx, fy = 0 it spans the image
 

@@ -28,7 +28,7 @@ class PlyElements {
   /// Reads the named columns of one element; the others are skipped. Throws Error with line (ASCII) or byte.
   void read(std::size_t element, const std::vector<PlyColumn>& columns) const;
 
-  /// Bytes behind the last element (ASCII: white space aside).
+  /// Bytes behind the last element (ASCII: not counting white space).
   std::size_t trailing_bytes() const { return trailing_; }
 
  private:

@@ -194,7 +194,7 @@ std::string to_json(const SceneInfo& info) {
   json["dropped"] = info.report.dropped;
   json["clamped"] = info.report.clamped;
   json["noticed"] = info.report.noticed;
-  // A file's name may hold bytes that are no UTF-8.
+  // A file's name may contain bytes that are not UTF-8.
   return json_text(json, 2) + "\n";
 }
 
