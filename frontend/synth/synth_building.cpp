@@ -93,8 +93,7 @@ class SiteBuilder {
         layout_.ground(corner, {kGroundCell, 0, 0}, {0, 0, kGroundCell}, kGroundCell);
       }
     }
-    layout_.style({P::mottled, {0.30, 0.24, 0.17}, {0.22, 0.18, 0.13}, 1.5},
-                  0.6);  // below ground, as a capture leaves it
+    layout_.style({P::mottled, {0.30, 0.24, 0.17}, {0.22, 0.18, 0.13}, 1.5}, 0.6);  // what a capture leaves below it
     layout_.quad({-0.5 * kCellsX * kGroundCell, 0.7, -0.5 * kCellsZ * kGroundCell}, {kCellsX * kGroundCell, 0, 0},
                  {0, 0, kCellsZ * kGroundCell}, 2.0 * kGroundCell);
     layout_.style({P::stripes, {0.92, 0.92, 0.88}, {0.36, 0.36, 0.38}, 6.0}, -0.2);  // the road's middle line
