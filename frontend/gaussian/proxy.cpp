@@ -11,7 +11,7 @@ namespace {
 // arithmetic is good to a few 1e-7.
 constexpr float kObjectMargin = 1e-5f;
 
-// The polyhedron must circumscribe the sphere even after its vertices are rounded to fp32 (facts: 3DGRT scale, exact).
+// The polyhedron must circumscribe the sphere even after its vertices are rounded to fp32 (3DGRT's scale is exact).
 constexpr double kRoundingGuard = 1.0 + 4e-7;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What secondary rays come from: one sphere of glass and one rectangular mirror. Geometry only; the tracer
+// The objects that cause secondary rays: one sphere of glass and one rectangular mirror. Geometry only; the tracer
 // (light_path.h) and the reference each intersect it with code of their own.
 #pragma once
 
@@ -32,7 +32,7 @@ struct OpticalObjects {
   unsigned max_bounces = 8;  ///< surfaces that the light of one pixel may meet; a pass through the sphere meets two
 
   bool empty() const { return !glass && !mirror; }
-  /// The same objects with the origin moved to `offset` (a scene's), where its rays live.
+  /// The same objects relative to `offset` (a scene's), in the coordinates of its rays.
   OpticalObjects relative_to(const glm::dvec3& offset) const;
 };
 
