@@ -26,7 +26,7 @@ struct TreeChild {
 
 struct TreeNode {
   std::uint8_t child_count = 0;
-  std::uint8_t levels = 1;                ///< of the subtree, this node and its leaves included
+  std::uint8_t levels = 1;                ///< levels of the subtree, this node and its leaves included
   std::uint32_t internals = 1;            ///< nodes of the subtree, this one included
   std::uint32_t leaves = 0;               ///< primitives of the subtree
   TreeChild children[traces::kMaxWidth];  ///< only child_count of them are allocated

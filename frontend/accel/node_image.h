@@ -80,7 +80,7 @@ struct DecodedInternal {
   std::array<Box, traces::kMaxWidth> boxes{};
 };
 
-/// What a triangle leaf of layout compact holds: a patch of up to four triangles of one Gaussian's proxy.
+/// Contents of a triangle leaf of layout compact: a patch of up to four triangles of one Gaussian's proxy.
 struct PatchRecord {
   std::uint32_t gaussian = 0;
   std::uint32_t code = 0;  ///< FacePatch::code

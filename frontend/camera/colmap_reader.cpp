@@ -100,7 +100,7 @@ std::map<std::int32_t, Camera> read_intrinsics(const std::string& path, FilesRea
     }
     if (static_cast<std::size_t>(model_id) == kFisheyeModel) {
       camera.projection = Projection::fisheye;
-      camera.fisheye_fov = 2.0 * std::numbers::pi;  // no limit: every pixel has a ray
+      camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel up to 180 degrees off axis has a ray
     }
     check_camera(camera, in.path(), in.place());
     if (!cameras.emplace(id, camera).second) in.fail("has the camera id " + std::to_string(id) + " twice");

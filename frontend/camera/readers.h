@@ -1,4 +1,4 @@
-// Readers of camera files, and what every camera that enters the program must satisfy.
+// Readers of camera files, and the check that every camera must pass.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -30,7 +30,7 @@ std::vector<Camera> read_transforms_json(const nlohmann::json& json, const std::
 /// byte.
 std::vector<Camera> read_colmap(const std::string& folder, FilesRead& files);
 
-// What every camera that enters the program must satisfy, whatever file it comes from.
+// Requirements on every camera that enters the program, whatever file it comes from.
 
 /// Throws Error{file, place, rule} unless width and height are 1 to 65536, every number is finite, focal lengths are
 /// positive and the rotation is orthonormal within 1e-3 and not a mirror.

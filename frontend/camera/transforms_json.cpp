@@ -83,7 +83,7 @@ void read_projection(Camera& camera, const JsonObject& frame, const JsonObject& 
   }
   if (!fisheye) return;
   camera.projection = Projection::fisheye;
-  camera.fisheye_fov = 2.0 * std::numbers::pi;  // no limit: every pixel has a ray
+  camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel up to 180 degrees off axis has a ray
 }
 
 Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t index, FilesRead& files) {

@@ -27,7 +27,7 @@ using nlohmann::json;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004e4942;   // "BIN"
 constexpr const char* kExtension = "KHR_gaussian_splatting";
-constexpr int kMostDepth = 64;       // of nodes
+constexpr int kMostDepth = 64;       // deepest nesting of nodes
 constexpr unsigned kMostDegree = 3;  // of SH in the extension
 
 // Signs of the SH coefficients from k1 on under half a turn about z: those of odd order m change.

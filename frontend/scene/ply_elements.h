@@ -12,7 +12,7 @@
 
 namespace grtx::frontend {
 
-/// Where one property of every row goes: row i is converted and stored at out[i * stride].
+/// Destination of one property: that of row i is converted and stored at out[i * stride].
 struct PlyColumn {
   std::size_t property = 0;                             ///< index in the element; must not be a list
   std::variant<float*, double*, std::uint32_t*> out{};  ///< uint32_t only for properties of an integer type

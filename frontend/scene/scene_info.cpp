@@ -15,7 +15,7 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr double kOuterShare = 0.001;  // of the centres, both ends together
+constexpr double kOuterShare = 0.001;  // share of the centres at both ends together
 constexpr double kExtentSigmas = 3.0;
 
 // Sorted values at a share of 0 .. 1 of their ranks, linear in between.

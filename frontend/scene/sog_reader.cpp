@@ -32,7 +32,7 @@ constexpr std::size_t kMostPaletteTexels = std::size_t{65536} * 15;  // 16-bit l
 constexpr std::size_t kPaletteColumns = 64;                          // SH centroids per row of their picture
 constexpr std::uint64_t kMostRows = 1U << 28;                        // 16384 x 16384 texels, the most that WebP holds
 constexpr std::uint64_t kMostMetaBytes = std::uint64_t{256} << 20;
-constexpr int kMostDepth = 64;  // of a lod-meta.json's tree
+constexpr int kMostDepth = 64;  // depth of a lod-meta.json's tree
 
 /// Returns the bytes of a file that a meta.json names.
 using Load = std::function<std::string(const std::string& name)>;

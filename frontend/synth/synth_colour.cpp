@@ -72,7 +72,7 @@ void colour_row(SynthRow& row, const SynthColourNoise& noise, const glm::dvec3& 
   std::array<double, 16> scale{};
   for (unsigned k = 1; k < coefficients; ++k) scale[k] = noise.rms[k < 4 ? 1 : k < 9 ? 2 : 3];
   const ViewDifferences differences = view_differences(views, scale, coefficients);
-  // What is removed from some directions is added to the others, so that the rms stays.
+  // Scales the rest up by the removed part, so that the rms stays.
   const double left = 1.0 - kFitted * (2.0 - kFitted) * differences.count / std::max(1.0, coefficients - 1.0);
   std::array<std::array<double, 16>, 3> value{};  // by channel, in units of the rms
   for (unsigned k = 1; k < coefficients; ++k) {

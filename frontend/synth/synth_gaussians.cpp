@@ -114,7 +114,7 @@ double captured_spacing(const SynthPatch& patch, const SynthWorld& world) {
 /// Distances to the rim of the surface that a Gaussian lies on.
 struct ToRim {
   double across, along;
-  glm::dvec3 direction;  ///< of `along`
+  glm::dvec3 direction;  ///< in which `along` is measured
 };
 
 ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {

@@ -13,7 +13,7 @@ namespace grtx::frontend {
 /// One piece: from the origin, along the direction, up to `limit`.
 struct PathPiece {
   glm::dvec3 origin{0.0};
-  glm::dvec3 direction{0.0};                               ///< of the camera ray as given, later unit
+  glm::dvec3 direction{0.0};                               ///< as given for the camera ray, then of unit length
   double limit = std::numeric_limits<double>::infinity();  ///< parameter at which the next surface lies
   traces::RayKind kind = traces::RayKind::primary;         ///< type of the surface where it starts
   bool meets_surface() const { return limit < std::numeric_limits<double>::infinity(); }

@@ -14,7 +14,7 @@ namespace grtx::frontend {
 struct GlassSphere {
   glm::dvec3 centre{0.0};
   double radius = 1.0;
-  double index = 1.5;  ///< of refraction, against 1 outside; crown glass
+  double index = 1.5;  ///< refractive index, against 1 outside; crown glass
 };
 
 /// Reflects all light, from both sides.

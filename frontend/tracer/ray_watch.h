@@ -27,7 +27,7 @@ struct WatchedRay {
     std::vector<KEntry> k_buffer;
     std::size_t evictions = 0;  ///< left in the eviction buffer
   };
-  std::vector<Start> starts;         ///< of each round
+  std::vector<Start> starts;         ///< start of each round
   std::vector<float> transmittance;  ///< after each round
 };
 

@@ -41,7 +41,7 @@ constexpr auto enum_names(BelowInstance) { return names_in_order<BelowInstance>(
 enum class ShDirection : std::uint8_t { ray, centre };
 constexpr auto enum_names(ShDirection) { return names_in_order<ShDirection>({"ray", "centre"}); }
 
-/// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
+/// The test of a triangle leaf: the canonical hit function, or its stored vertices
 /// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
 constexpr auto enum_names(TriangleTest) { return names_in_order<TriangleTest>({"canonical", "world"}); }

@@ -294,7 +294,7 @@ void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayStat
   offer<Order>(link, entry, state, recorder);
 }
 
-/// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
+/// Handles a leaf's test result (`link`): the any-hit shader, a checkpoint, or nothing.
 template <typename Order, typename Recorder>
 void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder) {
   using traces::LeafOutcome;

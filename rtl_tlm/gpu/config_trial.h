@@ -18,7 +18,7 @@ class ConfigTrial {
   ConfigTrial(const ConfigTrial&) = delete;  // keys point into it
   ConfigTrial& operator=(const ConfigTrial&) = delete;
 
-  /// In the order of config_keys().
+  /// All keys, in the order of config_keys().
   const std::vector<modules::Parameter>& keys() const { return list_.items(); }
   /// Sets a key as `--set` does, until reset(); returns its place in keys(). Throws Error.
   std::size_t set(const std::string& name, const std::string& value);
@@ -32,7 +32,7 @@ class ConfigTrial {
   // Never assigned as a whole: the keys of user-supplied units point into what an assignment replaces.
   GpuConfig config_;
   modules::ParameterList list_;
-  std::unordered_map<std::string, std::size_t> places_;  ///< of keys
+  std::unordered_map<std::string, std::size_t> places_;  ///< of keys, by name
   std::vector<std::string> base_;                        ///< values, by place
   std::vector<std::size_t> set_;                         ///< places of keys that were set
 };

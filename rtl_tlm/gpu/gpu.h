@@ -30,9 +30,9 @@ struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
-  unsigned threads = 1;                  ///< that share the SMs; more than one needs run_ahead and the built-in memory
+  unsigned threads = 1;                  ///< host threads; more than one needs run_ahead and the built-in memory
   std::function<bool()> crowded;         ///< for tests, see ClockThreads::judge_by(); lifts the limit of host cores
-  std::uint64_t memory_bytes = 0;        ///< that later launches need, if more than the first
+  std::uint64_t memory_bytes = 0;        ///< memory for later launches, if more than for the first
   GpuParts parts;                        ///< factories of user-supplied units, which may change results
 };
 

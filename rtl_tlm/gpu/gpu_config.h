@@ -45,7 +45,7 @@ struct SampleKeys {
   }
 };
 
-/// Of external DRAM simulators, which have their own configuration file.
+/// Keys of external DRAM simulators, which have their own configuration file.
 struct DramSimulatorConfig {
   std::string file;
   bool per_slice = true;  ///< a memory for each channel with local addresses, else one for all with global addresses
@@ -65,7 +65,7 @@ struct GpuConfig {
 
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
-  unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
+  unsigned rt_units = 1;         ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
   std::string dram_model = kBuiltInMemory;  ///< name of the memory system behind the memory sockets
@@ -76,7 +76,7 @@ struct GpuConfig {
   SmLinks sm_links;
   modules::Crossbar::Config crossbar;
   GpuLinks links;
-  modules::AddressInterleave interleave;     ///< of L2 slices and DRAM channels
+  modules::AddressInterleave interleave;     ///< of addresses over L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2Slice::Config l2;               ///< of a slice; l2_slice() sets its size from l2_bytes
   modules::Dram::Config dram;
@@ -104,7 +104,7 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config);
 /// Starts from `paper`, applies the file and its includes (if `path` is not empty), then the settings "key=value" in
 /// order. Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination.
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
-/// The same, starting from `config`. origin: where that comes from, for errors.
+/// The same, starting from `config`. origin: its source, for errors.
 GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
                       const std::vector<std::string>& settings);
 

@@ -28,7 +28,7 @@ struct SmParts {
                                                        const traces::Header& header, const modules::MemoryMap& map,
                                                        modules::ClockDomain& clock, unsigned sm)>
       rt_unit;
-  modules::RtUnitParts rt_parts;  ///< of our own RT unit
+  modules::RtUnitParts rt_parts;  ///< parts of our own RT unit
   std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1Cache::Config& config,
                                                         modules::ClockDomain& clock)>
       l1_cache;

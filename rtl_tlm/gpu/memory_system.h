@@ -46,7 +46,7 @@ class MemorySystem {
  public:
   virtual ~MemorySystem() = default;
 
-  /// As in the configuration key dram.model.
+  /// Its value of the configuration key dram.model.
   virtual std::string model() const = 0;
   /// Channels with separate counts and signals; usually one per socket.
   virtual unsigned channels() const = 0;
@@ -103,7 +103,7 @@ inline constexpr const char* kBuiltInMemory = "built_in";
 void register_memory_system(const std::string& name, MemorySystemFactory factory, bool needs_file = false);
 /// kBuiltInMemory, then the registered ones in order.
 std::vector<std::string> memory_system_names();
-/// Those that were registered with needs_file.
+/// The names that were registered with needs_file.
 std::vector<std::string> memory_systems_with_file();
 /// The factory of a name. Throws Error, which lists the known names, if it is not registered.
 const MemorySystemFactory& memory_system(const std::string& name);

@@ -10,7 +10,7 @@
 
 namespace grtx::sim {
 
-/// In core cycles, both ends included.
+/// A range of core cycles, both ends included.
 struct CycleWindow {
   Cycle first = 0;
   Cycle last = modules::kNever;
@@ -39,7 +39,7 @@ class Observation final : public modules::ClockedModule {
   /// observer must outlive it.
   Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
               CycleObserver& observer);
-  /// What the observer threw, if anything.
+  /// The exception that the observer threw, if any.
   const std::exception_ptr& failure() const { return failure_; }
 
  private:

@@ -16,7 +16,7 @@ struct StallBar {
 struct StallSection {
   std::string title;
   std::string unit;
-  double whole = 0.0;  ///< what a full bar stands for
+  double whole = 0.0;  ///< value of a full bar
   std::vector<StallBar> bars;
 };
 

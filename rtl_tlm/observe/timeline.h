@@ -26,7 +26,7 @@ class Timeline final : private CycleObserver {
   Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem& memory, const std::string& trace_hash,
            const std::string& config_hash);
   void finish();
-  /// What writing threw during the run, if anything.
+  /// The exception that writing threw during the run, if any.
   const std::exception_ptr& failure() const { return observation_.failure(); }
 
  private:

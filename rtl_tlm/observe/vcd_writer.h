@@ -19,7 +19,7 @@ struct Enumeration {
   std::vector<std::string> colours;  ///< X11 names for viewers, by value; may be empty
 };
 
-/// What a viewer is told about a signal.
+/// Description of a signal for viewers.
 struct SignalInfo {
   std::string name;                          ///< full hierarchical name, dots between scopes
   unsigned width = 1;                        ///< bits, 1..64

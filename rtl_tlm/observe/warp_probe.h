@@ -14,7 +14,7 @@ namespace grtx::sim {
 
 class WarpProbe {
  public:
-  /// scope: of the warp buffer. checkpoint: null when not elaborated. All must outlive the probe.
+  /// scope: that of the warp buffer. checkpoint: null if the unit is not elaborated. All must outlive the probe.
   WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
             const modules::CheckpointState* checkpoint, const traces::Header& header);
 

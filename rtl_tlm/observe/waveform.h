@@ -39,7 +39,7 @@ class Waveform final : private CycleObserver {
   void rest_while_idle() { rests_while_idle_ = true; }
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
   void finish();
-  /// What writing threw during the run, if anything.
+  /// The exception that writing threw during the run, if any.
   const std::exception_ptr& failure() const { return observation_.failure(); }
   std::uint64_t changes() const { return writer_.changes(); }
 

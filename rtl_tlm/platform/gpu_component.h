@@ -66,7 +66,7 @@ class GpuComponent final : public sc_core::sc_module {
     MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
     EnergyPricing price;              ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
-    WaveformOptions waveform;  ///< of all launches, its window in cycles of each; off when its path is empty
+    WaveformOptions waveform;  ///< of all launches; the window is in cycles of each; off when its path is empty
   };
   /// Throws Error for traces that cannot be read or are not of one hardware, and for a bad configuration.
   GpuComponent(const sc_core::sc_module_name& name, const Options& options);
@@ -101,7 +101,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Options options_;
   std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
-  const traces::Reader* last_ = nullptr;                  ///< that was launched last
+  const traces::Reader* last_ = nullptr;                  ///< the one launched last
   SwitchedSource source_;
   std::unique_ptr<Gpu> gpu_;
   std::unique_ptr<MemorySystem> memory_;

@@ -155,7 +155,7 @@ std::string today() {
   return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
 }
 
-/// As a TOML string in one line.
+/// The text as a TOML string on one line.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {

@@ -22,7 +22,7 @@ struct RegressionSetting {
   std::string place;  ///< "line N" of the case
 };
 
-/// What NAME.case.toml says (docs/guide/regress.md). Paths are relative to the working directory.
+/// Contents of NAME.case.toml (docs/guide/regress.md). Paths are resolved, and relative to the working directory.
 struct RegressionCase {
   std::string name;  ///< below the regression's folder, without the ending
   std::string file;

@@ -35,7 +35,7 @@ class MeasuredSource final : public modules::GroupSource {
   /// Totals and longest chains of all groups acquired so far.
   const traces::Totals& totals() const { return totals_; }
   const Chain& longest() const { return longest_; }
-  /// What acquire() threw, if anything.
+  /// The exception that acquire() threw, if any.
   const std::exception_ptr& failure() const { return failure_; }
 
  private:

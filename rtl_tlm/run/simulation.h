@@ -38,7 +38,7 @@ struct SimulationOptions {
   WaveformOptions waveform;           ///< off when its path is empty
   TimelineOptions timeline;           ///< off when its path is empty
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
-  modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; not with pixel_cycles
+  modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; ignored with pixel_cycles
   EnergyPricing price;                        ///< empty: no energy statistics
   BuildOptions build;                         ///< threads: a limit; a run that must use fewer says so on stderr
   MemorySystemFactory memory;                 ///< replaces the one that dram.model names

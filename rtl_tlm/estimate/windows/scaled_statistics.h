@@ -10,7 +10,7 @@
 
 namespace grtx::sim {
 
-/// What is known about the whole run without simulating it, and its estimated cycles.
+/// Facts about the whole run that are known without simulating it, and its estimated cycles.
 struct WholeRun {
   double cycles = 0.0;  ///< estimated
   std::uint64_t groups = 0;
