@@ -17,18 +17,18 @@
 namespace grtx::frontend {
 namespace {
 
-// Primitive leaves of one proxy.
+// Number of primitive leaves per proxy.
 unsigned leaves_of(const Proxy& proxy, const FacePatches& patches, bool compact) {
   return compact || proxy.is_sphere() ? patches.count() : proxy.faces();
 }
 
-// The leaves of a monolithic tree over proxies in the world.
+// Writes the leaves of a monolithic tree: proxies in world space.
 struct WorldLeaf {
   const PreparedGaussians& gaussians;
   const Proxy& proxy;
   const FacePatches& patches;
   bool compact;
-  std::uint32_t leaves = leaves_of(proxy, patches, compact);  ///< a Gaussian
+  std::uint32_t leaves = leaves_of(proxy, patches, compact);  ///< per Gaussian
 
   void prefetch(std::uint32_t index) const { gaussians.prefetch(index / leaves); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
@@ -60,7 +60,7 @@ struct WorldLeaf {
   }
 };
 
-// The leaves of a TLAS: one instance of the shared BLAS a Gaussian.
+// Writes the leaves of a TLAS: one instance of the shared BLAS per Gaussian.
 struct InstanceLeaf {
   const PreparedGaussians& gaussians;
   std::uint64_t blas_header;
@@ -76,7 +76,7 @@ struct InstanceLeaf {
   }
 };
 
-/// Says what a structure takes while it is built, for hosts that have less. Measured (docs/guide/scenes.md).
+/// Message for hosts with too little memory: what a structure takes while it is built. Measured (docs/guide/scenes.md).
 std::string memory_of(AccelKind kind, std::size_t gaussians, std::size_t leaves) {
   constexpr double kLeaf = 102e-9, kInstance = 330e-9;  // GB
   const bool shared = is_two_level(kind);

@@ -1,4 +1,4 @@
-// The acceleration structures that are compared: monolithic BVHs over proxies, and a TLAS over one shared BLAS.
+// The acceleration structures under comparison: monolithic BVHs over proxies, and a TLAS over one shared BLAS.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ ProxyKind proxy_of(AccelKind kind);
 
 struct AccelOptions {
   AccelKind kind = AccelKind::tri20;
-  unsigned width = 6;          ///< children an internal node, 2..8
+  unsigned width = 6;          ///< children per internal node, 2..8
   bool corner_bounds = false;  ///< instance boxes from the BLAS box's eight corners (as drivers do) instead of tight
-  unsigned box_bits = 8;       ///< bits of a stored box coordinate that are used, 2..8
+  unsigned box_bits = 8;       ///< bits used of a stored box coordinate, 2..8
   NodeLayout layout = NodeLayout::vulkan_sim;
   friend bool operator==(const AccelOptions&, const AccelOptions&) = default;
 };

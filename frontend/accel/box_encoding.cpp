@@ -32,8 +32,8 @@ bool holds(Int4 mask) { return (mask[0] & mask[1] & mask[2]) != 0; }
 
 float box_step(int exponent) { return static_cast<float>(power_of_two(exponent - 8)); }
 
-// One lane an axis. A quotient by a step, a power of two, is its product with the reciprocal, exactly, and neither
-// leaves the normal doubles; positions are not negative, so that conversion to int is floor.
+// One lane per axis. Division by a step, a power of two, is exact as multiplication by the reciprocal, and both stay
+// normal doubles; positions are not negative, so conversion to int is floor.
 void encode_boxes(const ChildRecord* children, unsigned count, unsigned bits, BoxCodes& codes) {
   const int quantum = 1 << (8 - bits);
   Float4 lower[traces::kMaxWidth], upper[traces::kMaxWidth];

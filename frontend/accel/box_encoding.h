@@ -1,4 +1,4 @@
-// Conservative 8-bit boxes of a node's children: what a node of the image stores of them. docs/model/node-image.md.
+// Conservative 8-bit boxes of a node's children, as a node of the image stores them. docs/model/node-image.md.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct ChildRecord {
 /// 2^(exponent - 8) as fp32 (exponents reach below the normal range for tiny boxes), -128 <= exponent <= 127.
 float box_step(int exponent);
 
-/// What the decoder computes from a code.
+/// The coordinate that the decoder computes from a code.
 inline float decode_bound(float origin, std::uint8_t code, float step) {
   return origin + static_cast<float>(code) * step;
 }
@@ -31,9 +31,9 @@ struct BoxCodes {
 };
 
 /// Finds on each axis the smallest exponent with which all boxes fit into `bits` bits (2..8) after outward rounding,
-/// checked in the very arithmetic of the decoder; codes are multiples of 2^(8 - bits). count: 1..8; boxes are finite
-/// and not empty. Throws std::overflow_error when an extent is beyond the exponents. Entries from `count` on are not
-/// set.
+/// checked with the decoder's own arithmetic; codes are multiples of 2^(8 - bits). count: 1..8; boxes are finite and
+/// not empty. Throws std::overflow_error when no exponent is large enough for an extent. Entries from `count` on are
+/// not set.
 void encode_boxes(const ChildRecord* children, unsigned count, unsigned bits, BoxCodes& codes);
 
 }  // namespace grtx::frontend

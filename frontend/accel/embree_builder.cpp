@@ -53,7 +53,7 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
   }
 }
 
-// Called once the children are complete: a node's subtree can be counted.
+// Called once the children are complete, so that the node's subtree can be counted.
 void set_children(void* pointer, void** children, unsigned count, void*) {
   auto* const node = static_cast<TreeNode*>(pointer);
   std::uint32_t internals = 1, leaves = 0;
@@ -80,11 +80,11 @@ void* create_leaf(RTCThreadLocalAllocator, const RTCBuildPrimitive* primitives, 
   return reinterpret_cast<void*>(leaf_link(primitives[0].primID));
 }
 
-// Writes all boxes; returns theirs. Parts are joined in their order, so that of equal zeros of either sign the first
-// one stays, whoever computed it.
+// Writes all boxes; returns the box around them. Parts are joined in order, so that the result does not depend on the
+// threads: of zeros of either sign the first one stays.
 Box write_all(std::size_t count, std::size_t group, const BoxWriter& write_boxes, PrimitiveBox* boxes) {
   using Range = tbb::blocked_range<std::size_t>;
-  constexpr std::size_t kAtOnce = 256;  // boxes whose second reading finds them in the first cache
+  constexpr std::size_t kAtOnce = 256;  // boxes that are still in the first cache when read again
   const std::size_t grain = std::max<std::size_t>(1, 16 * kAtOnce / group);
   const auto write = [&](const Range& groups, Box bounds) {
     for (std::size_t i = groups.begin() * group; i < groups.end() * group;) {

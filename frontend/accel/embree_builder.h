@@ -17,7 +17,7 @@ struct TreeNode;
 /// A child of the built tree: a primitive or a further node.
 struct TreeChild {
   Box box;
-  std::uintptr_t link = 0;  ///< bit 0 set: a primitive's index above it; else the node's address
+  std::uintptr_t link = 0;  ///< a leaf: primitive index << 1 | 1; else the node's address
 
   bool leaf() const { return (link & 1u) != 0; }
   std::uint32_t primitive() const { return static_cast<std::uint32_t>(link >> 1); }
@@ -26,15 +26,14 @@ struct TreeChild {
 
 struct TreeNode {
   std::uint8_t child_count = 0;
-  std::uint8_t levels = 1;                ///< of the subtree, this node and its leaves included
+  std::uint8_t levels = 1;                ///< levels of the subtree, this node and its leaves included
   std::uint32_t internals = 1;            ///< nodes of the subtree, this one included
   std::uint32_t leaves = 0;               ///< primitives of the subtree
-  TreeChild children[traces::kMaxWidth];  ///< memory holds no more than child_count of them
+  TreeChild children[traces::kMaxWidth];  ///< only child_count of them are allocated
 };
 
 struct Tree {
-  const TreeNode* root =
-      nullptr;  ///< always a node; may be given back by who reads the tree last (TreeMemory::release)
+  const TreeNode* root = nullptr;  ///< always a node; the last reader may release it (TreeMemory::release)
   std::unique_ptr<TreeMemory> memory;
   Box bounds;
   std::uint32_t internals = 0;
@@ -46,8 +45,8 @@ struct Tree {
 /// Writes the boxes of primitives [begin, end) to boxes[0 .. end - begin). Called by several threads at once.
 using BoxWriter = std::function<void(std::size_t begin, std::size_t end, PrimitiveBox* boxes)>;
 
-/// Builds a tree of `width` children over `count` boxes (0: a root without children). Boxes are asked for in ranges
-/// that begin and end at multiples of `group`, which divides count. Throws std::runtime_error when Embree fails.
+/// Builds a tree of up to `width` children per node over `count` boxes (0: a root without children). write_boxes gets
+/// ranges that begin and end at multiples of `group`, which divides count. Throws std::runtime_error when Embree fails.
 Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width);
 
 /// The same over boxes given one by one, by box_of(i).

@@ -17,14 +17,14 @@
 namespace grtx::frontend {
 namespace {
 
-// World boxes of objects are widened by this share of their largest coordinate: 64 ulp, for the corners are
-// transformed in double and the rays in double, too, and both are rounded to fp32 once.
+// World boxes of objects are widened by this share of their largest coordinate: 64 ulp, which covers that corners and
+// rays are both transformed in double and rounded to fp32 once.
 constexpr float kBoxMargin = 1.0f / (1 << 18);
 
-// Areas of boxes, which the builder compares, stay within fp32.
+// Keeps the areas of boxes, which the builder compares, within fp32.
 constexpr float kLargestCoordinate = 1e18f;
 
-// glm's uniform scale of a rotation matrix; columns are the object's axes in the world.
+// Rotation times uniform scale; columns are the object's axes in the world.
 glm::dmat3 object_to_world(const Placement& placement) { return glm::mat3_cast(placement.rotate) * placement.scale; }
 
 // The object space's origin in world coordinates: scenes are recentred by their offset.
@@ -32,7 +32,7 @@ glm::dvec3 world_position(const Placement& placement, const Scene& scene) {
   return object_to_world(placement) * scene.offset + placement.translate;
 }
 
-// The leaf of Gaussian g in its object's TLAS.
+// Writes the leaf of Gaussian g in its object's TLAS.
 void write_gaussian(NodeImage& image, std::uint64_t address, const PreparedGaussians& gaussians, std::uint32_t g,
                     std::uint64_t blas_header, std::uint64_t blas_root) {
   const GaussianRecord& record = gaussians.record(g);
@@ -181,7 +181,7 @@ const PlacedObject& MultiObjectWorld::owner(std::uint32_t id) const {
 
 std::string MultiObjectWorld::hash() const {
   std::ostringstream text;
-  text << std::hexfloat;  // to the bit
+  text << std::hexfloat;  // exact to the bit
   for (const Placement& p : placements_) {
     text << objects_[p.object]->scene.hash;
     for (const double value :

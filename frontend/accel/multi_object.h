@@ -17,7 +17,7 @@
 
 namespace grtx::frontend {
 
-/// What all placements of one file share; never changes once built.
+/// The part that all placements of one file share; never changes once built.
 struct SharedObject {
   Scene scene;
   PreparedGaussians gaussians;
@@ -29,12 +29,12 @@ struct SharedObject {
   SharedObject(Scene s, Kernel kernel) : scene(std::move(s)), gaussians(scene, kernel) {}
 };
 
-/// A placement as rays meet it.
+/// A placement as rays see it.
 struct PlacedObject {
   const SharedObject* object = nullptr;
   std::uint32_t first_gaussian = 0;  ///< ids of its Gaussians in the whole scene begin here
   glm::dmat3 to_object{1.0};         ///< world differences to object space: transposed rotation / scale
-  glm::dvec3 position{0.0};          ///< of the object space's origin, scene coordinates
+  glm::dvec3 position{0.0};          ///< the object space's origin in scene coordinates
   Box box;                           ///< contains the object, widened against rounding
 
   /// The ray in object space, with the same parameter t: its direction is not of unit length there.
@@ -49,23 +49,23 @@ class MultiObjectWorld {
   MultiObjectWorld(const MultiObjectWorld&) = delete;
   MultiObjectWorld& operator=(const MultiObjectWorld&) = delete;
 
-  /// Moves the objects: as many placements of the same objects. Rebuilds the scene TLAS alone (a frame's update); every
-  /// other byte of the node image stays as it is.
+  /// Moves the objects: takes as many placements of the same objects. Rebuilds only the scene TLAS (a frame's update);
+  /// all other bytes of the node image stay as they are.
   void move(const std::vector<Placement>& placements);
 
   const AccelOptions& options() const { return options_; }
   const Proxy& proxy() const { return proxy_; }
   const FacePatches& patches() const { return patches_; }
   const NodeImage& image() const { return *image_; }
-  std::uint64_t root() const { return image_->sizes().header_bytes(); }  ///< of the scene TLAS
+  std::uint64_t root() const { return image_->sizes().header_bytes(); }  ///< root of the scene TLAS
   std::uint64_t blas_header() const { return blas_root_ - image_->sizes().header_bytes(); }
   std::uint64_t blas_root() const { return blas_root_; }
-  std::uint64_t scene_tlas_bytes() const { return scene_tlas_bytes_; }  ///< set aside for it at the image's start
+  std::uint64_t scene_tlas_bytes() const { return scene_tlas_bytes_; }  ///< reserved for it at the image's start
   const std::vector<std::unique_ptr<SharedObject>>& objects() const { return objects_; }
   const std::vector<PlacedObject>& placed() const { return placed_; }
-  std::uint64_t gaussians() const { return gaussians_; }  ///< of all placements
+  std::uint64_t gaussians() const { return gaussians_; }  ///< Gaussians of all placements
   const glm::dvec3& offset() const { return offset_; }    ///< scene coordinates + offset = world coordinates
-  std::string hash() const;                               ///< of the files' contents and where they stand
+  std::string hash() const;                               ///< hash of the files' contents and the placements
   /// The placement that holds the Gaussian with this id.
   const PlacedObject& owner(std::uint32_t id) const;
   const GaussianRecord& record(std::uint32_t id) const {
@@ -80,9 +80,9 @@ class MultiObjectWorld {
   std::uint64_t records() const { return records_; }                                    ///< Gaussians of all files
   unsigned sh_degree() const { return sh_degree_; }                                     ///< the largest of the files'
   const std::vector<traces::SceneLeaf>& scene_leaves() const { return scene_leaves_; }  ///< ascending addresses
-  double build_seconds() const { return build_seconds_; }                               ///< all, the first update too
-  double update_seconds() const { return update_seconds_; }  ///< of the scene TLAS, the last time
-  /// Written by an update: header and nodes of the scene TLAS as it was built last.
+  double build_seconds() const { return build_seconds_; }                               ///< the first update included
+  double update_seconds() const { return update_seconds_; }  ///< time of the scene TLAS's last update
+  /// Bytes that the last update wrote: header and nodes of the scene TLAS.
   std::uint64_t update_bytes() const { return update_bytes_; }
 
  private:
@@ -109,8 +109,8 @@ class MultiObjectWorld {
   double update_seconds_ = 0.0;
 };
 
-/// The same Gaussians in one scene, in the order of their ids, with the world's hash. SH of degree > 0 is not rotated,
-/// so only placements without rotation may have it: throws Error otherwise.
+/// All placed Gaussians as one scene, in the order of their ids, with the world's hash. SH of degree > 0 is not
+/// rotated, so only placements without rotation may have it: throws Error otherwise.
 Scene flatten(const MultiObjectWorld& world, const std::vector<Placement>& placements);
 
 }  // namespace grtx::frontend

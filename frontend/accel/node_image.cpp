@@ -18,7 +18,7 @@ void put_packed(std::uint8_t* to, const std::uint8_t (&codes)[traces::kMaxWidth]
   std::memcpy(to, &packed, kPackedBits);
 }
 
-// All leaves of a structure's level are of one kind, so a bit says which children are leaves.
+// All leaves of one level of a structure are of one kind, so one bit tells which children are leaves.
 void write_packed_children(std::uint8_t* node, const ChildRecord* children, unsigned count) {
   node[kPackedUsed] = static_cast<std::uint8_t>((1u << count) - 1);
   for (unsigned i = 0; i < count; ++i) {
@@ -65,7 +65,7 @@ void NodeImage::write_internal(std::uint64_t address, std::uint64_t child_base, 
     }
   }
   BoxCodes codes{{}, {-128, -128, -128}, {}, {}};
-  for (auto& axis : codes.lower) std::fill_n(axis, traces::kMaxWidth, std::uint8_t{0x80});  // of children not there
+  for (auto& axis : codes.lower) std::fill_n(axis, traces::kMaxWidth, std::uint8_t{0x80});  // of missing children
   if (count > 0) encode_boxes(children, count, box_bits_, codes);
   for (unsigned axis = 0; axis < 3; ++axis) {
     put(node + 4 * axis, codes.origin[axis]);
@@ -167,7 +167,7 @@ void NodeImage::write_instance(std::uint64_t address, std::uint32_t instance, st
   leaf_index_[address / unit_] = instance;
 }
 
-// The first unit is all that traversal reads; the second is for shaders and for a rebuild.
+// Traversal only reads the first unit; the second is for shaders and for a rebuild.
 void NodeImage::write_compact_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
                                        std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
                                        const glm::vec3 (&object_to_world)[3], const glm::vec3& translation) {
@@ -197,7 +197,7 @@ void NodeImage::write_compact_instance(std::uint64_t address, std::uint32_t inst
   leaf_index_[address / unit_] = instance;
 }
 
-// All that traversal reads; what a shader or an update wants besides (object-to-world) is not part of the image.
+// Only what traversal reads: what a shader or an update needs besides (object-to-world) is not part of the image.
 void NodeImage::write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
                                           const glm::vec3 (&world_to_object)[3], const glm::vec3& translation) {
   const struct {

@@ -20,13 +20,13 @@ using traces::NodeKind;
 
 /// Byte offsets inside an internal node.
 struct InternalLayout {
-  unsigned slots;       ///< children that there is room for: 6 or 8
-  unsigned child_info;  ///< first child byte; packed: no child bytes but kPackedLeafKind and the masks
-  unsigned bounds;      ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, a byte a slot each; packed: 7 bits
+  unsigned slots;       ///< room for children: 6 or 8
+  unsigned child_info;  ///< first child byte; packed: kPackedLeafKind and the masks instead
+  unsigned bounds;      ///< lowerX; then upperX, lowerY, upperY, lowerZ, upperZ, one byte per slot each; packed: 7 bits
   bool packed = false;  ///< layout compressed
   friend bool operator==(const InternalLayout&, const InternalLayout&) = default;
 };
-/// Layout of nodes with 6 or 8 slots whose codes take a byte each.
+/// Layout of nodes with 6 or 8 slots and one byte per code.
 constexpr InternalLayout internal_layout(unsigned slots) {
   return slots <= 6 ? InternalLayout{6, 22, 28} : InternalLayout{8, 22, 32};
 }
@@ -34,33 +34,33 @@ constexpr InternalLayout internal_layout(const traces::NodeSizes& sizes) {
   if (sizes.layout() == traces::NodeLayout::compressed) return {8, 16, 22, true};
   return internal_layout(sizes.slots());
 }
-// Places in a packed node: the kind of its leaf children, the mask of used slots, the mask of slots with leaves.
+// Byte offsets in a packed node: kind of its leaf children, mask of used slots, mask of slots with leaves.
 inline constexpr unsigned kPackedLeafKind = 16, kPackedUsed = 17, kPackedLeaves = 21;
-inline constexpr unsigned kPackedBits = 7;  ///< of a code; eight of them are 7 bytes
+inline constexpr unsigned kPackedBits = 7;  ///< per code; eight of them take 7 bytes
 
-/// Eight packed codes, of 7 bits each in the lowest 56, as bytes: each in the upper bits of its own.
+/// Unpacks eight 7-bit codes from the lowest 56 bits into bytes: each fills the upper bits of its byte.
 constexpr std::uint64_t unpacked_codes(std::uint64_t packed) {
   packed = (packed & 0x000000000FFFFFFF) | (packed & 0x00FFFFFFF0000000) << 4;
   packed = (packed & 0x00003FFF00003FFF) | (packed & 0x0FFFC0000FFFC000) << 2;
   packed = (packed & 0x007F007F007F007F) | (packed & 0x3F803F803F803F80) << 1;
   return packed << 1;
 }
-/// 1 in byte i where bit i is set.
+/// Byte i is 1 if bit i is set, else 0.
 constexpr std::uint64_t bits_as_bytes(std::uint8_t bits) {
   const std::uint64_t spread = std::uint64_t{bits} * 0x0101010101010101 & 0x8040201008040201;
   return (spread + 0x7F7F7F7F7F7F7F7F) >> 7 & 0x0101010101010101;
 }
-/// The child bytes of a node's slots: bits 0-1 size in units, 2-5 kind; 0: not used.
+/// The child bytes of a node's slots: bits 0-1 size in units, 2-5 kind; 0: unused slot.
 inline std::uint64_t child_bytes(const InternalLayout& layout, const std::uint8_t* node) {
   if (layout.packed) {
     return bits_as_bytes(node[kPackedUsed]) + (bits_as_bytes(node[kPackedLeaves]) * node[kPackedLeafKind] << 2);
   }
-  // Eight at once: they lie inside the node whatever its width.
+  // Reads eight at once, which lie inside the node whatever its width.
   std::uint64_t bytes = 0;
   std::memcpy(&bytes, node + layout.child_info, sizeof bytes);
   return layout.slots < 8 ? bytes & ((std::uint64_t{1} << 8 * layout.slots) - 1) : bytes;
 }
-/// The codes of bound array `number` (lowerX, upperX, lowerY, ...), one a slot.
+/// The codes of bound array `number` (0: lowerX, upperX, lowerY, ...), one per slot.
 inline void read_codes(const InternalLayout& layout, const std::uint8_t* node, unsigned number, std::uint8_t* codes) {
   if (!layout.packed) {
     std::memcpy(codes, node + layout.bounds + number * layout.slots, layout.slots);
@@ -80,7 +80,7 @@ struct DecodedInternal {
   std::array<Box, traces::kMaxWidth> boxes{};
 };
 
-/// What a triangle leaf of layout compact holds: a patch of up to four triangles of one Gaussian's proxy.
+/// Contents of a triangle leaf of layout compact: a patch of up to four triangles of one Gaussian's proxy.
 struct PatchRecord {
   std::uint32_t gaussian = 0;
   std::uint32_t code = 0;  ///< FacePatch::code
@@ -89,9 +89,8 @@ struct PatchRecord {
 
 class NodeImage {
  public:
-  /// An image of exactly `bytes` bytes (a multiple of the layout's unit), zeroed, aligned to cache lines.
-  /// box_bits: 2..8, bits of a box coordinate that are used; the rest are zero, so nodes are as large as with 8. Layout
-  /// compressed uses 7 at most.
+  /// An image of exactly `bytes` bytes (a multiple of the layout's unit), zeroed, aligned to cache lines. box_bits:
+  /// 2..8, bits used of a box coordinate; the others are 0, so nodes keep their size. Layout compressed uses at most 7.
   NodeImage(unsigned width, std::uint64_t bytes, unsigned box_bits = 8,
             traces::NodeLayout layout = traces::NodeLayout::vulkan_sim)
       : sizes_(layout, width),
@@ -110,21 +109,21 @@ class NodeImage {
   const std::uint8_t* node_at(std::uint32_t units) const { return data() + units * unit_; }
   std::uint64_t size() const { return bytes_; }
 
-  /// Hands out the next `count` bytes (a multiple of the unit); returns their address.
+  /// Allocates the next `count` bytes (a multiple of the unit); returns their address.
   std::uint64_t allocate(std::uint64_t count);
   std::uint64_t allocated() const { return used_; }
 
   void write_header(std::uint64_t address, std::uint64_t root, const Box& bounds);
-  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked). In layout compressed all
-  /// children are internal nodes or of one kind.
+  /// Encodes conservatively: every decoded box contains its ChildRecord's box (checked). In layout compressed all leaf
+  /// children must be of one kind.
   void write_internal(std::uint64_t address, std::uint64_t child_base, const ChildRecord* children, unsigned count);
   void write_triangle(std::uint64_t address, std::uint32_t primitive, const glm::vec3& a, const glm::vec3& b,
                       const glm::vec3& c);
-  /// to_unit, mean: of an ellipsoid in the world, where the ray must be transformed; a unit sphere of a BLAS has
-  /// neither.
+  /// to_unit, mean: given for an ellipsoid in the world, for which the ray must be transformed; not for the unit sphere
+  /// of a BLAS.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit = nullptr,
                         const glm::vec3& mean = {});
-  /// Layout compact: the triangles of a patch. leaf: its number among all leaves of the structure.
+  /// Layout compact: the triangles of a patch. leaf: its index among all leaves of the structure.
   void write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf);
   /// Layout compact: a procedural leaf with its transform. world_to_object: 3x3 rows.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const Box& box,
@@ -136,7 +135,7 @@ class NodeImage {
 
   DecodedInternal decode_internal(std::uint64_t address) const;
   std::uint32_t primitive(std::uint64_t leaf) const { return read_u32(leaf + 8); }  ///< triangle leaf, vulkan_sim
-  /// Triangles of a triangle leaf; of the structure's first unit in layout compact.
+  /// Number of triangles in the triangle leaf at this address.
   unsigned triangle_count(std::uint32_t units) const { return compact() ? patch_code(units) & 7u : 1; }
   /// Vertices of triangle `index` of a triangle leaf, counter-clockwise seen from outside.
   std::array<glm::vec3, 3> triangle(std::uint32_t units, unsigned index) const {
@@ -151,17 +150,17 @@ class NodeImage {
     return read_u32(leaf + (compact() ? 64 : layout_.packed ? 56 : 76));
   }
   std::uint32_t patch_gaussian(std::uint64_t leaf) const { return read_u32(leaf + 72); }  ///< triangle leaf, compact
-  /// What a leaf holds, primitive or instance, by its address in units: the same numbers as in the leaves' bytes, but
-  /// close together. A tracer that only needs them touches a sixteenth of the memory.
+  /// Primitive or instance index of the leaf at this address in units: the number that is in the leaf's bytes, too, but
+  /// stored close together. A tracer that needs nothing else touches a sixteenth of the memory.
   std::uint32_t leaf_index(std::uint32_t units) const { return leaf_index_[units]; }
   const std::uint32_t* leaf_indices() const { return leaf_index_.data(); }
-  /// Tells the caches that the children at `child_base` (units) are needed soon, as nodes or as leaves. All of them,
-  /// whether a ray meets them or not: the rays that follow meet others.
+  /// Prefetches all children at `child_base` (units), nodes and leaf indices, whether this ray meets them or not: the
+  /// next rays meet others.
   void prefetch_children(std::uint32_t child_base) const {
     const std::uint8_t* const first = node_at(child_base);
     for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(first + i * sizeof(Line));
     __builtin_prefetch(leaf_indices() + child_base);
-    __builtin_prefetch(leaf_indices() + child_base + 16);  // children of the first of them often lie there
+    __builtin_prefetch(leaf_indices() + child_base + 16);  // the first child's children are often here
   }
   std::uint32_t read_u32(std::uint64_t address) const {
     std::uint32_t value = 0;
@@ -194,7 +193,7 @@ class NodeImage {
   InternalLayout layout_;
   std::uint64_t unit_;
   std::uint64_t bytes_;
-  ZeroedPages<Line> lines_;  // one more than the image: vector loads of a node's last bounds may read past its end
+  ZeroedPages<Line> lines_;  // one line more than the image: vector loads of a node's last bounds may read past its end
   ZeroedPages<std::uint32_t> leaf_index_;
   std::uint64_t used_ = 0;
 };

@@ -14,7 +14,7 @@ namespace grtx::frontend {
 
 bool is_object_list(const std::string& path) {
   const std::filesystem::path name = std::filesystem::path(path).filename();
-  return name.extension() == ".json" && name != "meta.json" && name != "lod-meta.json";  // those are SOG scenes
+  return name.extension() == ".json" && name != "meta.json" && name != "lod-meta.json";  // SOG scenes
 }
 
 ObjectList load_object_list(const std::string& path) {

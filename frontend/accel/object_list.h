@@ -23,13 +23,12 @@ struct ObjectList {
   std::vector<Placement> placements;
 };
 
-/// True for the name of an object list (.json) rather than of a scene.
+/// Whether the file name is that of an object list (.json) rather than of a scene.
 bool is_object_list(const std::string& path);
-/// JSON array of {"file", "translate": [x, y, z], "rotate": [w, x, y, z], "scale": s}; all but "file" may be left out.
-/// Files are relative to the list's folder. files: takes the list itself.
-/// Throws Error.
+/// JSON array of {"file", "translate": [x, y, z], "rotate": [w, x, y, z], "scale": s}; all but "file" are optional.
+/// Files are relative to the list's folder. files: the list itself is noted there. Throws Error.
 ObjectList load_object_list(const std::string& path, FilesRead& files);
-/// The same for those who do not ask what was opened.
+/// The same without noting what was opened.
 ObjectList load_object_list(const std::string& path);
 
 }  // namespace grtx::frontend

@@ -12,7 +12,7 @@ namespace grtx::frontend {
 
 class SharedBlas {
  public:
-  /// What it is given must outlive it.
+  /// proxy and patches must outlive it.
   SharedBlas(const Proxy& proxy, const FacePatches& patches, traces::NodeLayout layout, unsigned width);
 
   const Tree& tree() const { return tree_; }

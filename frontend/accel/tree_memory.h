@@ -1,4 +1,4 @@
-// Memory of a tree between its build and its packing. Threads take it in chunks, which each fills alone, node by node;
+// Memory of a tree between its build and its packing. Each thread takes chunks of its own and fills them node by node;
 // a chunk goes back to the system when the last of its nodes has been read.
 #pragma once
 
@@ -19,13 +19,13 @@ namespace grtx::frontend {
 
 class TreeMemory {
  public:
-  /// most_bytes: of all nodes together, an upper bound; memory that stays unused is never touched.
+  /// most_bytes: upper bound on the size of all nodes; memory that stays unused is never touched.
   explicit TreeMemory(std::size_t most_bytes)
       : chunks_(most_bytes / (sizeof(Chunk::nodes) - kLargestNode) + 4 * most_threads() + 8) {}
   TreeMemory(const TreeMemory&) = delete;
   TreeMemory& operator=(const TreeMemory&) = delete;
 
-  /// `bytes` (at most kLargestNode) for one node, aligned to 16; by any thread.
+  /// Memory for one node of `bytes` (at most kLargestNode), aligned to 16. Call from any thread.
   void* allocate(std::size_t bytes) {
     Cursor& cursor = cursors_.local();
     bytes = (bytes + 15) / 16 * 16;
@@ -34,7 +34,7 @@ class TreeMemory {
     return std::exchange(cursor.at, cursor.at + bytes);
   }
 
-  /// Nobody reads the node at `node` any more. By any thread, after the last allocate().
+  /// The node will not be read any more. Call from any thread, after the last allocate().
   void release(const void* node) {
     const auto offset = reinterpret_cast<std::uintptr_t>(node) - reinterpret_cast<std::uintptr_t>(chunks_.data());
     Chunk* const chunk = &chunks_[offset / sizeof(Chunk)];
@@ -46,7 +46,7 @@ class TreeMemory {
 
  private:
   struct Chunk {
-    std::uint32_t unread;  ///< nodes in it that will be read
+    std::uint32_t unread;  ///< nodes in it not yet released
     alignas(64) std::uint8_t nodes[kHugePageBytes - 64];
   };
   static_assert(sizeof(Chunk) == kHugePageBytes);
@@ -57,7 +57,7 @@ class TreeMemory {
     std::uint8_t* end = nullptr;
   };
 
-  // Each thread leaves one chunk partly filled. Workers may take turns, so more of them than run at once.
+  // Each thread leaves one chunk partly filled. Workers may take turns, so that more of them allocate than run at once.
   static std::size_t most_threads() {
     return std::max<std::size_t>(std::thread::hardware_concurrency(),
                                  tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));

@@ -1,4 +1,4 @@
-// Packs a built tree into a node image. Every subtree's size is known from the build, so that many are packed at once.
+// Packs a built tree into a node image, in parallel: the size of every subtree is known from the build.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -18,13 +18,12 @@ inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, const tr
   return sizes.header_bytes() + tree.internals * sizes.bytes(NodeKind::internal) + tree.leaves * sizes.bytes(leaf_kind);
 }
 
-/// Packs depth first: a node's children lie together, then each child's subtree follows.
-/// Leaf: leaf(image, address, primitive) writes one leaf, by any thread. Where there is leaf.prefetch(primitive), it is
-/// told some time before which primitive comes.
+/// Packs depth first: a node's children lie together, followed by each child's subtree. Leaf: leaf(image, address,
+/// primitive) writes one leaf, from any thread. An optional leaf.prefetch(primitive) is called some time before.
 template <typename Leaf>
 class TreePacker {
  public:
-  /// consume: the tree's nodes are given back as they are packed, so that image and tree do not take memory at once.
+  /// consume: releases the tree's nodes as they are packed, so that image and tree do not both take memory.
   TreePacker(NodeImage& image, const Tree& tree, NodeKind leaf_kind, Leaf leaf, bool consume = false)
       : image_(image),
         tree_(tree),
@@ -36,12 +35,12 @@ class TreePacker {
 
   /// Writes header and nodes to newly allocated bytes; returns the root's address.
   std::uint64_t pack(std::uint64_t bytes) { return pack_at(image_.allocate(bytes)); }
-  /// The same over what lies at `header`.
+  /// The same at `header`, over what is there.
   std::uint64_t pack_at(std::uint64_t header) {
     const std::uint64_t root = header + image_.sizes().header_bytes();
     image_.write_header(header, root, tree_.bounds);
-    // What lies above the subtrees is little, and all over the image: it is read first and written last. The subtrees
-    // between go from the image's front to its end, so that its pages are first touched as the tree's are given back.
+    // The few nodes above the subtrees go to all parts of the image: they are read first and written last. The subtrees
+    // go from the image's front to its end, so that its pages are first touched as the tree's pages are released.
     std::vector<Subtree> subtrees;
     std::vector<ReadNode> above;
     divide({tree_.root, root, root + internal_bytes_}, subtrees, above);
@@ -54,9 +53,9 @@ class TreePacker {
   struct Subtree {
     const TreeNode* root;
     std::uint64_t address;  ///< of its root
-    std::uint64_t below;    ///< where all the rest of it goes
+    std::uint64_t below;    ///< of everything below its root
   };
-  /// What is left of a node of the tree once it is given back.
+  /// Contents of a tree node, kept after the node is released.
   struct ReadNode {
     std::uint64_t address, below, below_children;
     unsigned count = 0, inner_count = 0, leaf_count = 0;
@@ -64,7 +63,7 @@ class TreePacker {
     std::array<Subtree, traces::kMaxWidth> inner;
     std::array<std::pair<std::uint32_t, std::uint64_t>, traces::kMaxWidth> leaves;  ///< primitive, address
   };
-  static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< internal nodes that are packed in one go, at most
+  static constexpr std::uint32_t kSubtreeNodes = 2048;  ///< most internal nodes packed by one task
 
   void read_node(const Subtree& subtree, ReadNode& read) {
     const TreeNode& node = *subtree.root;
@@ -89,7 +88,7 @@ class TreePacker {
     read.below_children = end;
   }
 
-  // Where each child's subtree goes: its nodes have been asked for by read_node().
+  // Sets the addresses of the children's subtrees; read_node() has prefetched their nodes.
   void place_inner(ReadNode& read) {
     std::uint64_t end = read.below_children;
     for (unsigned i = 0; i < read.inner_count; ++i) {
@@ -112,7 +111,7 @@ class TreePacker {
     for (unsigned i = 0; i < node.inner_count; ++i) pack_subtree(node.inner[i]);
   }
 
-  // Subtrees come in the order of their addresses.
+  // Collects the subtrees, in the order of their addresses, and the nodes above them.
   void divide(const Subtree& subtree, std::vector<Subtree>& subtrees, std::vector<ReadNode>& above) {
     ReadNode node;
     read_node(subtree, node);

@@ -83,7 +83,7 @@ std::uint64_t Camera::hash() const {
   for (int column = 0; column < 3; ++column) {
     for (int row = 0; row < 3; ++row) numbers.push_back(rotation[column][row]);
   }
-  for (double& number : numbers) number += 0.0;  // -0 and 0 are one
+  for (double& number : numbers) number += 0.0;  // -0 becomes 0
   return xxh3(numbers.data(), numbers.size() * sizeof(double));
 }
 

@@ -18,9 +18,9 @@ struct Camera {
   unsigned width = 0, height = 0;                 ///< pixels
   glm::dvec3 position{0.0};                       ///< camera centre in file coordinates (before recentring)
   glm::dmat3 rotation{1.0};                       ///< camera to world; columns are right, down, forward
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels; fisheye: fx, fy are pixels a radian (0: see fisheye_fov)
+  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;  ///< pixels; fisheye: fx, fy per radian (0: see fisheye_fov)
   Projection projection = Projection::pinhole;    ///< fisheye: equidistant, theta = r * fov / 2 with r = 1 at the edge
-  double fov_scale = 1.0;    ///< product of what fov_scaled() was given: fx, fy and fisheye_fov hold it already
+  double fov_scale = 1.0;    ///< product of all fov_scaled() factors; fx, fy and fisheye_fov include it
   double fisheye_fov = 0.0;  ///< radians, full angle; no ray beyond; with fx, fy = 0 it spans the image
 
   /// The same view at another resolution: focal lengths and centre scale per axis, so both fields of view are kept.
@@ -33,13 +33,13 @@ struct Camera {
   /// projection has no ray there (outside the fisheye circle).
   glm::dvec3 direction(unsigned x, unsigned y) const;
 
-  /// Of everything that decides on the rays, so not of the name: cameras of one hash see the same.
+  /// Hash of all that determines the rays, so not of the name: cameras of one hash see the same.
   std::uint64_t hash() const;
 };
 
 /// 3DGS cameras.json, NeRF transforms.json, or a COLMAP binary folder. Throws Error{file, place, rule}.
 std::vector<Camera> load_cameras(const std::string& path);
-/// files: takes every file that is opened. Of pictures it is the header alone, which says their size.
+/// files: every file that is opened is noted there; of pictures only the header, which gives their size.
 std::vector<Camera> load_cameras(const std::string& path, FilesRead& files);
 
 /// Writes 3DGS cameras.json.

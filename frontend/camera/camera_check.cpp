@@ -31,7 +31,7 @@ void check_camera(const Camera& camera, const std::string& file, const std::stri
   for (glm::length_t column = 0; column < 3; ++column) {
     for (glm::length_t row = 0; row < 3; ++row) {
       const double expected = column == row ? 1.0 : 0.0;
-      require(std::abs(product[column][row] - expected) <= kTolerance,  // false for NaN, too
+      require(std::abs(product[column][row] - expected) <= kTolerance,  // also false for NaN
               "the rotation must be orthonormal within 1e-3");
     }
   }

@@ -68,7 +68,7 @@ void write_cameras_json(const std::string& path, const std::vector<Camera>& came
     const bool fisheye = camera.projection == Projection::fisheye;
     entry["fy"] = fisheye && camera.fy == 0.0 ? camera.height / camera.fisheye_fov : camera.fy;
     entry["fx"] = fisheye && camera.fx == 0.0 ? camera.width / camera.fisheye_fov : camera.fx;
-    // The 3DGS layout has no principal point and means the image's middle.
+    // The 3DGS layout has no principal point: it is the image's middle.
     if (camera.cx != 0.5 * camera.width) entry["cx"] = camera.cx;
     if (camera.cy != 0.5 * camera.height) entry["cy"] = camera.cy;
     if (fisheye) {

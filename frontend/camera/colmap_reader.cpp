@@ -85,7 +85,7 @@ std::map<std::int32_t, Camera> read_intrinsics(const std::string& path, FilesRea
     Camera camera;
     const auto width = in.next<std::uint64_t>();
     const auto height = in.next<std::uint64_t>();
-    // Sizes beyond what check_camera allows become 0, which it refuses, too.
+    // Sizes beyond what check_camera() allows become 0, which it refuses.
     camera.width = width <= 65536 ? static_cast<unsigned>(width) : 0;
     camera.height = height <= 65536 ? static_cast<unsigned>(height) : 0;
     camera.fx = in.next<double>();
@@ -100,7 +100,7 @@ std::map<std::int32_t, Camera> read_intrinsics(const std::string& path, FilesRea
     }
     if (static_cast<std::size_t>(model_id) == kFisheyeModel) {
       camera.projection = Projection::fisheye;
-      camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel has a ray as long as the angle exists
+      camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel up to 180 degrees off axis has a ray
     }
     check_camera(camera, in.path(), in.place());
     if (!cameras.emplace(id, camera).second) in.fail("has the camera id " + std::to_string(id) + " twice");

@@ -8,20 +8,19 @@
 
 namespace grtx::frontend {
 
-/// One object of a JSON file and where it is ("camera 3"), for messages.
+/// One object of a JSON file and its place ("camera 3"), for messages.
 struct JsonObject {
   const nlohmann::json& json;
   const std::string& file;
   std::string place;
 
   bool has(const char* key) const { return json.contains(key); }
-  /// Throw Error when the key is missing or of another type.
+  /// Both throw Error when the key is missing or of another type.
   double number(const char* key) const;
   std::string text(const char* key) const;
   /// A whole number (3.0 counts) from 0 to 65536.
   unsigned pixels(const char* key) const;
-  /// At least `rows` arrays of at least `columns` numbers, by rows; `rows` x `columns` of them are returned in row
-  /// order.
+  /// Reads at least `rows` arrays of at least `columns` numbers; returns `rows` x `columns` of them in row order.
   std::vector<double> matrix(const char* key, std::size_t rows, std::size_t columns) const;
   std::vector<double> numbers(const char* key, std::size_t count) const;
   [[noreturn]] void fail(const std::string& rule) const;

@@ -11,7 +11,7 @@
 namespace grtx::frontend {
 namespace {
 
-// Width and height in the header of a PNG: big-endian at bytes 16 and 20. False when the file is missing or no PNG.
+// Reads width and height, big-endian at bytes 16 and 20 of a PNG. False when the file is missing or not a PNG.
 bool png_size(const std::filesystem::path& path, unsigned& width, unsigned& height, FilesRead& files) {
   if (!std::filesystem::is_regular_file(path)) return false;
   std::FILE* file = std::fopen(path.c_str(), "rb");
@@ -29,7 +29,7 @@ bool png_size(const std::filesystem::path& path, unsigned& width, unsigned& heig
   return true;
 }
 
-// A key of the frame, or else of the whole file.
+// Value of a key in the frame, else in the whole file.
 const JsonObject& holder(const JsonObject& frame, const JsonObject& all, const char* key) {
   return frame.has(key) ? frame : all;
 }
@@ -83,7 +83,7 @@ void read_projection(Camera& camera, const JsonObject& frame, const JsonObject& 
   }
   if (!fisheye) return;
   camera.projection = Projection::fisheye;
-  camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel has a ray as long as the angle exists
+  camera.fisheye_fov = 2.0 * std::numbers::pi;  // every pixel up to 180 degrees off axis has a ray
 }
 
 Camera read_frame(const JsonObject& frame, const JsonObject& all, std::size_t index, FilesRead& files) {

@@ -18,7 +18,7 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr unsigned kMostDegree = 3;  // of both formats as their readers take them
+constexpr unsigned kMostDegree = 3;  // that readers of both formats accept
 
 std::size_t harmonics_of(const RawRows& rows, const std::string& path) {
   if (rows.sh_degree > kMostDegree) throw Error(path, "SH degree", "must be at most 3 to be written");

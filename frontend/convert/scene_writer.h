@@ -8,14 +8,14 @@
 
 namespace grtx::frontend {
 
-/// Little-endian binary .ply with the rows' own values: a .ply that is converted keeps every number. Throws Error for
-/// SH degree 4.
+/// Little-endian binary .ply with the rows' own values: converting a .ply keeps every number. Throws Error for SH
+/// degree 4.
 void write_ply(const RawRows& rows, const std::string& path);
 
-/// .spz version 3 in the format's own axes (right, up, back). Positions are 24-bit with as many bits behind the point
-/// as the largest allows, at most 12 (steps of 1/4096); scales have steps of 1/16 in the logarithm, opacities and
-/// colours 1/255, SH 1/128. Rows with a number that is not finite cannot be written; returns how many were left out.
-/// Throws Error for SH degree 4 and for positions beyond 2^23.
+/// .spz version 3 in the format's own axes (right, up, back). Positions have 24 bits, with as many fraction bits as the
+/// largest one allows, at most 12 (steps of 1/4096); scales have steps of 1/16 in the logarithm, opacities and colours
+/// 1/255, SH 1/128. Rows with a non-finite number cannot be written; returns how many were left out. Throws Error for
+/// SH degree 4 and for positions beyond 2^23.
 std::uint64_t write_spz(const RawRows& rows, const std::string& path);
 
 }  // namespace grtx::frontend

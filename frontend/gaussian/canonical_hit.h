@@ -1,11 +1,10 @@
 // The one hit function: (ray, Gaussian, proxy) -> (hit?, t_hit, face, d2). Every acceleration structure uses it, so
-// what differs between structures is only which nodes they visit.
+// structures differ only in which nodes they visit.
 //
 // The ray is rebased in world space to the foot of the perpendicular from the mean before it is transformed (form F4 of
 // docs/model/numerics.md), and rebased once more in unit space to the point of peak response. A polyhedron is a set of
 // slabs; its entry face is the arg-max. A hit must also pass the slab tests of its face's world box and object box, and
-// its t is clamped to them: any structure whose boxes contain those two therefore reaches the face, whatever fp32
-// rounds.
+// its t is clamped to them: so any structure whose boxes contain those two reaches the face, whatever fp32 rounds.
 #pragma once
 
 #include <cmath>
@@ -39,25 +38,25 @@ struct UnitRay {
   float length2 = 1.0f;  ///< |direction|^2
 };
 
-/// Distance that orders a ray's hits.
+/// Which distance orders a ray's hits: entry into the proxy, or peak response.
 enum class SortKey : std::uint8_t { entry, peak };
 constexpr auto enum_names(SortKey) { return names_in_order<SortKey>({"entry", "peak"}); }
 
-/// Gaussians whose proxy holds the ray origin.
+/// What happens to a Gaussian whose proxy contains the ray origin: it is skipped, or it counts (spheres only).
 enum class InsideRule : std::uint8_t { skip, count };
 constexpr auto enum_names(InsideRule) { return names_in_order<InsideRule>({"skip", "count"}); }
 
 enum class HitKind : std::uint8_t {
   miss,
   hit,
-  inside,  ///< the proxy holds the ray origin and the rule is `skip`
+  inside,  ///< the proxy contains the ray origin and is not counted
 };
 
 struct Hit {
   HitKind kind = HitKind::miss;
   float t = 0.0f;
   float d2 = 0.0f;         ///< squared distance from the centre at peak response, in units of the kernel radius
-  std::uint32_t face = 0;  ///< entry face; for `inside` the exit face, the one that lies ahead
+  std::uint32_t face = 0;  ///< entry face; for `inside` the exit face, which lies ahead
 };
 
 namespace detail {
@@ -93,7 +92,8 @@ inline UnitRay to_unit_ray_as(const TraceRay& ray, const GaussianRecord& g) {
   return unit;
 }
 
-/// Half of what the unit sphere cuts out of the ray, in t. From scales of 1e19 on |direction|^2 is no float.
+/// Half the length of the ray in the unit sphere, in t; in double where |direction|^2 underflows fp32 (scales from
+/// 1e19).
 inline float half_chord(const UnitRay& unit) {
   if (unit.length2 >= std::numeric_limits<float>::min()) return std::sqrt((1.0f - unit.d2) / unit.length2);
   const double d[3] = {unit.direction.x, unit.direction.y, unit.direction.z};
@@ -102,7 +102,7 @@ inline float half_chord(const UnitRay& unit) {
 
 }  // namespace detail
 
-/// Extremes of scale overflow or underflow fp32 squares; those rare Gaussians are transformed in double.
+/// Extreme scales overflow or underflow fp32 squares: those rare Gaussians are transformed in double.
 inline UnitRay to_unit_ray(const TraceRay& ray, const GaussianRecord& g) {
   UnitRay unit = detail::to_unit_ray_as<float>(ray, g);
   if (!(unit.length2 > 1e-30f && unit.length2 < 1e30f && unit.d2 < 1e30f)) {
@@ -111,8 +111,7 @@ inline UnitRay to_unit_ray(const TraceRay& ray, const GaussianRecord& g) {
   return unit;
 }
 
-/// docs/model/numerics.md. inside and key: see DESIGN of the tracer options. Pure function of its arguments; every face
-/// test gives the same bits.
+/// docs/model/numerics.md. A pure function of its arguments; every face test gives the same bits.
 inline Hit canonical_hit(const TraceRay& ray, const UnitRay& unit, const PreparedGaussians& gaussians, std::uint32_t g,
                          const Proxy& proxy, SortKey key, InsideRule inside_rule, FaceTest test_faces) {
   Hit hit;

@@ -41,7 +41,7 @@ Interval test_portable(const glm::vec3& peak, const glm::vec3& direction, const 
 
 #if defined(__x86_64__)
 
-/// The first pair whose value equals the largest (or smallest) one, which stands in all lanes of `best`.
+/// The first pair whose value equals the largest (or smallest) one, which is in all lanes of `best`.
 [[gnu::target("avx2,bmi"), gnu::always_inline]] inline unsigned first_equal(const float* values, unsigned blocks,
                                                                             __m256 best) {
   for (unsigned b = 0; b < blocks; ++b) {
@@ -79,7 +79,7 @@ Interval test_portable(const glm::vec3& peak, const glm::vec3& direction, const 
     const __m256 towards = _mm256_xor_ps(distance, _mm256_and_ps(sign, _mm256_cmp_ps(v, zero, _CMP_GT_OQ)));
     const __m256 e_near = _mm256_div_ps(_mm256_sub_ps(towards, s), v);
     const __m256 e_far = _mm256_div_ps(_mm256_sub_ps(_mm256_xor_ps(towards, sign), s), v);
-    // What is parallel or no number leaves the interval alone.
+    // A parallel pair or a NaN leaves the interval alone.
     const __m256 no_near = _mm256_or_ps(parallel, _mm256_cmp_ps(e_near, e_near, _CMP_UNORD_Q));
     const __m256 no_far = _mm256_or_ps(parallel, _mm256_cmp_ps(e_far, e_far, _CMP_UNORD_Q));
     const __m256 enter = _mm256_blendv_ps(e_near, nothing_near, no_near);

@@ -1,5 +1,5 @@
-// A ray against all pairs of parallel faces of a proxy at once: where it enters and leaves the polyhedron, and through
-// which faces. Runs on the vector instructions of frontend/gaussian/simd_path.h.
+// Intersects a ray with all pairs of parallel faces of a proxy at once: where it enters and leaves the polyhedron, and
+// through which faces. Runs on the vector instructions of frontend/gaussian/simd_path.h.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace grtx::frontend {
 
-/// Pairs of parallel faces |n.x| <= distance as arrays; the pairs that fill up the last vector hold every point.
+/// Pairs of parallel faces |n.x| <= distance as arrays; padding pairs in the last vector contain every point.
 struct FaceSlabs {
   static constexpr unsigned kLanes = 8;
   static constexpr unsigned kMaxPairs = 40;
@@ -24,12 +24,12 @@ struct FaceSlabs {
   unsigned pairs = 0;
 };
 
-/// Entry and exit of the points peak + e * direction, as e, and the faces they lie on. Of faces entered at the same e
-/// the first counts. Empty when the ray misses.
+/// Entry and exit parameter e of the ray peak + e * direction, and the faces they lie on. Of faces entered at the same
+/// e the first counts. Empty when the ray misses.
 using FaceTest = Interval (*)(const glm::vec3& peak, const glm::vec3& direction, const FaceSlabs& faces,
                               std::uint32_t& entry_face, std::uint32_t& exit_face);
 
-/// The path must be available.
+/// The face test for a path, which must be available.
 FaceTest face_test(SimdPath path);
 
 }  // namespace grtx::frontend

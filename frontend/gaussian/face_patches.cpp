@@ -8,19 +8,19 @@ namespace {
 
 using Faces = std::array<std::uint16_t, 4>;
 
-// There are 1,432 ways to cut the icosahedron into five connected patches of four faces; this has the smallest boxes
-// under transforms as trained Gaussians have them: four fans and a strip (docs/model/node-image.md).
+// Of the 1,432 ways to cut the icosahedron into five connected patches of four faces this one has the smallest boxes
+// under transforms like those of trained Gaussians: four fans and a strip (docs/model/node-image.md).
 constexpr std::array<Faces, 5> kIcosahedron = {
     {{2, 3, 4, 0}, {1, 15, 11, 10}, {5, 6, 8, 9}, {7, 13, 14, 18}, {12, 17, 16, 19}}};
 
-// A subdivided face: the middle one, then the three at its corners.
+// The four faces of a subdivided face: the middle one, then the three at its corners.
 Faces quarters_of(unsigned face) {
   const auto first = static_cast<std::uint16_t>(4 * face);
   return {static_cast<std::uint16_t>(first + 3), first, static_cast<std::uint16_t>(first + 1),
           static_cast<std::uint16_t>(first + 2)};
 }
 
-// Each face of `left` follows one that shares an edge with a face before it.
+// Orders the faces of `left` so that each shares an edge with one before it.
 FacePatch make_patch(const Proxy& proxy, unsigned number, std::vector<std::uint16_t> left) {
   FacePatch patch;
   patch.code = static_cast<std::uint32_t>(left.size()) | number << 3;
@@ -40,7 +40,7 @@ FacePatch make_patch(const Proxy& proxy, unsigned number, std::vector<std::uint1
     bool taken = false;
     for (std::size_t i = 0; i < left.size() && !taken; ++i) {
       const auto& corners = proxy.triangles()[left[i]];
-      for (unsigned last = 0; last < 3 && !taken; ++last) {  // the corner that is new; the winding stays
+      for (unsigned last = 0; last < 3 && !taken; ++last) {  // the corner that is new; keeps the winding
         const std::size_t a = place(corners[(last + 1) % 3]), b = place(corners[(last + 2) % 3]);
         if (a == vertices || b == vertices) continue;
         assert(place(corners[last]) == vertices);

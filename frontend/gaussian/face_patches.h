@@ -1,5 +1,5 @@
-// The faces of a proxy, four to a patch: what a triangle leaf of layout compact holds. Four connected triangles of a
-// convex proxy have six vertices, and a ray enters the proxy through one face only, so a patch is one answer.
+// The faces of a proxy in patches of four: what a triangle leaf of layout compact holds. Four connected triangles of a
+// convex proxy have six vertices, and a ray enters the proxy through one face only, so a patch has one answer.
 #pragma once
 
 #include <array>
@@ -11,22 +11,22 @@
 namespace grtx::frontend {
 
 struct FacePatch {
-  std::array<std::uint16_t, 4> faces{};     ///< of the proxy, each next to one before it
-  std::array<std::uint16_t, 6> vertices{};  ///< of the proxy: those of the first face, then one each face adds
-  /// Bits 0-2 number of triangles; 3-7 number of the patch; from 8 on six bits for each triangle but the first: the
-  /// places (three bits each) of the edge that it shares. Triangle i > 0 is that edge, then vertex i + 2.
+  std::array<std::uint16_t, 4> faces{};     ///< face numbers, each next to one before it
+  std::array<std::uint16_t, 6> vertices{};  ///< vertex numbers: the first face's, then one per face
+  /// Bits 0-2 count of triangles; 3-7 index of the patch; from bit 8 on six bits for each triangle but the first: the
+  /// places in `vertices` (three bits each) of the edge that it shares. Triangle i > 0 is that edge, then vertex i + 2.
   std::uint32_t code = 0;
-  Box object_box;  ///< holds the face boxes
+  Box object_box;  ///< contains the face boxes
 };
 
-/// The patches of a proxy; of the sphere one without faces.
+/// The patches of a proxy; for the sphere one patch without faces.
 class FacePatches {
  public:
   explicit FacePatches(const Proxy& proxy);
 
   const std::vector<FacePatch>& patches() const { return patches_; }
   unsigned count() const { return static_cast<unsigned>(patches_.size()); }
-  /// By face: the patch that holds it.
+  /// By face: the index of its patch.
   const std::array<std::uint8_t, 80>& patch_of() const { return patch_of_; }
 
  private:

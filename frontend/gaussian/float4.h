@@ -1,5 +1,4 @@
-// Four floats that are worked on at once, by the compiler's vector types: SSE2, NEON or plain code, with the same
-// results.
+// Four floats processed at once with the compiler's vector types: SSE2, NEON or plain code, with the same results.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +9,7 @@ namespace grtx::frontend {
 
 using Float4 [[gnu::vector_size(16)]] = float;
 
-/// As std::min(b, a) and std::max(b, a): b where both are equal, as zeros of either sign are.
+/// As std::min(b, a) and std::max(b, a): returns b if both are equal, as for zeros of either sign.
 inline Float4 min(Float4 a, Float4 b) { return a < b ? a : b; }
 inline Float4 max(Float4 a, Float4 b) { return a > b ? a : b; }
 
@@ -19,7 +18,7 @@ inline Float4 abs(Float4 a) {
   return reinterpret_cast<Float4>(reinterpret_cast<Bits>(a) & 0x7FFFFFFF);
 }
 
-/// Writes a as the four floats number 4 * quad on of an array.
+/// Writes a to floats 4 * quad to 4 * quad + 3 of an array.
 inline void store(void* floats, std::size_t quad, Float4 a) {
   std::memcpy(static_cast<unsigned char*>(floats) + quad * sizeof a, &a, sizeof a);
 }

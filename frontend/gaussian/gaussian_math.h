@@ -1,5 +1,5 @@
 // Arithmetic of one Gaussian that every part of the tracer must evaluate identically on every host: kernel radius,
-// response, spherical harmonics. What runs per ray uses only +, -, * and /, so images do not depend on a maths library.
+// response, spherical harmonics. Per-ray code uses only +, -, * and /, so images do not depend on a maths library.
 #pragma once
 
 #include <algorithm>
@@ -61,7 +61,7 @@ inline float hit_alpha(float opacity, float kappa2, float d2, unsigned degree = 
   return alpha >= kAlphaMin ? alpha : 0.0f;
 }
 
-inline constexpr unsigned kShFunctions = 25;  ///< of degree 4, the highest that a scene has
+inline constexpr unsigned kShFunctions = 25;  ///< of degree 4, the highest in a scene
 
 /// Real SH basis up to `degree` (0..4) for a unit direction, 0 beyond it; signs as in 3DGS.
 inline std::array<float, kShFunctions> sh_basis(const glm::vec3& d, unsigned degree) {
@@ -105,7 +105,7 @@ inline std::array<float, kShFunctions> sh_basis(const glm::vec3& d, unsigned deg
   return b;
 }
 
-/// v / |v|; v is not 0. Squares that are no floats are taken in double.
+/// v / |v|; v is not 0. Squares that overflow or underflow fp32 are computed in double.
 inline glm::vec3 unit_vector(const glm::vec3& v) {
   const float length2 = (v.x * v.x + v.y * v.y) + v.z * v.z;
   if (length2 >= std::numeric_limits<float>::min() && length2 <= std::numeric_limits<float>::max()) {

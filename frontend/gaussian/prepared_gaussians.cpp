@@ -13,8 +13,8 @@
 namespace grtx::frontend {
 namespace {
 
-// World boxes are widened by this share of their largest coordinate (16 ulp) and of the scene's size: the hit function
-// and the boxes round differently. docs/model/numerics.md measures that no hit is lost to it.
+// World boxes are widened by this share of their largest coordinate (16 ulp) and of the scene's size, because the hit
+// function and the boxes round differently. docs/model/numerics.md measures that no hit is lost.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 constexpr float kSceneMargin = 1.0f / (1 << 22);
 
@@ -77,7 +77,7 @@ Box PreparedGaussians::instance_box(std::uint32_t g, const Proxy& proxy, bool co
   Box box;
   if (proxy.is_sphere()) {
     for (int i = 0; i < 3; ++i) {
-      // In double: the squares of scales beyond 1e19 are no floats.
+      // In double: squares of scales beyond 1e19 overflow fp32.
       const glm::dvec3 row(a[i]);
       const auto half = static_cast<float>(std::sqrt(row.x * row.x + row.y * row.y + row.z * row.z));
       box.lower[i] = m[i] - half;
@@ -97,7 +97,7 @@ Box PreparedGaussians::instance_box(std::uint32_t g, const Proxy& proxy, bool co
   return widened(box);
 }
 
-// Box and its arithmetic with x, y and z side by side.
+// A box whose x, y and z are processed in one vector.
 struct PreparedGaussians::WideBox {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Float4 lower = {kInfinity, kInfinity, kInfinity, kInfinity};
@@ -111,12 +111,12 @@ struct PreparedGaussians::WideBox {
   void put(PrimitiveBox& box, float absolute_margin) const {
     const Float4 reach = max(abs(lower), abs(upper));
     const float margin = std::max({reach[0], reach[1], reach[2]}) * kRelativeMargin + absolute_margin;
-    store(&box, 0, lower - margin);  // the fourth lanes fall on the numbers, which the caller writes
+    store(&box, 0, lower - margin);  // the fourth lanes overwrite the numbers, which the caller sets
     store(&box, 1, upper + margin);
   }
 };
 
-// World positions of the proxy's vertices, operation for operation those of to_world().
+// World positions of the proxy's vertices, with the same operations as to_world().
 unsigned PreparedGaussians::write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const {
   const glm::vec3* a = &to_world_[3 * g];
   const glm::vec3& m = records_[g].mean;

@@ -50,19 +50,19 @@ class PreparedGaussians {
   /// the object-space box instead of the tight one.
   Box instance_box(std::uint32_t g, const Proxy& proxy, bool corners) const;
 
-  /// What the boxes of faces are widened by on every side; box: of a face's vertices.
+  /// Margin by which boxes of faces are widened on every side; box: of a face's vertices.
   float margin_of(const Box& box) const;
 
-  /// The same of many Gaussians, [begin, end), bit for bit; boxes of one Gaussian's faces lie together. Primitive
-  /// numbers are left to the caller.
+  /// Face boxes of the Gaussians [begin, end), bit for bit as face_box(); boxes of one Gaussian's faces lie together.
+  /// The caller sets the primitive numbers.
   void write_face_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, PrimitiveBox* boxes) const;
-  /// Boxes of the patches of each, one after the other; each contains its faces' boxes exactly.
+  /// Patch boxes of each Gaussian in turn; each contains its faces' boxes exactly.
   void write_patch_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, const FacePatches& patches,
                          PrimitiveBox* boxes) const;
   void write_instance_boxes(std::size_t begin, std::size_t end, const Proxy& proxy, bool corners,
                             PrimitiveBox* boxes) const;
 
-  /// Tells the caches that record and to_world of g are needed soon.
+  /// Prefetches record and to_world of g.
   void prefetch(std::uint32_t g) const {
     __builtin_prefetch(&records_[g]);
     const glm::vec3* rows = &to_world_[3 * static_cast<std::size_t>(g)];
@@ -78,7 +78,7 @@ class PreparedGaussians {
   unsigned write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const;
 
   HugePageVector<GaussianRecord> records_;
-  HugePageVector<glm::vec3> to_world_;  ///< three rows a Gaussian
+  HugePageVector<glm::vec3> to_world_;  ///< three rows per Gaussian
   float absolute_margin_ = 0.0f;
 };
 

@@ -1,4 +1,4 @@
-// A primitive's box as the builder takes it: RTCBuildPrimitive's layout, two vectors of four floats.
+// A primitive's box in the builder's format, RTCBuildPrimitive: two vectors of four floats.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@ namespace {
 // arithmetic is good to a few 1e-7.
 constexpr float kObjectMargin = 1e-5f;
 
-// The polyhedron must circumscribe the sphere even after its vertices are rounded to fp32 (facts: 3DGRT scale, exact).
+// The polyhedron must circumscribe the sphere even after its vertices are rounded to fp32 (3DGRT's scale is exact).
 constexpr double kRoundingGuard = 1.0 + 4e-7;
 
 }  // namespace
@@ -107,7 +107,7 @@ void Proxy::finish() {
     assert(paired[f]);
   }
   assert(face_pairs_.size() <= FaceSlabs::kMaxPairs);
-  face_slabs_.distance.fill(1.0f);  // with normal 0: holds every point
+  face_slabs_.distance.fill(1.0f);  // with normal 0: contains every point
   face_slabs_.pairs = static_cast<unsigned>(face_pairs_.size());
   for (std::size_t i = 0; i < face_pairs_.size(); ++i) {
     const FacePair& pair = face_pairs_[i];

@@ -32,7 +32,7 @@ class Proxy {
   const std::vector<glm::vec3>& vertices() const { return vertices_; }
   const std::vector<std::array<std::uint16_t, 3>>& triangles() const { return triangles_; }
   const std::vector<FacePair>& face_pairs() const { return face_pairs_; }
-  /// The same pairs for the face test.
+  /// The same pairs in the format of the face test.
   const FaceSlabs& face_slabs() const { return face_slabs_; }
   /// Object-space box of a face (of the sphere: face 0), widened so that rounding never loses a hit.
   const Box& face_box(unsigned face) const { return face_boxes_[face]; }

@@ -1,4 +1,4 @@
-// The response of a Gaussian in 16-bit arithmetic, emulated: what a blending unit of half the width would compute.
+// The response of a Gaussian in emulated 16-bit arithmetic, as a blending unit of half the width would compute it.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ constexpr float round_to_fp16(float x) {
   if (!(x - x == 0.0f)) return x;
   const float magnitude = x < 0.0f ? -x : x;
   if (magnitude < 6.103515625e-05f) {
-    // Adding and taking away 1.5 * 2^(23 - 24) leaves multiples of 2^-24, the subnormals' step.
+    // Adding and subtracting 1.5 * 2^(23 - 24) leaves multiples of 2^-24, the step of subnormals.
     constexpr float kAnchor = 0.75f;
     const float rounded = (magnitude + kAnchor) - kAnchor;
     return x < 0.0f ? -rounded : rounded;

@@ -74,7 +74,7 @@ inline Interval slab_interval(const SlabRay& ray, const Box& box) {
   return {enter, exit};
 }
 
-/// The same, restricted to t >= 0 and widened by the slack: what the traversal compares with t_min and t_max.
+/// The same, restricted to t >= 0 and widened by kSlabSlack: the traversal compares it with t_min and t_max.
 inline Interval conservative_interval(const SlabRay& ray, const Box& box) {
   const Interval i = slab_interval(ray, box);
   return {std::max(i.enter, 0.0f) * (1.0f - kSlabSlack), i.exit * (1.0f + kSlabSlack)};

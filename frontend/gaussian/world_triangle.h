@@ -13,7 +13,7 @@
 
 namespace grtx::frontend {
 
-/// A ray prepared for the test; made once a ray in world space, once an instance in object space.
+/// A ray prepared for the test; made once per ray in world space, once per instance in object space.
 class ShearedRay {
  public:
   ShearedRay() = default;
@@ -29,7 +29,7 @@ class ShearedRay {
     shear_z_ = 1.0f / direction[z_];
   }
 
-  /// t > 0 at which the ray enters the front of triangle abc; nothing when it does not.
+  /// t > 0 at which the ray enters the front of triangle abc, if it does.
   std::optional<float> hit(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) const {
     const glm::vec3 ra = a - origin_, rb = b - origin_, rc = c - origin_;
     const float ax = ra[x_] - shear_x_ * ra[z_], ay = ra[y_] - shear_y_ * ra[z_];

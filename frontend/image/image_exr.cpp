@@ -60,7 +60,7 @@ class MemoryIn : public Imf::IStream {
   std::size_t at_ = 0;
 };
 
-/// Slices that map the channels of the data window onto a packed vec3 array.
+/// Slices that map the channels of the data window to a packed vec3 array.
 Imf::FrameBuffer rgb_frame(glm::vec3* pixels, unsigned width, int min_x, int min_y) {
   const std::size_t x_stride = sizeof(glm::vec3);
   const std::size_t y_stride = x_stride * width;
@@ -82,8 +82,7 @@ std::uint32_t u32_at(const std::string& bytes, std::size_t at) {
   return value;
 }
 
-/// Whether a value of a type has the size that OpenEXR reads, whatever the file claims ("OpenEXR File Layout",
-/// attributes).
+/// Whether an attribute's claimed size is the one that OpenEXR reads for its type ("OpenEXR File Layout", attributes).
 bool has_size_of_type(const std::string& type, const std::string& value) {
   static const std::map<std::string, std::size_t> sizes = {{"box2i", 16},
                                                            {"box2f", 16},
@@ -113,7 +112,7 @@ bool has_size_of_type(const std::string& type, const std::string& value) {
   if (type == "preview") {  // width, height, four bytes a pixel
     return value.size() >= 8 && value.size() == 8 + 4 * std::uint64_t{u32_at(value, 0)} * u32_at(value, 4);
   }
-  if (type == "chlist") {  // names, each with 16 bytes; an empty one ends it
+  if (type == "chlist") {  // names, each followed by 16 bytes; an empty one ends the list
     constexpr std::size_t kOfChannel = 16;
     std::size_t at = 0;
     while (at < value.size() && value[at] != '\0') {
@@ -123,14 +122,14 @@ bool has_size_of_type(const std::string& type, const std::string& value) {
     }
     return at + 1 == value.size();
   }
-  return true;  // texts, and what OpenEXR does not know: read as long as the file says
+  return true;  // texts and unknown types: read in the size that the file claims
 }
 
-/// OpenEXR allocates what an attribute claims before it reads it, so each must fit in the file: name, type, size,
-/// value; an empty name ends the header.
+/// Checks that each attribute fits in the file (name, type, size, value; an empty name ends the header), because
+/// OpenEXR allocates the claimed size before it reads.
 void check_attributes(const std::string& path, const std::string& bytes) {
   constexpr std::size_t kMagicAndVersion = 8;
-  constexpr std::uint32_t kDeepOrSeveral = 0x1800;  // flags of the version: then there are more headers
+  constexpr std::uint32_t kDeepOrSeveral = 0x1800;  // flags of the version: files with several headers
   if (bytes.size() >= kMagicAndVersion && (u32_at(bytes, 4) & kDeepOrSeveral) != 0) {
     throw Error(path, "version", "must be a file of one flat image");
   }
@@ -150,7 +149,7 @@ void check_attributes(const std::string& path, const std::string& bytes) {
 
 Image decode(const std::string& path, const std::string& bytes) {
   check_attributes(path, bytes);
-  // OpenEXR makes buffers of lines when it opens a file, before anyone can look at the header.
+  // OpenEXR allocates line buffers when it opens a file, before a caller can check the header.
   Imf::Header::setMaxImageSize(kMaxExrSide, kMaxExrSide);
   Imf::Header::setMaxTileSize(kMaxExrSide, kMaxExrSide);
   MemoryIn stream(path.c_str(), bytes);
@@ -185,7 +184,7 @@ std::string encode_exr(const std::string& path, const Image& image) {
     MemoryOut stream(path.c_str());
     {
       Imf::OutputFile file(stream, header, kNoThreads);
-      Image copy = image;  // a Slice is not const
+      Image copy = image;  // a Slice needs a non-const pointer
       file.setFrameBuffer(rgb_frame(copy.pixels.data(), image.width, 0, 0));
       file.writePixels(static_cast<int>(image.height));
     }  // the line offset table is completed by the destructor

@@ -12,7 +12,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PFM files are written little-endian");
 
-/// Next run of non-space characters; leaves `at` behind it.
+/// The next run of non-space characters; moves `at` behind it.
 std::string token(const std::string& bytes, std::size_t& at) {
   constexpr std::size_t kLongest = 32;  // no header field is longer; binary data without spaces must not be scanned
   while (at < bytes.size() && (bytes[at] == ' ' || bytes[at] == '\n' || bytes[at] == '\r' || bytes[at] == '\t')) ++at;

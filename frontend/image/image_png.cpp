@@ -27,7 +27,7 @@ void keep_error(png_structp png, png_const_charp message) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
-/// floor(255 c + 0.5) of the value clamped to [0, 1]; NaN is black.
+/// floor(255 c + 0.5) of the value c clamped to [0, 1]; NaN is black.
 png_byte quantised(float value) {
   if (!(value > 0.0f)) return 0;
   if (value >= 1.0f) return 255;
@@ -96,7 +96,7 @@ class Reader {
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  /// Every kind of PNG becomes 8-bit RGB; colour-space chunks are ignored on purpose: values are taken as they are.
+  /// Converts every kind of PNG to 8-bit RGB; colour-space chunks are ignored on purpose: values are taken as they are.
   bool read_header() {
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_read_fn(png_, &source_, take);

@@ -1,5 +1,5 @@
 // Brute force: every Gaussian is considered for every ray. Two cheap tests only skip what provably cannot be hit: a
-// bounding ball against the cone around a tile of rays, then against the ray itself.
+// bounding ball is tested against the cone around a tile of rays, then against the ray itself.
 #include "grtx/frontend/reference/reference.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ constexpr double kMinAlpha = 1.0 / 255.0;  // 3DGRT, 3DGS
 constexpr double kMinResponse = 0.0113;    // 3DGRT: the proxy ends where o * response falls to this
 constexpr double kMaxRatio = 0.97;         // 3DGRT: floor of the radius for nearly transparent Gaussians
 constexpr unsigned kTile = 8;              // pixels along each side of a tile
-// Near misses are candidates, too: this much beyond the limits of d2 and alpha.
+// Near misses are candidates, too: those beyond the limits of d2 and alpha by up to this share.
 constexpr double kNearRadius2 = 1.05;
 constexpr double kNearAlpha = 0.95;
 
@@ -141,7 +141,7 @@ ReferenceCandidate intersect(const Ray& ray, const Gaussian& g, const std::vecto
   return result;
 }
 
-/// Gaussians whose balls may be met by a ray of a tile.
+/// Finds the Gaussians whose balls a ray of a tile may hit.
 class TileCone {
  public:
   /// All rays share one origin.
@@ -226,7 +226,7 @@ class Renderer {
  private:
   Ray ray(unsigned x, unsigned y) const { return {origin_, round_to_float(camera_.direction(x, y))}; }
 
-  /// Returns the number of pixels done. Tiles write disjoint pixels, so the result does not depend on the threads.
+  /// Returns the number of pixels rendered. Tiles write disjoint pixels, so the result does not depend on the threads.
   std::uint64_t render_tile(unsigned x0, unsigned y0, ReferenceResult& result) const {
     const unsigned x1 = std::min(x0 + kTile, camera_.width);
     const unsigned y1 = std::min(y0 + kTile, camera_.height);

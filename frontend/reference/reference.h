@@ -21,13 +21,13 @@ struct ReferenceOptions {
   bool adaptive_radius = true;  ///< false: fixed 3 sigma
   unsigned kernel_degree = 2;   ///< n of the response exp(-4.5 (d / 3)^n), d in sigma
   double ert = 0.001;           ///< transmittance threshold
-  bool count_inside = false;    ///< inside = count (sphere only)
+  bool count_inside = false;    ///< InsideRule::count (sphere only)
   bool sh_from_centre = false;  ///< SH direction: ray (false) or normalize(mean - origin)
   OpticalObjects objects;       ///< glass and mirror, file coordinates
   unsigned threads = 0;         ///< 0: all
   bool quiet = true;
   bool keep_sequences = false;   ///< also return what each ray blended, for tests
-  bool keep_candidates = false;  ///< also return what each ray nearly or really meets, for tests
+  bool keep_candidates = false;  ///< also return each ray's hits and near misses, for tests
 };
 
 struct ReferenceHit {
@@ -36,8 +36,8 @@ struct ReferenceHit {
   double alpha = 0.0;
 };
 
-/// A Gaussian that a ray meets or misses by little: what decides whether it is a hit, so that another renderer's other
-/// decision can be explained. Kept when d2 <= 1.05 kappa^2 and alpha >= 0.95 / 255; it may lie behind the origin.
+/// A Gaussian that a ray hits or narrowly misses, with the values that decide it, so that a different decision of
+/// another renderer can be explained. Kept when d2 <= 1.05 kappa^2 and alpha >= 0.95 / 255, even behind the origin.
 struct ReferenceCandidate {
   std::uint32_t gaussian = 0;
   double t = 0.0;       ///< sort key if it is a hit

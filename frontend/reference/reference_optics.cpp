@@ -69,7 +69,7 @@ std::vector<ReferencePiece> ReferenceOptics::path(const glm::dvec3& origin, cons
     from_mirror = to_mirror < to_glass;
     from_glass = !from_mirror;
     if (from_mirror) {
-      // The component along the normal turns around.
+      // The component along the normal changes its sign.
       const glm::dvec3 across = glm::dot(incoming, objects_.mirror->normal) * objects_.mirror->normal;
       outgoing = (incoming - across) - across;
     } else {

@@ -1,4 +1,4 @@
-// The reference's own path of light through glass and mirror; shares the objects' description with the tracer, no code.
+// The reference's own path of light through glass and mirror; shares with the tracer the objects' description, no code.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -19,7 +19,7 @@ class ReferenceOptics {
   /// objects: file coordinates; offset: the scene's. Paths run in scene coordinates.
   ReferenceOptics(const OpticalObjects& objects, const glm::dvec3& offset) : objects_(objects), offset_(offset) {}
 
-  /// All pieces, the first from the camera. At most max_bounces + 1.
+  /// All pieces, at most max_bounces + 1; the first begins at the camera.
   std::vector<ReferencePiece> path(const glm::dvec3& origin, const glm::dvec3& direction) const;
 
  private:

@@ -1,5 +1,5 @@
-// The reference's own view of the proxies in the sigma-normalised local frame: pairs of parallel planes. Built from the
-// solids' geometry alone, so that it shares nothing with the tracer's tables.
+// The reference's own description of the proxies in the sigma-normalised local frame: pairs of parallel planes. Built
+// from the solids' geometry alone, so that it shares nothing with the tracer's tables.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kChunkRows = 256;
 
-// A chunk's numbers in the order of this table; the colour limits are left out by old writers.
+// A chunk's numbers, in this order; old writers omit the colour limits.
 constexpr std::array<const char*, 18> kChunkNames{
     "min_x",       "min_y",       "min_z",       "max_x", "max_y", "max_z", "min_scale_x", "min_scale_y", "min_scale_z",
     "max_scale_x", "max_scale_y", "max_scale_z", "min_r", "min_g", "min_b", "max_r",       "max_g",       "max_b"};
@@ -101,7 +101,7 @@ RawRows read_compressed_ply(std::string_view bytes, const PlyHeader& header, con
   const std::size_t chunk_index = *header.find("chunk"), vertex_index = *header.find("vertex");
   const PlyElement& chunk = header.elements[chunk_index];
   const PlyElement& vertex = header.elements[vertex_index];
-  const std::size_t limits = chunk.find("min_r") ? kChunkNames.size() : kColourLimits;  // numbers a chunk
+  const std::size_t limits = chunk.find("min_r") ? kChunkNames.size() : kColourLimits;  // numbers per chunk
   std::vector<PlyColumn> chunk_columns, vertex_columns;
   for (std::size_t i = 0; i < limits; ++i) chunk_columns.push_back({required_property(chunk, kChunkNames[i], file)});
   for (const char* name : {"packed_position", "packed_rotation", "packed_scale", "packed_color"}) {
@@ -109,7 +109,7 @@ RawRows read_compressed_ply(std::string_view bytes, const PlyHeader& header, con
   }
   const auto sh_index = header.find("sh");
   const unsigned degree = sh_index ? sh_degree_of(header.elements[*sh_index], file) : 0;
-  const PlyElements elements(bytes, header, file);  // from here on the row counts are those of the file
+  const PlyElements elements(bytes, header, file);  // checks the row counts against the file's size
   require_rows(chunk, vertex.rows / kChunkRows + (vertex.rows % kChunkRows != 0), file);
   if (sh_index) require_rows(header.elements[*sh_index], vertex.rows, file);
 

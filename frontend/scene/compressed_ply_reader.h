@@ -1,4 +1,4 @@
-// PlayCanvas compressed .ply: 16 bytes a Gaussian, quantised between the limits of its chunk of 256, and byte-sized SH.
+// PlayCanvas compressed .ply: 16 bytes per Gaussian, quantised between the limits of its chunk of 256, and SH in bytes.
 #pragma once
 
 #include <string>

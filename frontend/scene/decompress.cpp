@@ -14,7 +14,7 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr std::size_t kStep = std::size_t{1} << 20;  // bytes of output a step
+constexpr std::size_t kStep = std::size_t{1} << 20;  // bytes of output per step
 
 std::string byte_text(std::size_t at) { return "byte " + std::to_string(at); }
 
@@ -70,7 +70,7 @@ std::string inflate_zstd(std::string_view bytes, std::size_t plain_size, std::si
   bool full = false;       // the last step used up its output, so more may come without more input
   while (in.pos < in.size || full) {
     const std::size_t done = plain.size();
-    const std::size_t step = std::min(kStep, plain_size - done + 1);  // one byte too many shows that there are too many
+    const std::size_t step = std::min(kStep, plain_size - done + 1);  // one more shows excess output
     plain.resize(done + step);
     ZSTD_outBuffer out{plain.data() + done, step, 0};
     status = ZSTD_decompressStream(context.get(), &out, &in);

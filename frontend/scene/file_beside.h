@@ -7,8 +7,8 @@
 
 namespace grtx::frontend {
 
-/// Bytes of the file `name` beside `file` or in folders below. Names come from inside a file of strangers: one that
-/// leads elsewhere is refused. Noted in `files`. Throws Error{file, name, rule}.
+/// Contents of the file `name` in the folder of `file` or below. Names come from untrusted files: one that leads
+/// elsewhere is refused. The file is noted in `files`. Throws Error{file, name, rule}.
 std::string read_beside(const std::string& file, const std::string& name, FilesRead& files);
 
 }  // namespace grtx::frontend

@@ -1,6 +1,5 @@
 // double -> float -> double that really rounds. From -O2 on, GCC 12's basic-block vectoriser drops both conversions
-// where two neighbours are converted (-fno-tree-slp-vectorize cures it), so the obvious expression may return its
-// argument.
+// where two neighbours are converted (-fno-tree-slp-vectorize prevents it), so the obvious expression may not round.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -27,15 +27,15 @@ using nlohmann::json;
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004e4942;   // "BIN"
 constexpr const char* kExtension = "KHR_gaussian_splatting";
-constexpr int kMostDepth = 64;       // of nodes
-constexpr unsigned kMostDegree = 3;  // of the harmonics that the extension has
+constexpr int kMostDepth = 64;       // deepest nesting of nodes
+constexpr unsigned kMostDegree = 3;  // of SH in the extension
 
-// Signs of the SH coefficients from k1 on under half a turn about z: those of an odd order m change.
+// Signs of the SH coefficients from k1 on under half a turn about z: those of odd order m change.
 constexpr std::array<float, 15> kShSign{-1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1, 1, -1};
 
 enum Component : unsigned { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, f32 = 5126 };
 
-/// What a .glb's chunks or a .gltf's text hold.
+/// Contents of a .glb's chunks or of a .gltf's text.
 struct Container {
   json document;
   std::string_view binary;
@@ -81,10 +81,10 @@ class Gltf {
     binary_ = container.binary;
   }
 
-  /// Bytes of the buffers that lay in other files, in the order of their first use.
+  /// Bytes of the buffers in other files, in the order of their first use.
   std::string take_beside() { return std::move(beside_); }
 
-  /// Nodes are trees: what a graph of a hundred nodes can name along its paths has no end.
+  /// Nodes must be trees: a hundred nodes that share children could have practically endless paths.
   bool first_visit(const json& node) { return visited_.insert(node.get<std::size_t>()).second; }
 
   const json& document() const { return document_; }
@@ -110,7 +110,7 @@ class Gltf {
     return value.get<std::size_t>();
   }
 
-  /// Values of an attribute's accessor, `width` a Gaussian; count of the first attribute fixes that of the others.
+  /// Values of an attribute's accessor, `width` per Gaussian; the first attribute's count applies to all others.
   std::vector<float> attribute(const json& attributes, const std::string& name, std::size_t width, std::size_t& count) {
     if (!attributes.contains(name)) throw Error(file_, "attributes." + name, "is missing");
     const json& accessor = entry("accessors", attributes.at(name));
@@ -206,7 +206,7 @@ class Gltf {
   std::set<std::size_t> visited_;  ///< nodes
 };
 
-/// Where a node's points go: scaled, then moved.
+/// A node's transform of its points: scaled, then moved.
 struct Placement {
   double scale = 1.0;
   glm::dvec3 move{0.0};
@@ -322,7 +322,7 @@ void read_node(Gltf& gltf, const json& index, const Placement& above, int depth,
   if (depth > kMostDepth) throw Error(gltf.file(), place, "nodes must be at most 64 deep");
   if (!gltf.first_visit(index)) throw Error(gltf.file(), place, "must have one parent at most");
   const json children = node.value("children", json::array());
-  // Meshes without splats may be placed as they like.
+  // Transforms of meshes without splats do not matter.
   const auto below = [&] {
     const Placement own = placement_of(node, place, gltf.file());
     return Placement{above.scale * own.scale, above.move + above.scale * own.move};

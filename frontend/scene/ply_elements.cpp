@@ -47,7 +47,7 @@ void copy_rows(const PlyColumn& column, PlyType type, const char* first, std::si
       column.out);
 }
 
-// Number of entries of a binary list; negative counts come out as numbers that no file can hold.
+// Number of entries of a binary list; a negative count becomes a number too large for any file.
 std::uint64_t list_length(const char* at, PlyType type, bool swap) {
   double length = 0.0;
   copy_rows(PlyColumn{0, &length, 1}, type, at, 0, 0, 1, swap);
@@ -79,7 +79,7 @@ bool parse_number(std::string_view word, double& value) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || word.empty()) return false;
   if (error == std::errc::result_out_of_range)
-    value = std::strtod(std::string(word).c_str(), nullptr);  // 0 or infinity
+    value = std::strtod(std::string(word).c_str(), nullptr);  // underflow or overflow: 0 or infinity
   return error == std::errc() || error == std::errc::result_out_of_range;
 }
 
@@ -91,7 +91,7 @@ bool fits(PlyType type, double value) {
 }
 
 void store(const PlyColumn& column, PlyType type, std::size_t row, double value) {
-  // Rounded to the declared type first, so that ASCII and binary files of the same values give the same scene.
+  // Rounds to the declared type first, so that ASCII and binary files of the same values give the same scene.
   if (type == PlyType::f32) value = round_to_float(value);
   std::visit(
       [&](auto* out) {
@@ -114,7 +114,7 @@ PlyElements::PlyElements(std::string_view bytes, const PlyHeader& header, std::s
   for (const PlyElement& element : header.elements) {
     begin_.push_back(at);
     first_line_.push_back(line);
-    if (element.properties.empty()) continue;  // its rows take no room
+    if (element.properties.empty()) continue;  // its rows take no bytes
     if (header.format == PlyFormat::ascii) {
       for (std::uint64_t row = 0; row < element.rows; ++row) {
         if (at == bytes.size()) fail_short(element, row);
@@ -196,7 +196,7 @@ void PlyElements::read_list_rows(std::size_t element, const std::vector<PlyColum
   std::vector<std::size_t> offset(layout.properties.size());
   std::size_t at = begin_[element];
   for (std::size_t row = 0; row < layout.rows; ++row) {
-    for (std::size_t p = 0; p < layout.properties.size(); ++p) {  // in range: the constructor walked all rows
+    for (std::size_t p = 0; p < layout.properties.size(); ++p) {  // in range: the constructor has checked all rows
       const PlyProperty& property = layout.properties[p];
       std::size_t entries = 1;
       if (property.list_count) {

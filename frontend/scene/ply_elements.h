@@ -12,7 +12,7 @@
 
 namespace grtx::frontend {
 
-/// Where one property of every row goes: row i is converted and stored at out[i * stride].
+/// Destination of one property: that of row i is converted and stored at out[i * stride].
 struct PlyColumn {
   std::size_t property = 0;                             ///< index in the element; must not be a list
   std::variant<float*, double*, std::uint32_t*> out{};  ///< uint32_t only for properties of an integer type
@@ -28,7 +28,7 @@ class PlyElements {
   /// Reads the named columns of one element; the others are skipped. Throws Error with line (ASCII) or byte.
   void read(std::size_t element, const std::vector<PlyColumn>& columns) const;
 
-  /// Bytes behind the last element (ASCII: white space aside).
+  /// Bytes behind the last element (ASCII: not counting white space).
   std::size_t trailing_bytes() const { return trailing_; }
 
  private:

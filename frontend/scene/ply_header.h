@@ -13,7 +13,7 @@ namespace grtx::frontend {
 enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 enum class PlyType { i8, u8, i16, u16, i32, u32, f32, f64 };
 
-/// Calls `f` with a number of the C++ type that stands for `type`.
+/// Calls `f` with a value of the C++ type for `type`.
 template <typename F>
 auto with_type(PlyType type, F&& f) {
   switch (type) {
@@ -42,7 +42,7 @@ bool is_integer(PlyType type);
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::f32;        ///< of the value, or of a list's entries
-  std::optional<PlyType> list_count;  ///< type of the entry count in front of a list; none for a single value
+  std::optional<PlyType> list_count;  ///< type of a list's entry count; none: a single value
 };
 
 struct PlyElement {
@@ -51,7 +51,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool has_list() const;
-  /// Bytes a row in the binary formats; only without lists.
+  /// Bytes per row in the binary formats; only for elements without lists.
   std::size_t row_bytes() const;
   std::optional<std::size_t> find(std::string_view property) const;
 };
@@ -61,7 +61,7 @@ struct PlyHeader {
   std::vector<PlyElement> elements;
   std::vector<std::string> comments;
   std::size_t lines = 0;       ///< in the header, "ply" and "end_header" included
-  std::size_t data_begin = 0;  ///< byte behind the newline of "end_header"
+  std::size_t data_begin = 0;  ///< offset behind the newline of "end_header"
 
   std::optional<std::size_t> find(std::string_view element) const;
 };

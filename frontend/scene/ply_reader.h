@@ -11,18 +11,18 @@
 
 namespace grtx::frontend {
 
-/// Reads by property name: any order, any scalar type, extra properties and elements skipped. The number of f_rest_N
-/// properties (0, 9, 24, 45, 72) is the SH degree. Throws Error{file, place, rule}.
+/// Reads properties by name: in any order and of any scalar type; other properties and elements are skipped. The number
+/// of f_rest_N properties (0, 9, 24, 45, 72) gives the SH degree. Throws Error{file, place, rule}.
 RawRows read_ply(std::string_view bytes, const PlyHeader& header, const std::string& file);
 
-/// Degree of the SH properties f_rest_0 ... of an element; throws Error when their number fits no degree or one is
+/// SH degree of an element, from its properties f_rest_0 ...; throws Error when their number fits no degree or one is
 /// missing.
 unsigned sh_degree_of(const PlyElement& element, const std::string& file);
 
 /// Columns for those properties: channel-major in the file, coefficient-major with r, g, b inner in `sh`.
 void append_sh_columns(const PlyElement& element, unsigned degree, float* sh, std::vector<PlyColumn>& columns);
 
-/// Index of a property that must be there and must not be a list. Throws Error.
+/// Index of a required property, which must not be a list. Throws Error.
 std::size_t required_property(const PlyElement& element, const std::string& property, const std::string& file);
 
 }  // namespace grtx::frontend

@@ -13,10 +13,10 @@ inline constexpr double kShC0 = 0.28209479177387814;  ///< value of the first sp
 /// Inverse of the sigmoid; -infinity at 0 and +infinity at 1.
 inline float logit_of(double opacity) { return static_cast<float>(std::log(opacity) - std::log1p(-opacity)); }
 
-/// A scale of exactly 0 has no finite logarithm; its own is clamped to the smallest scale like any other tiny one.
+/// Logarithm of a scale. Exactly 0 gives -100, which is clamped to the smallest scale like that of any tiny one.
 inline float log_of_scale(double scale) { return scale == 0.0 ? -100.0f : static_cast<float>(std::log(scale)); }
 
-/// The little-endian value at byte `at`, which must lie inside.
+/// The little-endian value at offset `at`, which must lie inside.
 template <typename T>
 T load(std::string_view bytes, std::size_t at) {
   T value;

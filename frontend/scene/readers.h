@@ -1,4 +1,4 @@
-// Readers of scene formats: whether bytes are of a format, and its rows. Those of .ply have headers of their own.
+// Readers of scene formats: whether bytes are of a format, and their rows. Readers of .ply have headers of their own.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace grtx::frontend {
 
-// .splat: 32 bytes a Gaussian without a header; colour without view dependence.
+// .splat: 32 bytes per Gaussian without a header; colour without view dependence.
 
-/// The format has no magic number. True when the size is a multiple of 32 and most rows hold a position and a scale
-/// that a scene can have.
+/// The format has no magic number: true when the size is a multiple of 32 and most rows hold a plausible position and
+/// scale.
 bool is_splat(std::string_view bytes);
 
 /// Precondition: is_splat(bytes).
@@ -21,8 +21,8 @@ RawRows read_splat(std::string_view bytes);
 
 // .spz (Niantic): quantised attributes in blocks; versions 1 to 3 in one gzip stream, version 4 in zstd streams.
 
-/// Signs of the SH coefficients from k1 on when y and z change sign. The last one, of k24, is what the format's library
-/// uses; the basis function itself is even in every axis.
+/// Signs of the SH coefficients from k1 on when y and z change sign. The last one, of k24, follows the format's
+/// library; the basis function itself is even in every axis.
 inline constexpr std::array<float, 24> kSpzShSign{-1, -1, 1,                 //
                                                   -1, 1,  1,  -1, 1,         //
                                                   -1, 1,  -1, -1, 1, -1, 1,  //
@@ -40,20 +40,20 @@ RawRows read_spz(std::string_view bytes, bool raw_axes, const std::string& file)
 /// True when the bytes start like a zip archive.
 bool is_sog_archive(std::string_view bytes);
 
-/// True when the bytes are a JSON object that names what meta.json or lod-meta.json must have.
+/// True when the bytes are a JSON object with the keys that meta.json or lod-meta.json must have.
 bool is_sog_meta(std::string_view bytes);
 
-/// A scene as rows, and everything that it was read from, in the order of reading, for the scene's hash.
+/// A scene as rows, and all bytes that it was read from, in the order of reading, for the scene's hash.
 struct SogRows {
   RawRows rows;
   std::string content;
 };
 
-/// bytes: the archive. Throws Error{file, place, rule}; the place names the file inside.
+/// bytes: the archive. Throws Error{file, place, rule}; `place` names the file inside.
 SogRows read_sog_archive(std::string_view bytes, const std::string& file);
 
 /// bytes: meta.json or lod-meta.json; pictures and units are beside `file`. lod: level of detail of a streamed scene, 0
-/// the finest; what lod-meta.json names `environment` belongs to every level. files: takes those beside it.
+/// the finest; the `environment` of lod-meta.json belongs to every level. files: those beside it are noted there.
 /// Throws Error.
 SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& file, FilesRead& files);
 
@@ -63,20 +63,20 @@ SogRows read_sog_meta(std::string_view bytes, unsigned lod, const std::string& f
 /// True when the bytes start like a .glb.
 bool is_glb(std::string_view bytes);
 
-/// True when the bytes are a JSON object that names an asset, as every .gltf does. A SOG's meta.json may, too: ask for
-/// that first.
+/// True when the bytes are a JSON object with an "asset", as in every .gltf. Test for a SOG's meta.json first: it may
+/// have one, too.
 bool is_gltf(std::string_view bytes);
 
-/// A scene as rows, and the buffers that lay in other files, in the order of reading, for the scene's hash.
+/// A scene as rows, and the bytes of buffers in other files, in the order of reading, for the scene's hash.
 struct GltfRows {
   RawRows rows;
   std::string beside;
 };
 
-/// bytes: a .glb or .gltf; buffers with a relative uri are beside `file`. All splat primitives of the file's scene, one
-/// after the other, in the axes of a .ply: glTF's y points up, so positions, rotations and harmonics are turned by half
-/// a turn about z, as PlayCanvas' tools do. Nodes may move and scale uniformly; a node that rotates is refused, because
-/// its harmonics would have to be rotated, too. files: takes the buffers beside it. Throws Error{file, place, rule}.
+/// bytes: a .glb or .gltf; buffers with a relative uri are beside `file`. Reads all splat primitives of the file's
+/// scene in turn, into the axes of a .ply: glTF's y points up, so positions, rotations and harmonics are turned by half
+/// a turn about z, as PlayCanvas' tools do. Nodes may move and scale uniformly; a rotating node is refused, because its
+/// harmonics would have to be rotated. files: buffers beside it are noted. Throws Error{file, place, rule}.
 GltfRows read_gltf(std::string_view bytes, const std::string& file, FilesRead& files);
 
 }  // namespace grtx::frontend

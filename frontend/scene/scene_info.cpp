@@ -15,7 +15,7 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr double kOuterShare = 0.001;  // of the centres, both ends together
+constexpr double kOuterShare = 0.001;  // share of the centres at both ends together
 constexpr double kExtentSigmas = 3.0;
 
 // Sorted values at a share of 0 .. 1 of their ranks, linear in between.
@@ -194,7 +194,7 @@ std::string to_json(const SceneInfo& info) {
   json["dropped"] = info.report.dropped;
   json["clamped"] = info.report.clamped;
   json["noticed"] = info.report.noticed;
-  // A file's name may hold bytes that are no UTF-8.
+  // A file's name may contain bytes that are not UTF-8.
   return json_text(json, 2) + "\n";
 }
 

@@ -1,4 +1,4 @@
-// What `grtx info` tells about a scene: counts, boxes, distributions, and what loading dropped, clamped or noticed.
+// What `grtx info` prints about a scene: counts, boxes, distributions, and what loading dropped, clamped or noticed.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ struct SceneInfo {
   std::uint64_t gaussians = 0;  ///< kept
   unsigned sh_degree = 0;
   glm::dvec3 offset{0.0};
-  std::optional<FileBox> centres;        ///< of all centres; none for an empty scene
-  std::optional<FileBox> inner_centres;  ///< on each axis without the outer 0.1 % of centres (0.05 % at either end)
+  std::optional<FileBox> centres;        ///< of all centres; unset for an empty scene
+  std::optional<FileBox> inner_centres;  ///< without the outer 0.1 % of centres on each axis (0.05 % at either end)
   std::optional<FileBox> extent;         ///< of all ellipsoids at 3 sigma
   Percentiles scale_max{}, scale_mid{}, scale_min{};  ///< of each Gaussian's sorted scales, scene units
   Percentiles scale_ratio{};                          ///< largest over smallest scale

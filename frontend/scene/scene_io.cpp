@@ -25,7 +25,7 @@ RawRows read_rows(const std::string& path, std::string_view bytes, const SceneRe
   throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb, .gltf or .splat scene; its content is none of them");
 }
 
-/// A folder stands for the SOG scene in it.
+/// A folder means the SOG scene in it.
 std::string file_of(const std::string& path) {
   std::error_code failed;
   if (!std::filesystem::is_directory(path, failed)) return path;
@@ -41,7 +41,7 @@ std::string name_of(const std::string& path) {
   return (plain.has_filename() ? plain : plain.parent_path()).filename().string();
 }
 
-/// Rows, and what tells this input from others.
+/// Rows, and the bytes that identify this input.
 struct Input {
   RawRows rows;
   std::string hash;
@@ -60,7 +60,7 @@ Input read_input(const std::string& path, const SceneReadOptions& options, Files
     GltfRows gltf = read_gltf(bytes, file, files);
     return {std::move(gltf.rows), gltf.beside.empty() ? hash : hex(xxh3(bytes + gltf.beside))};
   }
-  // The same file read with other axes is another input.
+  // The same file read with other axes counts as another input.
   if (options.spz_raw_axes && is_spz(bytes)) hash = hex(xxh3(hash + " raw axes"));
   return {read_rows(file, bytes, options), std::move(hash)};
 }
@@ -91,7 +91,7 @@ Scene load_scene(const std::string& path) { return load_scene(path, SceneReadOpt
 void find_scene_files(const std::string& path, FilesRead& files) {
   const std::string file = file_of(path);
   const std::string bytes = files.read(file);
-  // Which others a text names, its reader alone knows. All other formats are one file.
+  // Only the reader of a text file knows which other files it names; all other formats are one file.
   if (is_sog_meta(bytes)) {
     (void)read_sog_meta(bytes, SceneReadOptions{}.sog_lod, file, files);
   } else if (is_gltf(bytes)) {

@@ -17,19 +17,18 @@ struct SceneReadOptions {
   unsigned sog_lod = 0;
 };
 
-/// INRIA .ply (binary or ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v1 and v2 (archive, folder with
-/// meta.json or lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place,
-/// rule}.
-/// The rows of a scene as its file stores them, before any is dropped or clamped.
+/// The rows of a scene as its file stores them, before any is dropped or clamped. Formats: INRIA .ply (binary or
+/// ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v1 and v2 (archive, folder with meta.json or
+/// lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place, rule}.
 RawRows load_rows(const std::string& path, const SceneReadOptions& options);
 RawRows load_rows(const std::string& path, const SceneReadOptions& options, FilesRead& files);
 
 Scene load_scene(const std::string& path);
 Scene load_scene(const std::string& path, const SceneReadOptions& options);
-/// files: takes every file that is opened.
+/// files: every file that is opened is noted there.
 Scene load_scene(const std::string& path, const SceneReadOptions& options, FilesRead& files);
 
-/// Notes the files that load_scene(path, {}, files) opens, in its order, and makes no scene. Throws Error.
+/// Notes the files that load_scene(path, {}, files) opens, in the same order, without making a scene. Throws Error.
 void find_scene_files(const std::string& path, FilesRead& files);
 
 }  // namespace grtx::frontend

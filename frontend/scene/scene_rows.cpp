@@ -60,7 +60,7 @@ bool all_finite(const float* values, std::size_t count) {
   return finite;
 }
 
-// First rule that the row breaks, in the order of Reason.
+// The first rule that the row breaks, in the order of Reason.
 Reason judge(const RawRows& rows, std::size_t i, std::size_t sh_stride, Activated& activated) {
   const std::array<double, 3> position{rows.x[i], rows.y[i], rows.z[i]};
   for (const double p : position) {
@@ -88,7 +88,7 @@ Reason judge(const RawRows& rows, std::size_t i, std::size_t sh_stride, Activate
   return Reason::kept;
 }
 
-// The mean of the two middle values when their number is even. Reorders `values`.
+// Median: the mean of the two middle values if their number is even. Reorders `values`.
 double median(std::vector<double>& values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -108,7 +108,7 @@ glm::dvec3 median_centre(const std::vector<glm::dvec3>& centres) {
   return result;
 }
 
-// Number of Gaussians whose centre an earlier one has too.
+// Number of Gaussians that share their centre with an earlier one.
 std::uint64_t coincident_centres(const std::vector<glm::vec3>& mean) {
   // Open addressing, at most half full; the slot holds row + 1.
   const std::size_t slots = std::bit_ceil(mean.size() * 2 + 1);

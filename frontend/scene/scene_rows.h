@@ -10,20 +10,20 @@
 
 namespace grtx::frontend {
 
-/// Parameters as an INRIA .ply stores them, one entry a row. Readers of other formats convert to this.
+/// Parameters as an INRIA .ply stores them, row by row. Readers of other formats convert to this.
 struct RawRows {
   std::vector<double> x, y, z;
-  std::vector<float> log_scale;      ///< 3 a row, natural logarithm
-  std::vector<float> rotation;       ///< 4 a row: w x y z, any norm
-  std::vector<float> opacity_logit;  ///< 1 a row
-  std::vector<float> sh;             ///< coefficient-major, r g b inner, (degree + 1)^2 * 3 a row
+  std::vector<float> log_scale;      ///< 3 per row, natural logarithm
+  std::vector<float> rotation;       ///< 4 per row: w x y z, any norm
+  std::vector<float> opacity_logit;  ///< 1 per row
+  std::vector<float> sh;             ///< coefficient-major, r g b inner, (degree + 1)^2 * 3 per row
   unsigned sh_degree = 0;
-  std::map<std::string, std::uint64_t> noticed;  ///< by the reader; passed on to the scene's report
+  std::map<std::string, std::uint64_t> noticed;  ///< counts by the reader, for the scene's report
 
-  /// To n rows of sh_degree.
+  /// Resizes to n rows of sh_degree.
   void resize(std::size_t n);
-  /// Throws Error when so many more rows of sh_degree, and the scene that is made of all, would take more memory than
-  /// is free. For formats that compress: the size of their files says little.
+  /// Throws Error when `more` additional rows of sh_degree, and the scene made of all rows, would take more memory than
+  /// is free. For compressed formats, whose file size says little.
   void require_memory_for(std::size_t more, const std::string& file) const;
 };
 

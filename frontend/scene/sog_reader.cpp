@@ -27,14 +27,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr unsigned kLargestQuatTag = 252;  // alpha of a quaternion's texel: 252 + which of w, x, y, z is left out
+constexpr unsigned kLargestQuatTag = 252;  // alpha of a quaternion's texel: 252 + index of the omitted component
 constexpr std::size_t kMostPaletteTexels = std::size_t{65536} * 15;  // 16-bit labels, SH degree 3
-constexpr std::size_t kPaletteColumns = 64;                          // SH centroids in a row of their picture
+constexpr std::size_t kPaletteColumns = 64;                          // SH centroids per row of their picture
 constexpr std::uint64_t kMostRows = 1U << 28;                        // 16384 x 16384 texels, the most that WebP holds
 constexpr std::uint64_t kMostMetaBytes = std::uint64_t{256} << 20;
-constexpr int kMostDepth = 64;  // of a lod-meta.json's tree
+constexpr int kMostDepth = 64;  // depth of a lod-meta.json's tree
 
-/// Gives the bytes of a file that a meta.json names.
+/// Returns the bytes of a file that a meta.json names.
 using Load = std::function<std::string(const std::string& name)>;
 
 json parse(std::string_view bytes, const std::string& file) {
@@ -43,7 +43,7 @@ json parse(std::string_view bytes, const std::string& file) {
   return document;
 }
 
-// place by value: GCC 13 and later take a reference to a temporary for one that the result holds.
+// `place` by value: GCC 13 and later warn of a dangling reference for a reference parameter.
 const json& member(const json& object, std::string_view place, const char* name, const std::string& file) {
   if (!object.is_object() || !object.contains(name)) throw Error(file, std::string(place) + name, "is missing");
   return object.at(name);
@@ -90,7 +90,7 @@ struct Picture {
   const std::uint8_t* texel(std::size_t i) const { return rgba.get() + i * 4; }
 };
 
-/// Most texels that a picture of so many Gaussians may have.
+/// Most texels that a picture of `count` Gaussians may have.
 constexpr std::size_t most_texels(std::size_t count) { return count * 4 + 65536; }
 
 Picture undecoded(const Load& load, const std::string& name, std::size_t least, const std::string& file,
@@ -101,7 +101,7 @@ Picture undecoded(const Load& load, const std::string& name, std::size_t least, 
   if (WebPGetInfo(data, picture.bytes.size(), &width, &height) == 0) throw Error(file, name, "is no WebP picture");
   picture.width = static_cast<std::size_t>(width);
   picture.height = static_cast<std::size_t>(height);
-  // Writers make pictures nearly square; a small file could claim a gigabyte.
+  // Writers make pictures nearly square; without a limit a small file could claim a gigabyte.
   if (picture.texels() < least || picture.texels() > most) {
     throw Error(file, name,
                 "has " + std::to_string(picture.texels()) + " texels; must have " + std::to_string(least) + " to " +
@@ -125,8 +125,8 @@ Picture picture(const Load& load, const std::string& name, std::size_t least, co
   return picture;
 }
 
-/// A picture of one colour takes next to nothing, so kilobytes could claim gigabytes. The low bytes of means are noise
-/// in any scene: a byte and more each.
+/// Pictures of one colour compress to almost nothing, so kilobytes could claim gigabytes of rows. In a real scene the
+/// low bytes of means are noise, at least a byte for each.
 void check_claim(const Picture& lower, const Picture& upper, std::size_t count, const std::string& file) {
   constexpr std::size_t kMostAByte = 64, kAlways = 65536;
   const std::size_t bytes = lower.bytes.size() + upper.bytes.size();
@@ -175,7 +175,7 @@ void read_means(const json& means, const Load& load, const std::string& file, Ra
   }
 }
 
-/// What a byte stands for. Version 2 lists it; version 1 says the first and the last of 256 equal steps.
+/// The value of each byte. Version 2 lists them; version 1 gives the first and the last of 256 equal steps.
 using Codebook = std::vector<double>;
 
 Codebook steps(double low, double high) {
@@ -198,8 +198,8 @@ std::vector<Codebook> codebooks(const json& part, const char* of, std::size_t ch
   return books;
 }
 
-/// Spherical harmonics beyond the constant: a label a Gaussian, which names a palette's entry; bytes of it name a code
-/// book's.
+/// Spherical harmonics beyond the constant: each Gaussian has a label, which selects a palette entry, whose bytes
+/// select values of a code book.
 struct Harmonics {
   unsigned degree = 0;
   std::size_t coefficients = 0;  ///< without the constant
@@ -210,7 +210,7 @@ struct Harmonics {
 
 constexpr std::size_t coefficients_of(unsigned degree) { return std::size_t{degree + 1} * (degree + 1) - 1; }
 
-/// Version 1 says degree and entries by the palette's size alone, and has numbers where others have lists.
+/// Version 1 tells degree and entries only by the palette's size, and has numbers where version 2 has lists.
 void read_palette_of_version_1(const json& part, const Load& load, const std::string& name, const std::string& file,
                                Harmonics& harmonics) {
   if (part.value("quantization", json(8)) != 8) throw Error(file, "shN.quantization", "must be 8");
@@ -271,7 +271,7 @@ void read_unit(const json& meta, const Load& load, const std::string& file, RawR
   const std::size_t count = count_of(meta, means, version, file);
   const std::vector<Codebook> scale_of = codebooks(scales, "scales", 3, version, file);
   std::vector<Codebook> colour_of = codebooks(sh0, "sh0", 4, version, file);
-  if (version == 2) {  // its alpha is the opacity itself
+  if (version == 2) {  // alpha is the opacity itself
     for (std::size_t byte = 0; byte < 256; ++byte) colour_of[3][byte] = logit_of(static_cast<double>(byte) / 255.0);
   }
   Harmonics harmonics = read_harmonics(meta, load, version, file, count);
@@ -351,7 +351,7 @@ class Archive {
     if (stat.size > kMostMetaBytes) throw Error(file_, name, "is larger than 256 MiB");
     const std::unique_ptr<zip_file_t, CloseEntry> entry(zip_fopen(archive_.get(), name.c_str(), 0));
     if (entry == nullptr) throw Error(file_, name, "cannot be unpacked");
-    std::string bytes;  // grows with what comes out, not with what the archive says
+    std::string bytes;  // grows with the actual output, not with the claimed size
     std::vector<char> piece(1 << 16);
     for (;;) {
       const zip_int64_t got = zip_fread(entry.get(), piece.data(), piece.size());
@@ -369,14 +369,14 @@ class Archive {
   std::unique_ptr<zip_t, CloseArchive> archive_;
 };
 
-/// The unit that a whole archive holds.
+/// Reads the unit in an archive.
 void read_archive(std::string_view bytes, const std::string& file, RawRows& rows) {
   const Archive archive(bytes, file);
   const Load load = [&](const std::string& name) { return archive.read(name); };
   read_unit(parse(archive.read("meta.json"), file), load, file, rows);
 }
 
-/// Which units hold a level, and how many Gaussians of it: file -> count.
+/// Units that hold a level, with their number of Gaussians in it: file -> count.
 void collect_level(const json& node, const std::string& level, std::size_t files, int depth, const std::string& file,
                    std::map<std::size_t, std::uint64_t>& units) {
   if (!node.is_object() || depth > kMostDepth) throw Error(file, "tree", "must be nodes, at most 64 deep");
@@ -414,7 +414,7 @@ void read_streamed(const json& meta, unsigned lod, const std::string& file, SogR
       read_unit(parse(unit, path), beside(path, scene.content, files), path, scene.rows);
     }
   };
-  // Writers say null where there is none.
+  // Writers use null for none.
   if (const json environment = meta.value("environment", json()); environment.is_string()) {
     read(environment);
   } else if (!environment.is_null()) {

@@ -82,7 +82,7 @@ std::int32_t load_i24(std::string_view bytes, std::size_t at) {
   return static_cast<std::int32_t>(bits << 8) >> 8;
 }
 
-// Versions 1 and 2: x, y, z as bytes; w is what is missing to norm 1.
+// Versions 1 and 2: x, y, z as bytes; w completes the norm to 1.
 std::array<double, 4> rotation_from_xyz(std::string_view block, std::size_t point) {
   std::array<double, 4> wxyz{};
   double squares = 0.0;

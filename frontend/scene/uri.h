@@ -1,4 +1,4 @@
-// What URIs in scene files stand for.
+// Decoding of URIs in scene files.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,10 @@
 
 namespace grtx::frontend {
 
-/// The bytes that RFC 4648's base64 stands for; nothing when it is none.
+/// The bytes encoded by RFC 4648's base64; nothing if it is malformed.
 std::optional<std::string> decode_base64(std::string_view text);
 
-/// A URI's path with %XX as the byte that it stands for; what is no such number stays.
+/// A URI's path with each %XX replaced by its byte; malformed sequences stay.
 std::string percent_decoded(const std::string& uri);
 
 }  // namespace grtx::frontend

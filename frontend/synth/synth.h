@@ -8,7 +8,7 @@
 namespace grtx::frontend {
 
 struct SynthOptions {
-  std::string preset = "hall";  ///< of synth_presets()
+  std::string preset = "hall";  ///< one of synth_presets()
   std::uint64_t count = 100000;
   std::uint64_t seed = 1;
   unsigned sh_degree = 2;
@@ -17,7 +17,7 @@ struct SynthOptions {
 /// Names accepted as preset.
 std::vector<std::string> synth_presets();
 
-/// What to say of a name that a preset once had; empty for all others.
+/// Error text for a preset's former name; empty for all other names.
 std::string synth_renamed(const std::string& preset);
 
 /// "F.cameras.json", F = path without .ply.

@@ -18,8 +18,8 @@ constexpr int kCellsX = 20;   ///< of the ground
 constexpr int kCellsZ = 15;
 constexpr double kGroundCell = 4.5;
 
-/// From the corner at the foot, `along` the facade that is looked at, which lies on the left when one goes along it,
-/// and `deep` into the house.
+/// A block of flats: from the corner at its foot, `along` its visible facade, which is on the left when walking along
+/// it, and `deep` into the house.
 struct Block {
   V corner, along, deep;
   int bays, storeys;
@@ -65,7 +65,7 @@ class SiteBuilder {
     if (std::abs(x - 9.0) < 2.3 && z < 9.0) return Kind::path;
     return Kind::lawn;
   }
-  /// Where houses stand, with a margin for the crowns.
+  /// Whether a house is there, with a margin for the trees' crowns.
   static bool built_up(double x, double z) {
     return (x > -30 && x < 13 && z > -8 && z < 10) || (x > 5 && x < 32 && z > -6 && z < 31) ||
            (x > -37 && x < -6 && z > 12 && z < 33) || (x > -11 && x < 9 && z > -24 && z < -6);
@@ -100,7 +100,7 @@ class SiteBuilder {
     for (int i = 0; i < 9; ++i) layout_.quad({-44.0 + 10.0 * i, -0.2, -27.1}, {4.0, 0, 0}, {0, 0, 0.25}, 4.0);
   }
 
-  /// A box whose ground plan is turned: origin at a corner of the foot.
+  /// A box with a rotated ground plan: origin at a corner of the foot.
   void turned_box(const V& corner, const V& a, const V& b, double height) {
     const V up(0, -height, 0);
     layout_.quad(corner + up, a, b, 3.0);  // top
@@ -121,7 +121,7 @@ class SiteBuilder {
       for (const bool back : {false, true}) {
         const V edge = back ? d : V(0.0);
         const V in = (back ? -1.0 : 1.0) * b.deep;
-        // A slab's edge and the balcony's rail before it, the recessed wall with its windows.
+        // The slab's edge, the balcony's rail in front of it, the recessed wall with its windows.
         layout_.style({P::plain, {0.72, 0.71, 0.68}, {0.62, 0.61, 0.58}, 0.6}, -0.15);
         face(floor + edge - V(0, 1.1, 0), {0, 1.1, 0}, a, back);
         layout_.style({P::plain, {0.60, 0.58, 0.55}, {0.50, 0.48, 0.46}, 0.6}, 0.1);
@@ -144,7 +144,7 @@ class SiteBuilder {
         layout_.quad(top + (wall * kBay) * b.along, {0, kSiteStorey, 0}, d, 4.0);
       }
     }
-    layout_.style({P::plain, {0.75, 0.74, 0.71}, {0.63, 0.62, 0.59}, 0.8}, 0.0);  // ends, roof and what stands on it
+    layout_.style({P::plain, {0.75, 0.74, 0.71}, {0.63, 0.62, 0.59}, 0.8}, 0.0);  // ends, roof and structures on it
     const V up(0, -height - 0.8, 0);
     layout_.quad(b.corner + up, d, -up, 3.0);
     layout_.quad(b.corner + a + up, -up, d, 3.0);

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint64_t kTintStream = 2;
 constexpr double kBand0 = 0.28209479177387814;
-constexpr double kFitted = 0.85;  // share of the view-dependent part that is made up for
+constexpr double kFitted = 0.85;  // share of the variation between views that is removed
 
 /// Real spherical harmonics of bands 0 to 3, signs as in 3DGS files.
 std::array<double, 16> basis(const glm::dvec3& d) {
@@ -33,20 +33,20 @@ std::array<double, 16> basis(const glm::dvec3& d) {
           -0.5900435899266435 * x * (x * x - 3.0 * y * y)};
 }
 
-/// What must not vary if all views are to see one colour: orthonormal directions in the space of coefficients 1 .. n
-/// - 1.
+/// Directions that must not vary if all views are to see one colour: orthonormal, in the space of coefficients 1 .. n -
+/// 1.
 struct ViewDifferences {
   std::array<std::array<double, 16>, 15> axes{};
   unsigned count = 0;
 };
 
-/// `scale`: rms of each coefficient, so that what is taken away is spread over the bands as the noise is.
+/// `scale`: rms of each coefficient, so that the removal is spread over the bands as the noise is.
 ViewDifferences view_differences(std::span<const glm::dvec3> views, const std::array<double, 16>& scale,
                                  unsigned coefficients) {
   ViewDifferences differences;
   const std::array<double, 16> nearest = basis(views[0]);
   for (const glm::dvec3& view : views.subspan(1)) {
-    if (differences.count + 2 >= coefficients) break;  // or nothing would be left to vary
+    if (differences.count + 2 >= coefficients) break;  // leaves something that can vary
     std::array<double, 16> axis = basis(view);
     for (unsigned k = 1; k < coefficients; ++k) axis[k] = (axis[k] - nearest[k]) * scale[k];
     for (unsigned i = 0; i < differences.count; ++i) {
@@ -56,7 +56,7 @@ ViewDifferences view_differences(std::span<const glm::dvec3> views, const std::a
     }
     double length = 0.0;
     for (unsigned k = 1; k < coefficients; ++k) length += axis[k] * axis[k];
-    if (length < 1e-6) continue;  // hardly another view
+    if (length < 1e-6) continue;  // nearly the same view
     for (unsigned k = 1; k < coefficients; ++k) differences.axes[differences.count][k] = axis[k] / std::sqrt(length);
     ++differences.count;
   }
@@ -72,11 +72,11 @@ void colour_row(SynthRow& row, const SynthColourNoise& noise, const glm::dvec3& 
   std::array<double, 16> scale{};
   for (unsigned k = 1; k < coefficients; ++k) scale[k] = noise.rms[k < 4 ? 1 : k < 9 ? 2 : 3];
   const ViewDifferences differences = view_differences(views, scale, coefficients);
-  // What is taken from some directions the others get: the rms stays.
+  // Scales the rest up by the removed part, so that the rms stays.
   const double left = 1.0 - kFitted * (2.0 - kFitted) * differences.count / std::max(1.0, coefficients - 1.0);
   std::array<std::array<double, 16>, 3> value{};  // by channel, in units of the rms
   for (unsigned k = 1; k < coefficients; ++k) {
-    // An eighth of the variance is the object's gloss; the rest differs between Gaussians. Both mostly grey.
+    // An eighth of the variance is the object's gloss; the rest differs between Gaussians. Both are mostly grey.
     const double shared_grey = 0.35 * tint.normal();
     const double own_grey = 0.85 * random.normal();
     for (unsigned c = 0; c < 3; ++c) {

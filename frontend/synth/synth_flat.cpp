@@ -99,8 +99,8 @@ void other_rooms(SynthLayout& layout) {
   layout.box({5.35, 0, 5.7}, {0.34, 1.9, 1.8});
 }
 
-/// What the windows show: a hedge around the house, seen from afar and coarse. Rays that leave a room go on through it,
-/// as they do through the further rooms of a captured building.
+/// The view from the windows: a hedge around the house, far away and coarse. Rays that leave a room continue through
+/// it, as they do through the other rooms of a captured building.
 void garden(SynthLayout& layout) {
   for (int i = 0; i < 7; ++i) {
     for (const double side : {-1.0, 1.0}) {

@@ -21,8 +21,8 @@ float logit(double opacity) { return static_cast<float>(portable_log(opacity / (
 /// Distribution function of the normal distribution within 2e-4 (logistic with a cubic term).
 double normal_share(double z) { return 1.0 / (1.0 + portable_exp(-1.5976 * z - 0.07056 * z * z * z)); }
 
-/// Opacity at rank `u` of a histogram over tenths. Inside the tenths: even, but the last one piles up at 0.996, where
-/// 8-bit sources end, and the first one starts at 0.002.
+/// Opacity at rank `u` (0..1) of a histogram over tenths. Uniform inside a tenth, but the last one piles up at 0.996,
+/// where 8-bit sources end, and the first one starts at 0.002.
 double opacity_at(const std::array<double, 10>& shares, double u) {
   double total = 0.0;
   for (const double share : shares) total += share;
@@ -88,10 +88,10 @@ glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
   }
 }
 
-/// ln d8 of a patch by how well a capture sees it: from the nearest camera that has it in view and that it faces;
-/// coarse where there is none.
+/// ln d8 of a patch by how well a capture sees it: from the distance of the nearest camera that has it in view and that
+/// it faces; coarse without one.
 double captured_spacing(const SynthPatch& patch, const SynthWorld& world) {
-  constexpr double kNearest = 0.08;  // in diagonals: no capture is finer than that close by
+  constexpr double kNearest = 0.08;  // in diagonals: detail does not grow below this distance
   constexpr double kUnseen = 0.9;
   const bool flat = patch.shape == SynthShape::quad || patch.shape == SynthShape::ground;
   const glm::dvec3 middle = flat ? patch.origin + 0.5 * (patch.a + patch.b) : patch.origin;
@@ -111,10 +111,10 @@ double captured_spacing(const SynthPatch& patch, const SynthWorld& world) {
   return world.statistics.capture * portable_log(at) + (seen < std::numeric_limits<double>::max() ? 0.0 : kUnseen);
 }
 
-/// How far it is to the rim of what a Gaussian lies on.
+/// Distances to the rim of the surface that a Gaussian lies on.
 struct ToRim {
   double across, along;
-  glm::dvec3 direction;  ///< of `along`
+  glm::dvec3 direction;  ///< in which `along` is measured
 };
 
 ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {
@@ -147,7 +147,7 @@ SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
   noise_ = {options.seed, options.sh_degree, world_.statistics.sh_rms};
   world_.light = glm::normalize(world_.light);
   if (world_.background) {
-    // 0.3 % of a small scene to 0.1 % of one with 1 M Gaussians or more, so that the sky stays a few layers deep.
+    // Sky: 0.3 % of a small scene to 0.1 % of one with 1 M Gaussians or more, so that it stays a few layers deep.
     const double n = static_cast<double>(options.count);
     const double share = std::clamp(0.003 * std::sqrt(1e5 / n), 0.001, 0.003);
     shell_ = static_cast<std::uint64_t>(share * n + 0.5);
@@ -167,7 +167,7 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   for (std::size_t i = 0; i < patches.size(); ++i) {
     SynthRandom object(options_.seed, kDensity, patches[i].object);
     SynthRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
-    // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
+    // ln d8 of a patch: half of its variance is common to the object, so that a wall does not look like a quilt.
     double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
     if (statistics.capture > 0.0) log_spacing += captured_spacing(patches[i], world_);
     const bool volume = patches[i].shape == SynthShape::haze;
@@ -196,7 +196,7 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
       part.spacing = std::sqrt(8.0 * part.patch.area / (kPi * n));
     }
     if (part.patch.shape == SynthShape::leaves) {
-      // Leaves cover the clump's area; at least 16 Gaussians a leaf, or there is no surface to lie on.
+      // Leaves cover the clump's area; at least 16 Gaussians per leaf, so that it has a surface.
       const double leaf = 0.45 * kPi * part.patch.leaf_radius * part.patch.leaf_radius;
       part.leaves = static_cast<std::uint64_t>(std::max(1.0, std::min(part.patch.area / leaf, n / 16.0)));
       part.patch.leaf_radius = std::sqrt(part.patch.area / (0.45 * kPi * static_cast<double>(part.leaves)));
@@ -226,7 +226,7 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   if (member > 0 && random.uniform() < statistics.coincident_share) --member;
   SynthRandom place(options_.seed, stream, member);
   SynthPoint point = sample_patch(part.patch, options_.seed, part.leaves, place);
-  // One in ten lies clearly off the surface, as floaters near surfaces do.
+  // One in ten is clearly off the surface, like floaters near surfaces.
   const double spread = statistics.thickness * (place.uniform() < 0.1 ? 4.0 : 1.0);
   const glm::dvec3 surface_point = point.position;
   point.position += spread * part.spacing * place.normal() * point.normal;
@@ -236,10 +236,10 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const double size_score = random.normal();
   const double usual = portable_log(part.spacing) + statistics.size_mean;
   const bool aligned = random.uniform() < statistics.aligned_share;
-  // Those across the surface are smaller and fainter; the mean over all is 0.
+  // Gaussians across the surface are smaller and fainter; the mean of lies_flat is 0.
   const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
   const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
-  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
+  // Training removes what sticks out of an object: two standard deviations end at the rim of patch or leaf.
   double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
   const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
   double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
@@ -271,18 +271,18 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   shape_row(row, along, normal, scales, random);
   row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
 
-  if (part.patch.shape == SynthShape::haze) {  // training leaves nothing right before a camera
+  if (part.patch.shape == SynthShape::haze) {  // training leaves nothing directly in front of a camera
     for (const Camera& camera : world_.cameras) {
       if (glm::distance(camera.position, point.position) < 0.08 * world_.diagonal) row.opacity_logit = logit(1e-3);
     }
   }
 
   point.position = surface_point;  // colour belongs to the surface
-  // A Gaussian shows the mean of what it covers.
+  // A Gaussian shows the mean colour of what it covers.
   const double footprint = portable_exp(0.5 * (scales[0] + scales[1]));
   glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
-  // A floater has no side that is dark: it was trained to look like what lies behind it.
+  // A floater has no dark side: it was trained to look like what is behind it.
   const double facing =
       part.patch.shape == SynthShape::haze ? 0.5 : std::max(0.0, glm::dot(point.normal, world_.light));
   colour *= world_.ambient + (1.0 - world_.ambient) * facing;
@@ -293,7 +293,7 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
 float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const {
   const SynthStatistics& statistics = world_.statistics;
   const double rho = statistics.opacity_size_correlation;
-  // The score keeps mean 0 and variance 1, so the histogram stays.
+  // The score keeps mean 0 and variance 1, so the opacity histogram is kept.
   constexpr double kLean = 1.7;
   const double lean = kLean * lies_flat;
   const double share = statistics.aligned_share;
@@ -305,7 +305,7 @@ float SynthGaussians::opacity_logit(double size_score, double lies_flat, double 
 
 std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const {
   struct View {
-    bool behind;  // Gaussians are translucent: cameras behind a wall see its colours, too
+    bool behind;  // Gaussians are translucent: cameras behind a wall also see its colours
     double distance;
     glm::dvec3 direction;
   };
@@ -323,7 +323,7 @@ std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const 
 }
 
 SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
-  // Sky: 5 to 30 diagonals away, flat towards the scene, as large as covers it; two thirds on the near side of 12.
+  // Sky: 5 to 30 diagonals away (two thirds within 12), flat towards the scene, large enough to cover it.
   SynthRandom random(options_.seed, kShell, generation);
   const double crowd = std::sqrt(static_cast<double>(shell_) / 300.0);
   glm::dvec3 d = random.direction();
@@ -348,7 +348,7 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
 }
 
 SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
-  // What an uncut training result leaves behind: huge Gaussians 100 to 800 diagonals away.
+  // Outliers of an uncut training result: huge Gaussians 100 to 800 diagonals away.
   SynthRandom random(options_.seed, kFar, generation);
   const glm::dvec3 d = random.direction();
   const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));
@@ -359,7 +359,7 @@ SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
   const double small = large - random.gamma(2.0, 1.5);
   const glm::dvec3 along = any_perpendicular(d, random);
   shape_row(row, along, d, {large, middle, small}, random);
-  std::sort(row.log_scale.begin(), row.log_scale.end());  // any axis may be the smallest one out there
+  std::sort(row.log_scale.begin(), row.log_scale.end());  // far out any axis may be the smallest
   row.opacity_logit = logit(random.uniform(0.05, 0.9));
   colour_row(row, noise_, glm::dvec3(0.6, 0.65, 0.7), std::array{d}, 0, random);
   return row;

@@ -20,18 +20,18 @@ class SynthGaussians {
  private:
   struct Part {
     SynthPatch patch;
-    std::uint64_t first = 0;  ///< generation index of its first Gaussian
+    std::uint64_t first = 0;  ///< generation index (before the rows are shuffled) of its first Gaussian
     std::uint64_t count = 0;
     std::uint64_t leaves = 0;
     double spacing = 0.0;    ///< expected distance to the 8th neighbour
-    double log_reach = 0.0;  ///< ln of the largest scale that stays on the patch
+    double log_reach = 0.0;  ///< ln of the largest scale that still fits on the patch
   };
 
   void allocate(std::uint64_t surface_rows);
   SynthRow surface_row(std::uint64_t generation) const;
   SynthRow shell_row(std::uint64_t generation) const;
   SynthRow far_row(std::uint64_t generation) const;
-  /// Directions from the cameras, those before the surface first, the nearest of them first.
+  /// Directions from the cameras to the point: cameras in front of the surface first, nearest first.
   std::vector<glm::dvec3> views_of(const SynthPoint& point) const;
   float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
 

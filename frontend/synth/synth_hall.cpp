@@ -14,7 +14,7 @@ constexpr double kHallWidth = 9.0;    ///< along z
 constexpr double kHallHeight = 3.4;
 constexpr double kHallCell = 1.2;  ///< of floors, ceilings and walls
 
-/// What a hall shows and what lies behind it, by name.
+/// The hall's visible parts, and what is behind its walls.
 class HallBuilder {
  public:
   explicit HallBuilder(SynthLayout& layout) : layout_(layout) {}
@@ -66,7 +66,7 @@ class HallBuilder {
     }
   }
 
-  /// Panels with pictures and lines of text, and a door of dark planks; nothing lies behind anything.
+  /// Panels with pictures and lines of text, and a door of dark planks; nothing is behind them.
   void exhibition_wall() {
     const V along(0, 0, 1);
     const auto on_wall = [](double z) { return V(0, 0, z); };

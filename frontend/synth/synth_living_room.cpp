@@ -33,7 +33,7 @@ void room_shell(SynthLayout& layout) {
   layout.leaves({4.0, -1.0, -2.4}, {1.5, 1.2, 0.5}, 0.2);
 }
 
-/// The rooms behind the walls, as a capture of the one leaves them.
+/// The rooms behind the walls, as a capture of this one room leaves them.
 void other_side(SynthLayout& layout) {
   const V x(1, 0, 0);
   const V z(0, 0, 1);
@@ -107,7 +107,7 @@ SynthWorld room_world() {
   SynthWorld world;
   room_shell(world.layout);
   other_side(world.layout);
-  // A capture of one room spends its Gaussians on what is in it: furniture is twice as fine as in the flat, walls
+  // A capture of one room spends its Gaussians on the contents: furniture is twice as fine as in the flat, walls are
   // coarser.
   const std::size_t furniture = world.layout.patches().size();
   furnish_living_room(world.layout);

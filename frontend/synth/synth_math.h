@@ -1,5 +1,5 @@
-// Elementary functions whose last bit is the same on every host: mathematical libraries choose other code for other
-// processors. Only IEEE +, -, *, /, sqrt and exact operations are used; relative error about 1e-15.
+// Elementary functions that give the same bits on every host: mathematical libraries use different code on different
+// processors. Uses only IEEE +, -, *, /, sqrt and exact operations; relative error about 1e-15.
 #pragma once
 
 namespace grtx::frontend {

@@ -1,4 +1,4 @@
-// What the worlds of rooms share: wall faces with openings, furniture, and the statistics of trained indoor scenes.
+// Shared by the worlds of rooms: wall faces with openings, furniture, and the statistics of trained indoor scenes.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -18,20 +18,19 @@ struct SynthWall {
   glm::dvec3 along;  ///< unit
   double length, height;
   std::vector<SynthOpening> openings;  ///< in order along the wall
-  double cell = 1.2;                   ///< patches are about this large
+  double cell = 1.2;                   ///< approximate size of its patches
 };
 
-/// One face of a wall, seen from the side that `along` x down points to; flip: from the other one.
+/// Adds one face of a wall, seen from the side to which `along` x down points; flip: from the other side.
 void wall_face(SynthLayout& layout, const SynthWall& wall, bool flip);
 
-/// What stands in a living room of 5 m by 4.2 m whose corner is the origin.
+/// Furnishes a living room of 5 m by 4.2 m whose corner is the origin.
 void furnish_living_room(SynthLayout& layout);
 
-/// Shapes and opacities as in an indoor walk-through capture of 12.0 M Gaussians
-/// (docs/model/synthetic-scenes.md).
+/// Shapes and opacities as in an indoor walk-through capture of 12.0 M Gaussians (docs/model/synthetic-scenes.md).
 SynthStatistics indoor_statistics();
 
-/// Those of trained whole scenes of 0.8 to 1.5 M Gaussians: an exhibition hall and a building
+/// Statistics of trained whole scenes of 0.8 to 1.5 M Gaussians: an exhibition hall and a building
 /// (docs/model/synthetic-scenes.md).
 SynthStatistics whole_scene_statistics();
 

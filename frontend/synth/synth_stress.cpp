@@ -18,8 +18,8 @@ using Scales = std::array<double, 3>;
 constexpr double kShBand0 = 0.28209479177387814;
 constexpr double kInradiusScale = 0.6615845382496075;  // icosahedron (0, 1, phi): vertex scale for inscribed radius 1
 
-/// Rows of one stress scene with their own random numbers. Callers draw one number a statement or inside braces, whose
-/// order is fixed; compilers may evaluate arguments in any order.
+/// Rows of one stress scene with their own random numbers. Callers draw one number per statement or inside braces,
+/// where the order is fixed: compilers may evaluate arguments in any order.
 class Rows {
  public:
   explicit Rows(const SynthOptions& options) : options_(options), random_(options.seed, 0x57e55, 0) {}
@@ -52,7 +52,7 @@ class Rows {
   void add_raw(const SynthRow& row) { rows_.push_back(row); }
 
   double uniform(double low = 0.0, double high = 1.0) { return random_.uniform(low, high); }
-  /// In a ball, denser towards the middle.
+  /// A point in a ball, denser towards the middle.
   glm::dvec3 in_ball(double radius) {
     const glm::dvec3 d = random_.direction();
     return radius * random_.uniform() * d;
@@ -78,7 +78,7 @@ StressScene one(const SynthOptions& options) {
 
 StressScene empty(const SynthOptions&) { return {{}, front_and_side()}; }
 
-/// Everything behind the cameras or beside their pictures.
+/// All Gaussians behind the cameras or outside their pictures.
 StressScene nohit(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {
@@ -176,7 +176,7 @@ StressScene params(const SynthOptions& options) {
     add_special([](SynthRow& row) -> float& { return row.opacity_logit; });
     for (std::size_t i = 0; i < coefficients; ++i) add_special([i](SynthRow& row) -> float& { return row.sh[i]; });
   }
-  // Scales up to the end of float, in all axes and in one. The centres lie off the view, else little else would show.
+  // Scales up to the largest float, in all axes and in one. The centres are out of view, else they would hide the rest.
   for (const float log_scale : {40.0f, 45.0f, 60.0f, 80.0f, 85.0f, 86.0f, 88.0f, 89.0f, -40.0f, -80.0f, -104.0f}) {
     for (std::size_t axes = 1; axes <= 3; axes += 2) {
       SynthRow row = next();
@@ -194,14 +194,14 @@ StressScene params(const SynthOptions& options) {
   return {rows.take(), front_and_side()};
 }
 
-/// Place i of a square grid in the plane z = 0 that both usual cameras see; then again in planes behind it.
+/// Position i on a square grid in the plane z = 0 that both usual cameras see, then on grids in planes behind it.
 glm::dvec3 grid_place(std::uint64_t i) {
   constexpr std::uint64_t kSide = 12;
   return {0.25 * (static_cast<double>(i % kSide) - 5.5), 0.25 * (static_cast<double>(i / kSide % kSide) - 5.5),
           0.3 * static_cast<double>(i / (kSide * kSide))};
 }
 
-/// Quaternions of every length: the same two Gaussians again and again, turned by the same two quaternions.
+/// Quaternions of all lengths: the same two Gaussians again and again, rotated by the same two quaternions.
 StressScene quaternions(const SynthOptions& options) {
   Rows rows(options);
   constexpr std::array<float, 4> kTurns[] = {{0.5f, -0.5f, 0.5f, 0.5f}, {0.8f, 0.2f, -0.1f, 0.55f}};
@@ -219,7 +219,7 @@ StressScene quaternions(const SynthOptions& options) {
   return {rows.take(), front_and_side()};
 }
 
-/// Opacities at and beyond every limit: logits +-infinity, NaN, saturated, and both sides of 1/255 (least alpha),
+/// Opacities at and beyond every limit: logits +-infinity, NaN, saturated, and on both sides of 1/255 (least alpha),
 /// 0.0113 / 0.97 (floor of the kernel radius) and 0.99 (largest alpha).
 StressScene opacity(const SynthOptions& options) {
   Rows rows(options);
@@ -301,7 +301,7 @@ StressScene axis(const SynthOptions& options) {
   return {rows.take(), cameras};
 }
 
-/// The camera sits inside half of all proxies.
+/// The camera is inside half of all proxies.
 StressScene inside(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {

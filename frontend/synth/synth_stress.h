@@ -1,4 +1,4 @@
-// Small scenes that are hard for exactly one reason each; docs/model/synthetic-scenes.md says what must come out.
+// Small scenes that are hard for exactly one reason each; docs/model/synthetic-scenes.md lists the expected results.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct StressScene {
 
 /// Names without the prefix "stress-".
 std::vector<std::string> stress_names();
-/// `name`: one of stress_names(). The number of rows follows options.count where the trap allows it.
+/// `name`: one of stress_names(). Has options.count rows where the scene's purpose allows it.
 StressScene stress_scene(const std::string& name, const SynthOptions& options);
 
 }  // namespace grtx::frontend

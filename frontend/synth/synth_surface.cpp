@@ -10,8 +10,8 @@ namespace grtx::frontend {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-// Contrast that a Gaussian loses where its footprint is as large as the pattern. Less than a box filter takes:
-// neighbours blur once more, and a fit makes up for it.
+// Contrast that a Gaussian loses if its footprint is as large as the pattern. Less than a box filter removes:
+// neighbours blur again, and a fit compensates for that.
 constexpr double kBlur = 0.25;
 
 /// Two unit vectors that complete `normal` to a right-handed frame.
@@ -274,7 +274,7 @@ void SynthLayout::leaves(glm::dvec3 centre, glm::dvec3 radii, double leaf_radius
   SynthPatch& patch = patches_.back();
   patch.shape = SynthShape::leaves;
   patch.leaf_radius = leaf_radius;
-  patch.object = ++style_.object;  // every clump has its own leaves
+  patch.object = ++style_.object;  // every clump is an object of its own
   patch.area *= 2.0;               // a few layers deep
 }
 

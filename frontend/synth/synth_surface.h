@@ -1,4 +1,4 @@
-// The geometry that generated Gaussians lie on: patches of simple surfaces with a texture each.
+// The geometry that generated Gaussians lie on: patches of simple surfaces, each with a texture.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct SynthPatch {
   glm::dvec3 origin{0.0}, a{1, 0, 0}, b{0, 1, 0}, c{0, 0, 1};
   glm::dvec3 pattern_origin{0.0};  ///< so that tiles of one wall share a pattern
   double whole_a = 0.0,
-         whole_b = 0.0;        ///< lengths of the rectangle that this cell is a part of; it begins at pattern_origin
+         whole_b = 0.0;        ///< lengths of the rectangle that contains this cell; it begins at pattern_origin
   glm::dvec3 grain{0.0};       ///< preferred direction of the longest axis; zero: none
   double leaf_radius = 0.05;   ///< leaves only
   double detail = 0.0;         ///< added to ln(d8): negative is denser
@@ -47,26 +47,26 @@ struct SynthPoint {
   double noise = 0.0;           ///< -1 .. 1, smooth along the object
 };
 
-/// A point of the patch, uniform in area up to the ellipsoid's stretch. `leaves`: how many discs a clump has.
+/// A point of the patch, uniform in area except for the ellipsoid's stretch. `leaves`: number of discs of a clump.
 SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, SynthRandom& random);
-/// Texture colour, 0..1, without light. `footprint`: the extent that it is averaged over, scene units.
+/// Texture colour, 0..1, without lighting. `footprint`: extent over which it is averaged, scene units.
 glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double footprint, std::uint64_t seed);
 
-/// Collects patches. Objects start with `object`; large rectangles are split into cells of about `cell` scene units.
+/// Collects patches. Large rectangles are split into cells of about `cell` scene units.
 class SynthLayout {
  public:
-  /// Patches added from now on share a colour shift and these values.
+  /// Patches added from now on belong to a new object, with one colour shift and these values.
   SynthPatch& style(SynthTexture texture, double detail = 0.0);
   void quad(glm::dvec3 origin, glm::dvec3 a, glm::dvec3 b, double cell = 1.2);
   void ground(glm::dvec3 origin, glm::dvec3 a, glm::dvec3 b, double cell);
-  /// Box by centre of its bottom and full size; y points down. `bottom`: also the lower face.
+  /// A box, by the centre of its bottom and its full size; y points down. `bottom`: with the lower face.
   void box(glm::dvec3 foot, glm::dvec3 size, bool bottom = false);
   void ellipsoid(glm::dvec3 centre, glm::dvec3 radii);
   void cylinder(glm::dvec3 from, glm::dvec3 to, double radius);
   void leaves(glm::dvec3 centre, glm::dvec3 radii, double leaf_radius);
   void haze(glm::dvec3 centre, glm::dvec3 radii);
 
-  /// Makes ln(d8) of the patches from number `first` on smaller by `by`.
+  /// Reduces ln(d8) of the patches from index `first` on by `by`.
   void refine(std::size_t first, double by);
 
   const std::vector<SynthPatch>& patches() const { return patches_; }

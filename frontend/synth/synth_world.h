@@ -20,23 +20,23 @@ struct SynthGamma {
 struct SynthStatistics {
   double density_sd = 0.45;                          ///< of ln d8 between patches; d8: distance to the 8th neighbour
   double size_mean = -0.4, size_sd = 0.6;            ///< of ln(largest scale / d8)
-  double middle_follows = 0.8, small_follows = 0.5;  ///< how much of ln(largest / d8) the other two scales share
+  double middle_follows = 0.8, small_follows = 0.5;  ///< share of ln(largest / d8) that the other two scales follow
   SynthGamma large_to_middle{2.2, 0.4};              ///< ln(largest / middle scale)
   SynthGamma middle_to_small{1.8, 1.0};              ///< ln(middle / smallest scale)
   double needle_share = 0.0;                         ///< share whose ln(middle / smallest) follows `needle` instead
   SynthGamma needle{0.85, 5.5};
   double smallest_scale = 4.5e-5;         ///< scene units; smaller ones are raised to it
   std::array<double, 10> opacity{};       ///< share of each tenth of [0, 1]
-  double opacity_size_correlation = 0.0;  ///< of the normal scores of opacity and size
-  double clear_share = 0.0;               ///< opacity 1e-6
-  double aligned_share = 0.65;            ///< shortest axis within a tight cone about the normal, the rest anywhere
+  double opacity_size_correlation = 0.0;  ///< correlation of the normal scores of opacity and size
+  double clear_share = 0.0;               ///< share with opacity 1e-6
+  double aligned_share = 0.65;            ///< share with the shortest axis in a tight cone about the normal
   double cone = 0.15;                     ///< standard deviation of the cone's tangents
   double thickness = 0.3;                 ///< standard deviation of the offset along the normal, in d8
   double reach = 0.25;                    ///< largest scale, in square roots of the patch's area
   double capture = 0.0;                   ///< ln d8 grows by this with ln of the distance from the nearest camera
-  bool rims = false;                      ///< Gaussians end at the rims of rectangles, rods and things
-  double coincident_share = 0.0;          ///< copies of another row's centre
-  double haze_share = 0.01;               ///< of the rows, for the layout's haze volumes
+  bool rims = false;                      ///< Gaussians end at the rims of rectangles, rods and objects
+  double coincident_share = 0.0;          ///< share that copies another row's centre
+  double haze_share = 0.01;               ///< share of rows in the layout's haze volumes
   std::array<double, 4> sh_rms{0.12, 0.27, 0.16, 0.1};  ///< noise of f_dc, rms of the coefficients of bands 1, 2, 3
 };
 

@@ -1,4 +1,4 @@
-// Rows of eight records turned into columns of eight lanes.
+// Transposes rows of eight records into columns of eight lanes.
 #pragma once
 
 #if defined(__x86_64__)
@@ -9,7 +9,7 @@
 
 namespace grtx::frontend {
 
-/// columns[i]: float offset + i of the eight rows, which are aligned to 16 bytes.
+/// columns[i] receives float offset + i of the eight rows, which are aligned to 16 bytes.
 [[gnu::target("avx2"), gnu::always_inline]] inline void load_columns(const float* const* rows, std::size_t offset,
                                                                      __m256* columns) {
   __m256 pairs[4];

@@ -14,7 +14,8 @@ namespace {
 
 constexpr float kNoBound = std::numeric_limits<float>::infinity();
 
-/// Coefficients of q(u, v) = one + u2 uu + v2 vv + ... <= slack: the tile's rays that may pass within the radius.
+/// Coefficients of q(u, v) = one + u u + v v + uu u^2 + uv u v + vv v^2; rays with q <= slack may pass within the
+/// radius.
 struct Outline {
   float one, u, v, uu, uv, vv;
   float slack;
@@ -74,13 +75,13 @@ void test_outlines_portable(const TileStructure& structure, const TileRays& tile
   }
 }
 
-/// Mask of the vectors that hold columns first..last and rows top..bottom, all in 0..7.
+/// Mask of the vectors that contain columns first..last and rows top..bottom, all in 0..7.
 std::uint32_t vectors_of(int first, int last, int top, int bottom) {
   const unsigned columns = last < 4 ? 0x55u : first >= 4 ? 0xAAu : 0xFFu;
   return columns & (0xFFu << (top / 2 * 2)) & (0xFFu >> (6 - bottom / 2 * 2));
 }
 
-/// Columns (or rows) of the grid that a box may cover. Its coordinate times depth lies in [low, high], its depth
+/// Columns (or rows) of the grid that a box may cover. The box's coordinate times depth is in [low, high], its depth
 /// between near and far.
 struct Covered {
   int first, last;
@@ -115,7 +116,7 @@ unsigned test_node_portable(const TileNode& node, const TileRays& tile, const Ti
       near_t = std::max(near_t, first);
       far_t = std::min(far_t, last);
     }
-    /// The farthest that the box reaches along n, or with -n how little.
+    /// The largest (most) or smallest extent of the box along n.
     const auto reach = [&relative](const float* n, bool most) {
       float sum = 0.0f;
       for (int axis = 0; axis < 3; ++axis) sum += n[axis] * relative[2 * axis + ((n[axis] > 0.0f) == most ? 1 : 0)];

@@ -24,7 +24,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   return _mm256_add_ps(_mm256_set1_ps(node.origin[axis]), _mm256_mul_ps(steps, _mm256_set1_ps(node.step[axis])));
 }
 
-/// How far eight boxes (bounds relative to the origin) reach along n: the most, or the least.
+/// Largest or smallest extent of eight boxes (bounds relative to the origin) along n.
 [[gnu::target("avx2"), gnu::always_inline]] inline __m256 reach_avx2(const float (*relative)[kTileNodeWidth],
                                                                      const float* n, bool most) {
   const __m256 x = _mm256_mul_ps(_mm256_set1_ps(n[0]), _mm256_load_ps(relative[(n[0] > 0.0f) == most ? 1 : 0]));
@@ -71,7 +71,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
       first = _mm256_min_ps(_mm256_min_ps(a, b), _mm256_min_ps(c, d));
       last = _mm256_max_ps(_mm256_max_ps(a, b), _mm256_max_ps(c, d));
     }
-    near_t = _mm256_max_ps(first, near_t);  // what is no number leaves the bound alone
+    near_t = _mm256_max_ps(first, near_t);  // a NaN leaves the bound alone
     far_t = _mm256_min_ps(last, far_t);
   }
   const __m256 zero = _mm256_setzero_ps();
@@ -84,7 +84,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   _mm256_store_si256(reinterpret_cast<__m256i*>(hits.bucket),
                      _mm256_max_epi32(buckets, _mm256_set1_epi32(static_cast<int>(bucket))));
   __m256 outside = _mm256_cmp_ps(entry, exit, _CMP_GT_OQ);
-  if (tile.narrow && !tile.grid) {  // the grid says more
+  if (tile.narrow && !tile.grid) {  // the grid test is tighter
     for (const float* n : tile.planes) {
       outside = _mm256_or_ps(outside, _mm256_cmp_ps(reach_avx2(relative, n, true), zero, _CMP_LT_OQ));
     }
@@ -104,7 +104,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
              tile.scale[1], tile.margin, top, bottom);
   const __m256 between = _mm256_or_ps(_mm256_cmp_ps(left, right, _CMP_GT_OQ), _mm256_cmp_ps(top, bottom, _CMP_GT_OQ));
   mask &= ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_and_ps(usable, between)));
-  // The vectors, 4x2 pixels each, that the covered pixels lie in.
+  // The vectors (4x2 pixels each) that contain the covered pixels.
   const __m256i ones = _mm256_set1_epi32(0xFF), two = _mm256_set1_epi32(-2);
   const __m256i first_row = _mm256_and_si256(_mm256_cvttps_epi32(top), two);
   const __m256i last_row = _mm256_and_si256(_mm256_cvttps_epi32(bottom), two);
@@ -135,7 +135,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   return _mm256_cvtpd_ps(_mm256_mul_pd(p, _mm256_castsi256_pd(power)));
 }
 
-/// Short names of the instructions that the hit test takes.
+/// Short names of the instructions that the hit test uses.
 struct Lanes {
   using Float = __m256;
   [[gnu::target("avx2"), gnu::always_inline]] static Float load(const float* p) { return _mm256_load_ps(p); }
@@ -188,7 +188,7 @@ struct LaneVector {
   exit = Lanes::min(Lanes::choose(b, a, inverse), exit);
 }
 
-/// What eight lanes test; the mean and the box are relative to the origin.
+/// Inputs of eight lanes; mean and box are relative to the origin.
 struct LaneInputs {
   LaneVector direction, inverse;
   LaneFloat inverse_length2;
@@ -214,7 +214,7 @@ struct LaneInputs {
   const LaneVector peak = {Lanes::add(lo.x, Lanes::mul(dt, ld.x)), Lanes::add(lo.y, Lanes::mul(dt, ld.y)),
                            Lanes::add(lo.z, Lanes::mul(dt, ld.z))};
   const LaneFloat d2 = dot_lanes(peak, peak);
-  // The others to_unit_ray() transforms in double.
+  // The other lanes are left to to_unit_ray(), which transforms them in double.
   const LaneFloat most = Lanes::all(1e30f);
   const LaneFloat in_range = Lanes::both(
       Lanes::both(Lanes::less(Lanes::all(1e-30f), length2), Lanes::less(length2, most)), Lanes::less(d2, most));
@@ -247,8 +247,8 @@ struct LaneInputs {
   clip_axis(in.low.z, in.high.z, in.inverse.z, enter, exit);
   enter = Lanes::mul(Lanes::max(enter, zero), Lanes::all(1.0f - kSlabSlack));
   exit = Lanes::mul(exit, Lanes::all(1.0f + kSlabSlack));
-  // The object box is that of the unit sphere, widened by 1e-5. Where the point of entry lies in it by half of that,
-  // the ray enters the box before the sphere and leaves it later, rounded or not: it changes nothing.
+  // The object box is that of the unit sphere widened by 1e-5. If the entry point is inside it by half of that, the ray
+  // enters the box before the sphere and leaves it later despite rounding, so clamping to it changes nothing.
   const LaneFloat x = Lanes::size(Lanes::sub(peak.x, Lanes::mul(half, ld.x)));
   const LaneFloat y = Lanes::size(Lanes::sub(peak.y, Lanes::mul(half, ld.y)));
   const LaneFloat z = Lanes::size(Lanes::sub(peak.z, Lanes::mul(half, ld.z)));
@@ -317,7 +317,7 @@ struct LaneInputs {
   const __m128 zero = _mm_setzero_ps();
   const float* value = &basis.values[0][lane];
   __m128 sum = zero;
-  // A load of four reads the next coefficient's red too, but for the last: there may be nothing behind it.
+  // A load of four also reads the next coefficient's red, so the last one is loaded differently: it may end the array.
   for (unsigned j = 1; j < coefficients; ++j, sh += 3, value += kTileLanes) {
     sum = _mm_add_ps(sum, _mm_mul_ps(_mm_broadcast_ss(value), _mm_loadu_ps(sh)));
   }

@@ -20,7 +20,7 @@ struct ConicCoefficients {
   float one, u, v, uu, uv, vv, slack;
 };
 
-/// Which rays of `wanted` vectors lie inside.
+/// Mask of the rays of the `wanted` vectors that are inside.
 [[gnu::target("avx2"), gnu::always_inline]] inline std::uint64_t rays_inside(const ConicCoefficients& c,
                                                                              const TileRays& tile,
                                                                              std::uint64_t wanted) {
@@ -40,7 +40,7 @@ struct ConicCoefficients {
   return rays;
 }
 
-/// Tests one Gaussian: vectors of four hold what belongs to axis, right, down and mean.
+/// Tests one Gaussian: the four lanes hold the values for axis, right, down and mean.
 [[gnu::target("avx2")]] std::uint64_t test_outline(const TileGaussian& g, const TileRays& tile, std::uint64_t wanted) {
   const float mean[3] = {g.mean.x - tile.origin.x, g.mean.y - tile.origin.y, g.mean.z - tile.origin.z};
   const __m128 x = _mm_insert_ps(_mm_load_ps(tile.frame[0]), _mm_set_ss(mean[0]), 0x30);
@@ -96,7 +96,7 @@ struct LaneVectors {
                        _mm256_andnot_ps(sign, a.z));
 }
 
-/// Conics of eight Gaussians at once, computed in the same order of operations as one at a time.
+/// Conics of eight Gaussians at once, with the same order of operations as for one.
 struct alignas(32) ConicBatch {
   float one[kConicBatch], u[kConicBatch], v[kConicBatch], uu[kConicBatch], uv[kConicBatch], vv[kConicBatch],
       slack[kConicBatch];

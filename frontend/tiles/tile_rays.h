@@ -1,5 +1,5 @@
-// The rays of a tile of pixels, side by side for vector instructions, and what bounds them all: their common origin,
-// the range of their reciprocal directions, four planes, and coordinates in which a Gaussian's outline is a conic.
+// The rays of a tile of pixels as arrays for vector instructions, and their bounds: common origin, range of reciprocal
+// directions, four planes, and coordinates in which a Gaussian's outline is a conic.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ inline constexpr unsigned kTileRays = kTileEdge * kTileEdge;
 inline constexpr unsigned kTileLanes = 8;  ///< rays of a vector: 4x2 pixels
 inline constexpr unsigned kTileVectors = kTileRays / kTileLanes;
 
-/// Ray r of a tile is lane r % 8 of vector r / 8; bit r of a mask of rays.
+/// Ray r of a tile is lane r % 8 of vector r / 8, and bit r of a mask of rays.
 struct TileRays {
   TileRays() = default;
-  /// The tile whose first pixel is (x, y). Pixels beyond the image and directions that the projection does not have are
-  /// no live rays; their lanes repeat one that is.
+  /// The tile whose first pixel is (x, y). Pixels outside the image and pixels without a direction have no live ray;
+  /// their lanes repeat a live one.
   TileRays(const Camera& camera, const glm::vec3& camera_origin, unsigned x, unsigned y);
   TileRays(const TileRays&) = delete;
 
@@ -33,39 +33,39 @@ struct TileRays {
   alignas(32) std::array<float, kTileRays> inverse[3];  ///< SlabRay::inverse
   alignas(32) std::array<float, kTileRays> inverse_length2;
 
-  /// The same by ray: direction, inverse_length2, inverse, 0.
+  /// The same, one row per ray: direction, inverse_length2, inverse, 0.
   alignas(32) float packed[kTileRays][8];
 
   float inverse_min[3];
   float inverse_max[3];
 
-  /// Rays make at most some 84 degrees with the tile's axis, so that the following holds.
+  /// True if all rays are within about 84 degrees of the tile's axis: required for the following members.
   bool narrow = false;
   /// Columns axis, right, down (orthonormal, fp32-rounded) by row; the last entry of a row is 0.
   alignas(16) float frame[3][4];
-  /// A direction is a positive multiple of axis + u right + v down.
+  /// By ray: its direction is a positive multiple of axis + u right + v down.
   alignas(32) std::array<float, kTileRays> u;
   alignas(32) std::array<float, kTileRays> v;
   float extent2 = 0.0f;  ///< the largest u^2 or v^2
   /// n . direction >= kPlaneTilt for all rays.
   float planes[4][3];
 
-  /// The rays lie on a grid, as a pinhole's do: for p = x - origin, ray (i, j) has p . across / p . along * scale[0] +
-  /// 3.5 = i, and j likewise with down.
+  /// True if the rays are on a grid, as a pinhole's are: for p = x - origin, ray (i, j) has p . across / p . along *
+  /// scale[0] + 3.5 = i, and j likewise with down.
   bool grid = false;
   float across[3];
   float down[3];
   float along[3];
   float scale[2];  ///< pixels
-  float margin;    ///< pixels: what fp32 rounds in this and in a test of a box against it
+  float margin;    ///< pixels: bound on fp32 rounding in this and in a test of a box against it
 
  private:
   void bound(const Camera& camera);
   void find_grid(const Camera& camera, unsigned x, unsigned y);
 };
 
-/// Rays keep this distance (sine of an angle) from the planes around their tile. It stands for all that fp32 rounds in
-/// a test of a box against a plane, which is below 2^-20 of the box's distance from the origin.
+/// Rays keep this distance (sine of an angle) from the planes around their tile. It covers fp32 rounding in a test of a
+/// box against a plane, which is below 2^-20 of the box's distance from the origin.
 inline constexpr double kPlaneTilt = 1.0 / (1 << 17);
 
 /// Columns and rows of a tile (from its first pixel) and lanes: ray r is pixel (tile_x(r), tile_y(r)).

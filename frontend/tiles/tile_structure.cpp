@@ -71,7 +71,7 @@ TileStructure::TileStructure(const Scene& scene, const PreparedGaussians& gaussi
   boxes_.reserve(gaussians.size());
   sh_stride_ = (std::size_t{3} * coefficients_ + 3) / 4 * 4;  // degree 3 fills whole cache lines
   sh_.resize(gaussians.size() * sh_stride_);
-  std::vector<const TreeNode*> waiting = {tree.root};  // depth first: each child's subtree in turn
+  std::vector<const TreeNode*> waiting = {tree.root};  // depth first, so that a child's subtree is contiguous
   for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
     const TreeNode& from = *waiting.back();
     waiting.pop_back();

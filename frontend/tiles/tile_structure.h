@@ -1,5 +1,6 @@
-// What tile tracing (frontend/tiles/tile_tracer.h) walks: a BVH of its own over the boxes of whole proxies, eight
-// children a node, and the Gaussians in the order of its leaves. No trace shows it; it only has to lead to every hit.
+// The structure that tile tracing (frontend/tiles/tile_tracer.h) walks: its own BVH over the boxes of whole proxies,
+// eight children per node, and the Gaussians in the order of its leaves. Not part of traces; it only must lead to every
+// hit.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ namespace grtx::frontend {
 
 inline constexpr unsigned kTileNodeWidth = 8;
 
-/// Two cache lines: a walk waits for memory more than for arithmetic.
+/// Two cache lines, because a walk is bound by memory more than by arithmetic.
 struct alignas(64) TileNode {
   float origin[3];  ///< of the children's bounds
   float step[3];
@@ -23,7 +24,7 @@ struct alignas(64) TileNode {
   std::uint8_t lower[3][kTileNodeWidth];
   std::uint8_t upper[3][kTileNodeWidth];
   std::uint32_t child[kTileNodeWidth];  ///< index of a node or of a Gaussian
-  std::uint32_t used;                   ///< mask of children that are
+  std::uint32_t used;                   ///< mask of slots in use
   std::uint32_t leaves;                 ///< mask of children that are Gaussians
 
   Box box(unsigned slot) const {
@@ -37,7 +38,7 @@ struct alignas(64) TileNode {
 };
 static_assert(sizeof(TileNode) == 128);
 
-/// What decides which rays come close to a Gaussian, and all but the box of what decides where they hit it.
+/// All that decides which rays come close to a Gaussian and, except for the box, where they hit it.
 struct alignas(64) TileGaussian {
   glm::vec3 mean;
   float norm;            ///< Frobenius norm of to_unit
@@ -48,7 +49,7 @@ struct alignas(64) TileGaussian {
 };
 static_assert(sizeof(TileGaussian) == 64);
 
-/// Box of the whole proxy; for a sphere, the box that its hit must lie in.
+/// Box of the whole proxy; for a sphere the box that contains its hits.
 struct alignas(32) TileBox {
   Box box;
 };

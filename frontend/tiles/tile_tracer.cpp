@@ -19,7 +19,7 @@ namespace {
 
 TileTests tests_of(const TracerOptions& options) {
   TileTests tests = tile_tests(options.simd);
-  // Rounding to 16 bits may lift an alpha to the threshold: one by one.
+  // Rounding to 16 bits may raise an alpha to the threshold: these hits are decided one by one.
   if (options.response_precision != ResponsePrecision::fp32) {
     tests.vector = tile_tests(SimdPath::portable).vector;
     tests.pairs = tile_tests(SimdPath::portable).pairs;
@@ -31,14 +31,14 @@ void prefetch_lines(const void* first, unsigned lines) {
   for (unsigned i = 0; i < lines; ++i) __builtin_prefetch(static_cast<const char*>(first) + std::size_t{64} * i);
 }
 
-/// Every second bit of `code`, from the lowest on.
+/// Every second bit of `code`, beginning with the lowest.
 std::uint32_t even_bits(std::uint32_t code) {
   std::uint32_t bits = 0;
   for (unsigned i = 0; i < 16; ++i) bits |= (code >> (2 * i) & 1u) << i;
   return bits;
 }
 
-/// Tiles of an image, column and row (upper half), in the order of a Z curve: what neighbours share stays in the
+/// Tiles of an image (row in the upper 16 bits, column in the lower) in Z order, so that neighbours find data in the
 /// caches.
 std::vector<std::uint32_t> tiles_along_a_curve(unsigned width, unsigned height) {
   const unsigned across = (width + kTileEdge - 1) / kTileEdge;
@@ -148,7 +148,7 @@ void TileTracer::find_live_vectors() {
   }
 }
 
-/// What only rays meet that have ended is left out.
+/// Skips nodes and Gaussians that only ended rays may hit.
 void TileTracer::walk_nodes(const TileRays& tile, unsigned bucket) {
   work_.clear();
   candidates_.clear();
@@ -215,7 +215,7 @@ void TileTracer::test_gaussians(const TileRays& tile, unsigned bucket) {
   if (pair_count_ > 0) test_pairs(tile, bucket);
 }
 
-/// A vector with enough rays is tested as it is; the rest is collected until eight pairs are together.
+/// Tests a vector with enough rays as a whole; other rays are collected into groups of eight pairs.
 void TileTracer::test_hits(const TileRays& tile, const TileCandidate& candidate, unsigned bucket) {
   constexpr int kEnough = 4;
   prefetch_lines(structure_.sh(candidate.gaussian), sh_lines_);
@@ -270,7 +270,7 @@ void TileTracer::test_pairs(const TileRays& tile, unsigned bucket) {
   }
 }
 
-/// The hit function itself, for one ray; the hit goes to a lane.
+/// Calls the hit function for one ray; stores the hit in a lane.
 bool TileTracer::decide(const TileRays& tile, std::uint32_t gaussian, unsigned ray, unsigned lane) {
   const TileGaussian& g = structure_.gaussian(gaussian);
   const UnitRay unit = to_unit_ray(tile.rays[ray], gaussians_.record(g.id));
@@ -296,7 +296,7 @@ glm::vec3 TileTracer::colour_of(const TileRays& tile, std::uint32_t gaussian, un
   return sh_colour(sh, basis, structure_.coefficients());
 }
 
-/// The hit stands in `lane`.
+/// Queues the hit in `lane`.
 void TileTracer::queue_hit(unsigned ray, std::uint32_t gaussian, unsigned lane, const glm::vec3& colour,
                            unsigned bucket) {
   ++counters_.hits;
@@ -312,7 +312,7 @@ void TileTracer::queue_hit(unsigned ray, std::uint32_t gaussian, unsigned lane, 
 void TileTracer::blend_bucket(unsigned bucket) {
   const std::uint32_t first = buckets_[bucket].hits;
   if (first == kNone) return;
-  // Hits of one ray next to each other: count, then place.
+  // Groups the hits by ray with a counting sort.
   std::array<std::uint32_t, kTileRays> end{};
   std::uint64_t rays = 0;
   std::uint32_t total = 0, last = first;
@@ -345,7 +345,7 @@ void TileTracer::blend_bucket(unsigned bucket) {
   queued_hits_.free(first, last);
 }
 
-/// By (t, id). A bucket holds few hits of a ray.
+/// Sorts by (t, id). Usually there are few: a bucket has few hits per ray.
 void TileTracer::sort_hits(OrderedHit* hits, unsigned count) {
   if (count > 24) {
     std::sort(hits, hits + count, [](const OrderedHit& a, const OrderedHit& b) { return a.order < b.order; });

@@ -1,5 +1,5 @@
 // Tile tracing: an image-only mode for camera rays. A tile of 8x8 rays walks the structure once, nearest first, instead
-// of each ray in rounds; hits are blended as soon as nothing nearer can come. Image bit for bit as RayTracer's.
+// of each ray in rounds; hits are blended as soon as no nearer one can come. The image is bit for bit RayTracer's.
 #pragma once
 
 #include <array>
@@ -31,15 +31,15 @@ struct TileLight {
   float transmittance = 1.0f;
 };
 
-/// One a thread.
+/// One per thread.
 class TileTracer {
  public:
-  /// structure: of these Gaussians and the proxy whose rule decides the hits. Of the options: ert, sort_key, inside,
+  /// structure: of these Gaussians and of the proxy whose hit rule applies. Uses of the options: ert, sort_key, inside,
   /// sh_direction, response_precision and simd; the others change no image, or check_tile_options() refuses them.
   TileTracer(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
              const TracerOptions& options);
 
-  /// Adds up the light of the tile's live rays; result: by ray.
+  /// Computes the light of the tile's live rays; result: by ray.
   const std::array<TileLight, kTileRays>& trace(const TileRays& tile);
   const TileCounters& counters() const { return counters_; }
 
@@ -48,10 +48,10 @@ class TileTracer {
 
   struct QueuedChild {
     std::uint32_t child;
-    std::uint32_t vectors;  ///< mask of those that may meet it
+    std::uint32_t vectors;  ///< mask of vectors with rays that may hit it
     std::uint32_t next;
   };
-  /// Elements that are linked by `next`. Freed ones are taken again first, so that what is in use stays close together.
+  /// Linked lists of elements (`next`). Freed elements are reused first, so that those in use stay close together.
   template <typename T>
   class Pool {
    public:
@@ -66,7 +66,7 @@ class TileTracer {
       elements_[index] = element;
       return index;
     }
-    /// The list that begins with `first`, one or more elements, and ends with `last`.
+    /// Frees the list from `first` to `last`, one or more elements.
     void free(std::uint32_t first, std::uint32_t last) {
       elements_[last].next = free_;
       free_ = first;
@@ -81,7 +81,7 @@ class TileTracer {
     std::uint32_t free_ = kNone;
   };
 
-  /// A hit that waits for its bucket.
+  /// A hit that waits until its bucket is blended.
   struct QueuedHit {
     std::uint64_t order;  ///< bits of t (never negative), then id: compares as (t, id)
     float alpha;
@@ -89,7 +89,7 @@ class TileTracer {
     std::uint32_t ray;
     std::uint32_t next;
   };
-  /// A queued hit's place in its ray's order.
+  /// A queued hit with its sort key.
   struct OrderedHit {
     std::uint64_t order;
     std::uint32_t hit;
@@ -122,12 +122,12 @@ class TileTracer {
   const TracerOptions options_;
   const TileTests tests_;
   const FaceTest test_faces_;
-  const bool sphere_;  ///< entries of spheres: decided eight at a time
+  const bool sphere_;  ///< spheres with entry keys: hits are decided eight at a time
 
   const unsigned sh_lines_;
 
-  std::uint64_t alive_ = 0;    ///< mask of rays that go on
-  unsigned live_vectors_ = 0;  ///< mask of vectors that hold one
+  std::uint64_t alive_ = 0;    ///< mask of rays that continue
+  unsigned live_vectors_ = 0;  ///< mask of vectors with such a ray
   TileDepths depths_;
   std::array<Bucket, TileDepths::kBuckets> buckets_{};
   std::array<std::uint64_t, TileDepths::kBuckets / 64> occupied_{};
@@ -154,7 +154,7 @@ struct TileResult {
   double seconds = 0.0;  ///< tracing alone
 };
 
-/// The image of a view. The same for any number of threads. Of RenderOptions: threads and quiet.
+/// Renders a view; the image is the same for any number of threads. Uses of RenderOptions: threads and quiet.
 TileResult render_tiles(const Scene& scene, const PreparedGaussians& gaussians, const TileStructure& structure,
                         const Camera& camera, const TracerOptions& options, const RenderOptions& render);
 

@@ -1,4 +1,4 @@
-// Which stretch of distance a checkpoint entry belongs to: some leading bits. docs/model/checkpoint_unit.md.
+// The distance bin of a checkpoint entry: the leading bits of its distance. docs/model/checkpoint_unit.md.
 #pragma once
 
 #include <bit>
@@ -6,8 +6,8 @@
 
 namespace grtx::frontend {
 
-/// The bin of a distance that is not negative. Never falls with growing distance, so what lies up to t_max has no
-/// larger number than t_max. Three bits of fp32's mantissa stay: eight stretches an octave.
+/// The bin of a non-negative distance. It never falls with growing distance, so entries up to t_max have no higher bin
+/// than t_max. Keeps three bits of fp32's mantissa: eight bins per octave.
 inline std::uint32_t number_of_bin(float distance) {
   constexpr unsigned kDroppedBits = 20;
   return std::bit_cast<std::uint32_t>(distance) >> kDroppedBits;

@@ -1,5 +1,5 @@
-// What a ray leaves for its next round: two checkpoint buffers, of which a round reads the source and writes the
-// destination; or bins of distance, of which it reads the near ones and writes to all.
+// What a ray leaves for its next round: two checkpoint buffers, where a round reads the source and writes the
+// destination; or bins of distance, where it reads the near ones and may write to all.
 #pragma once
 
 #include <algorithm>
@@ -30,19 +30,19 @@ class CheckpointBuffers {
   void begin_ray() {
     source_.clear();
     bins_.clear();
-    reached_ = far_from_ = 0;  // how a round reads is in the trace, also where there is nothing to read
+    reached_ = far_from_ = 0;  // reset even without entries: the trace records how a round reads
   }
-  /// Bins count distances from where the ray enters the scene: no entry has a lower t.
+  /// Sets the t at which the ray enters the scene, from which bins count distances: no entry has a lower t.
   void measure_from(float t) { scene_enter_ = t; }
   void begin_round(bool replays) {
     destination_.clear();
     overflow_ = false;
     if (has_bins_) binned_.begin_round(replays, bin_order());
   }
-  /// The round is over. All that it has left lies beyond t_max.
+  /// Ends the round, whose entries all lie beyond t_max.
   void end_round(float t_max) { reached_ = number_of(t_max); }
 
-  /// false: the entry, which lies beyond t_max, is dropped, because checkpointing is off or there is no room.
+  /// Keeps an entry, which lies beyond t_max, for the next round. False: dropped (checkpointing off, or no room).
   bool write(const StackEntry& entry, float t_max) {
     if (!enabled_ || overflow_) return false;
     if (has_bins_ ? !choose_bin(entry, t_max) : destination_.size() == capacity_) {
@@ -52,35 +52,35 @@ class CheckpointBuffers {
     destination_.push_back(entry);
     return true;
   }
-  bool overflow() const { return overflow_; }  ///< there was no room for an entry of this round
+  bool overflow() const { return overflow_; }  ///< an entry of this round found no room
   /// Entries that the next round may read.
   std::size_t held() const { return has_bins_ ? binned_.places().size() : destination_.size(); }
-  /// Entries of this round, in the order in which they were written.
+  /// Entries of this round, in the order of their writes.
   const std::vector<StackEntry>& written() const { return destination_; }
-  /// The bin of each entry of the ray.
+  /// The bin of each entry that the ray has written.
   const std::vector<std::uint8_t>& bins() const { return bins_; }
   void drop_written() { destination_.clear(); }
 
   // Two buffers.
-  /// What was written last becomes what is read next.
+  /// The destination becomes the source.
   void swap() { source_.swap(destination_); }
   /// Begins to read the source; returns how many entries it holds.
   std::size_t begin_reading() {
     traces::with_checkpoint_order(order_, [this](auto policy) { policy.arrange(source_); });
     return source_.size();
   }
-  /// The next of them, after `read` others.
+  /// The next source entry after `read` others.
   const StackEntry& entry(std::size_t read) const { return source_[read_order_.position(read, source_.size())]; }
 
   // Bins.
-  /// How the next round reads: nothing lies before the last one's t_max.
+  /// The order in which the next round reads: no entry lies before the last round's t_max.
   traces::BinOrder bin_order() const {
     if (!has_bins_) return {};
     const std::uint32_t near = binned_.places().near();
     const std::uint32_t ahead = far_from_ - std::min(far_from_, reached_);
     return {static_cast<std::uint8_t>(reached_ % near), static_cast<std::uint8_t>(std::min(ahead, near))};
   }
-  /// Whether the round must read on. Once it need not it never will: t_max only falls, and farther bins come later.
+  /// Whether the round must read more. Once false it stays false: t_max only falls, and farther bins come later.
   bool must_read(float t_max) {
     if (!binned_.more()) return false;
     const traces::CheckpointBins& places = binned_.places();
@@ -89,7 +89,7 @@ class CheckpointBuffers {
   StackEntry read() { return binned_.read(); }
 
  private:
-  /// Near bins begin at t_max. A bin that is full gives its entry to the one before it, where it is only read sooner.
+  /// Near bins begin at t_max. If a bin is full, the entry goes to the one before it, which is merely read sooner.
   bool choose_bin(const StackEntry& entry, float t_max) {
     const traces::CheckpointBins& places = binned_.places();
     const std::uint32_t nearest = number_of(t_max), behind = nearest + places.near();
@@ -121,8 +121,8 @@ class CheckpointBuffers {
   std::vector<StackEntry> destination_;
   traces::BinnedEntries<StackEntry> binned_;
   float scene_enter_ = 0.0f;
-  std::uint32_t reached_ = 0;   ///< number of the stretch in which the last round's t_max lay
-  std::uint32_t far_from_ = 0;  ///< no entry in the far bin has a lower one
+  std::uint32_t reached_ = 0;   ///< bin of the last round's t_max
+  std::uint32_t far_from_ = 0;  ///< lower bound on the bin numbers of the far bin's entries
   std::vector<std::uint8_t> bins_;
 };
 

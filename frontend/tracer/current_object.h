@@ -1,4 +1,4 @@
-// The object that a ray is in: the scene's only one, or with several the one whose TLAS the ray walks.
+// The object that a ray is in: the scene's only one or, with several, the one whose TLAS the ray walks.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +20,9 @@ class CurrentObject {
   const GaussianRecord& record(std::uint32_t g) const { return gaussians_->record(g); }
 
   void begin_ray() { leaf_ = 0; }
-  /// leaf: of the scene TLAS, as the ray knows it; 0: none.
+  /// Whether the ray is in this object. leaf: of the scene TLAS, an index into WalkMemory; 0: none.
   bool is(std::uint32_t leaf) const { return leaf_ == leaf; }
-  /// ray: in the world. index: what the leaf names.
+  /// Enters an object. ray: in the world. index: of the placement, as in the leaf.
   const PlacedObject& enter(const TraceRay& ray, std::uint32_t leaf, std::uint32_t index) {
     leaf_ = leaf;
     placed_ = &world_->placed()[index];
@@ -34,9 +34,9 @@ class CurrentObject {
   /// The ray in the object's space.
   const TraceRay& ray() const { return ray_; }
 
-  /// Takes a hit and its Gaussian's id from the object to the scene. World and object space round differently. As with
-  /// the boxes of a face, a hit is defined to lie in its object's world box: whatever the scene TLAS looks like, its
-  /// boxes contain that one and lead to the hit.
+  /// Converts a hit and its Gaussian's id from the object to the scene. World and object space round differently. As
+  /// with the boxes of a face, a hit is defined to lie in its object's world box: whatever the scene TLAS looks like,
+  /// its boxes contain that one and lead to the hit.
   void place_hit(Hit& hit, std::uint32_t& gaussian, SortKey key) const {
     gaussian += placed_->first_gaussian;
     if (interval_.empty()) hit.kind = HitKind::miss;
@@ -47,7 +47,7 @@ class CurrentObject {
 
  private:
   const PreparedGaussians* gaussians_;
-  const MultiObjectWorld* world_;  ///< of several; null: there is one
+  const MultiObjectWorld* world_;  ///< null: the scene has one object
   std::uint32_t leaf_ = 0;
   const PlacedObject* placed_ = nullptr;
   TraceRay ray_;

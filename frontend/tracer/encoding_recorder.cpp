@@ -66,7 +66,7 @@ void EncodingRecorder::end_round(const traces::Round& round) {
 
 void EncodingRecorder::make_room() {
   out_.reserve(kRoom);
-  room_ = kRoom - 1;  // but that which is being done
+  room_ = kRoom - 1;  // less the one in progress
 }
 
 }  // namespace grtx::frontend

@@ -1,5 +1,5 @@
-// Encodes what one ray does while it does it: the tracer knows which child of which node it pops, so no event is
-// written, and no stack rebuilt from events. GroupRecorder gives the same bytes.
+// Encodes a ray while it is traced: the tracer knows which child of which node it pops, so no event is stored, and no
+// stack is rebuilt from events. Gives the same bytes as GroupRecorder.
 #pragma once
 
 #include <bit>
@@ -21,18 +21,18 @@
 
 namespace grtx::frontend {
 
-/// One a thread. Not for checkpoint buffers that are read nearest first: how the format names their entries depends on
-/// events to come. The tracer must visit what the hardware would: no BLAS walk may be skipped.
+/// One per thread. Not for checkpoint buffers that are read nearest first, because the format's names for their entries
+/// depend on later events. The tracer must make the hardware's visits: TracerOptions::walk_blas must be true.
 class EncodingRecorder {
  public:
   static constexpr bool kEnabled = true;
 
-  /// The children that a visited node pushes, from the last to be popped to the first.
+  /// The children that a visited node pushes, from the last to be popped to the first to be popped.
   class Children {
    public:
-    /// Written without branches, which would follow no pattern.
+    /// Written without branches, which would be unpredictable.
     void put(unsigned slot, unsigned pushed) {
-      // Each slot is in the order, so there is a bit: std::countr_zero() would look whether there is.
+      // Each slot is in the order, so a bit is set; std::countr_zero() would also handle 0.
       const auto expected = static_cast<unsigned>(__builtin_ctzll(order_ & traces::NodeModel::bits_of(slot)));
       *end_ = {node_, slot};
       end_ += pushed;
@@ -48,8 +48,8 @@ class EncodingRecorder {
     traces::ChildPlace* end_;
     std::uint32_t node_;   ///< index into the group's model
     std::uint64_t order_;  ///< expected (NodeModel::order)
-    unsigned last_ = 64;   ///< place in it of the child put last
-    unsigned differ_ = 0;  ///< 1: the order is another
+    unsigned last_ = 64;   ///< place in this order of the child put last
+    unsigned differ_ = 0;  ///< 1: the actual order differs
   };
 
   /// The header must outlive the recorder.
@@ -65,7 +65,7 @@ class EncodingRecorder {
 
   void bins(const std::vector<std::uint8_t>& of_ray) { bins_ = &of_ray; }
   void begin_round(bool replay, traces::BinOrder order = {});
-  /// The top of the stack, which the next event but a replay's is about.
+  /// Pops the top of the stack, which the next event is about (unless that is a replay event).
   void pop() {
     at_ = stack_[--depth_];
     if (room_-- == 0) make_room();
@@ -111,7 +111,7 @@ class EncodingRecorder {
         if (checkpoints != 0) write(at_);
         break;
       case EventKind::visit_internal:
-        assert(false);  // that is what internal() is for
+        assert(false);  // internal() records these
         break;
     }
   }
@@ -131,7 +131,7 @@ class EncodingRecorder {
     out_.bin(bin);
     binned_.write(bin, place);
   }
-  /// What is in a checkpoint buffer is read alone: nothing else is expected.
+  /// An entry of a checkpoint buffer is read without siblings: it keeps no expected order.
   void read_source() {
     const bool more = has_bins_ && binned_.more();
     const traces::ChildPlace entry = more ? binned_.read() : source_[read_order_.position(read_, source_.size())];
@@ -145,11 +145,11 @@ class EncodingRecorder {
   ImageNodes nodes_;  ///< outlives each group
   const traces::Header& header_;
   const traces::ReadOrder read_order_;
-  const unsigned learns_;  ///< 1: the order of children is not told by slots, but learnt
-  bool begun_ = false;     ///< there is a ray that has not ended
+  const unsigned learns_;  ///< 1: the order of children does not follow from their slots: it is learnt
+  bool begun_ = false;     ///< a ray has begun and not ended
   std::uint32_t pixel_ = 0;
   std::size_t rounds_ = 0;
-  traces::ChildPlace at_;  ///< popped or read last
+  traces::ChildPlace at_;  ///< the place popped or read last
   std::size_t room_ = 0;   ///< pops and reads that the encoder has room for
   std::vector<traces::ChildPlace> stack_ = std::vector<traces::ChildPlace>(512);
   std::size_t depth_ = 0;
@@ -158,7 +158,7 @@ class EncodingRecorder {
   const bool has_bins_;
   traces::BinnedEntries<traces::ChildPlace> binned_;  ///< in place of source_ and destination_
   const std::vector<std::uint8_t>* bins_ = nullptr;   ///< of the ray's entries
-  std::size_t written_ = 0;                           ///< entries of the ray
+  std::size_t written_ = 0;                           ///< entries that the ray has written
   std::vector<traces::Processed> processed_;
   traces::PopEncoder out_;
 };

@@ -1,5 +1,5 @@
-// What becomes of a hit: the resume rule, and how a round of each kind of tracing collects hits. Paper, Listing 1 (any
-// hit) and docs/model/tracer.md.
+// Decides what happens to a hit: the resume rule, and how rounds of each kind of tracing collect hits. Paper, Listing 1
+// (any hit) and docs/model/tracer.md.
 #pragma once
 
 #include <algorithm>
@@ -24,17 +24,17 @@ class HitPolicy {
     unsigned shifts = 0;  ///< entries of the k-buffer that moved
   };
 
-  /// The resume rule: the outcome of a hit that is not behind the last one blended.
+  /// The resume rule: the outcome of a hit that is not after the last one blended; none: the hit is new.
   std::optional<traces::LeafOutcome> blended_before(const KEntry& hit, RayState& ray) const;
-  /// A hit up to t_max that blended_before() lets pass.
+  /// Takes a new hit up to t_max.
   Taken take(const KEntry& hit, RayState& ray) const {
     if (traces::collects_unsorted(tracing_)) return collect_unsorted(hit, ray);
     if (tracing_ == Tracing::closest) return commit_nearest(hit, ray);
     return any_hit(hit, ray);
   }
-  /// Begins a round with the nearest of what fell out of the last one; returns how many.
+  /// Begins a round: fills the k-buffer with the nearest entries of the eviction buffer; returns how many.
   std::size_t refill_from_evictions(RayState& ray) const;
-  /// Brings the hits of a round into the order (t, id).
+  /// Ends a round: sorts its hits by (t, id).
   void finish(RayState& ray) const {
     if (traces::collects_unsorted(tracing_)) ray.k_buffer.sort();
   }
@@ -48,7 +48,7 @@ class HitPolicy {
   const Tracing tracing_;
   const Resume resume_;
   const bool kth_;           ///< t_max follows the last entry of a full k-buffer
-  const bool keep_evicted_;  ///< in the eviction buffer
+  const bool keep_evicted_;  ///< evicted entries go to the eviction buffer
 };
 
 inline std::optional<traces::LeafOutcome> HitPolicy::blended_before(const KEntry& hit, RayState& ray) const {
@@ -84,13 +84,13 @@ inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) con
   }
   if (keep_evicted_) ray.evictions.push_back(hit);
   ++ray.counters.any_hit_rejected;
-  // Beyond t_max lies a hit of an instance that is finished.
+  // A hit of an instance that is finished (BelowInstance) may lie beyond t_max.
   ray.t_max = std::min(ray.t_max, kth_ ? buffer.back().t : hit.t);
   return {LeafOutcome::rejected, 0};
 }
 
-/// Single-round and list: appended as it comes. Once the buffer is full it keeps the k nearest, and t_max shrinks as in
-/// multi-round tracing, so that the next round finds what was turned away behind the last one kept.
+/// Single-round and list tracing: hits are appended unsorted. A full buffer keeps the k nearest, and t_max shrinks as
+/// in multi-round tracing, so that the next round finds the rejected hits behind the last one kept.
 inline HitPolicy::Taken HitPolicy::collect_unsorted(const KEntry& hit, RayState& ray) const {
   using traces::LeafOutcome;
   KBuffer& buffer = ray.k_buffer;
@@ -113,7 +113,7 @@ inline HitPolicy::Taken HitPolicy::collect_unsorted(const KEntry& hit, RayState&
   return {LeafOutcome::rejected, 0};
 }
 
-/// Closest-hit: only the nearest hit behind the last round's is kept.
+/// Closest-hit tracing: keeps only the nearest hit behind the last round's.
 inline HitPolicy::Taken HitPolicy::commit_nearest(const KEntry& hit, RayState& ray) const {
   using traces::LeafOutcome;
   KBuffer& buffer = ray.k_buffer;

@@ -22,7 +22,7 @@ class HitRecords {
   const GaussianRecord& of(std::uint32_t id) const {
     return world_ != nullptr ? world_->record(id) : gaussians_.record(id);
   }
-  /// What a trace calls the Gaussian: the number of its record, which placements of one file share.
+  /// The Gaussian's number in a trace: that of its record, which placements of one file share.
   std::uint32_t number(std::uint32_t id) const { return world_ != nullptr ? world_->record_number(id) : id; }
   /// 0 when the hit does not count.
   float alpha(const KEntry& hit, const GaussianRecord& g) const {

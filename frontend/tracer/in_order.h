@@ -1,4 +1,4 @@
-// Calls by several threads, each taking the next index: whoever waits for all that came before waits for few.
+// Calls by several threads, each taking the next index: a call that must wait for all earlier ones waits for few.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -9,7 +9,7 @@
 
 namespace grtx::frontend {
 
-/// f(i) for i in [0, count), by up to `threads` threads (0: all). No index is taken before those below it have been.
+/// Calls f(i) for i in [0, count) on up to `threads` threads (0: all). No index is taken before all below it are taken.
 /// When a call throws, no further index is taken, and the exception comes out when the calls under way have ended.
 template <typename F>
 void for_each_in_order(std::size_t count, unsigned threads, const F& f) {

@@ -1,4 +1,4 @@
-// The hits of a round: the k closest, ordered by (t, id); or all of them as they come, as long as they fit.
+// The hits of a round: the k closest, ordered by (t, id); or all of them in order of arrival, as long as they fit.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +40,8 @@ class KBuffer {
     return sink();
   }
 
-  /// Into a buffer with room, unsorted. The entry that fills it makes it a heap, so that the largest entry is known;
-  /// returns how many entries that moved, at most k - 1.
+  /// Appends to a buffer with room, unsorted. The entry that fills it makes it a heap, so that the largest entry is
+  /// known; returns how many entries that moved, at most k - 1.
   unsigned append(const KEntry& e) {
     assert(!full());
     entries_.push_back(e);
@@ -59,7 +59,7 @@ class KBuffer {
     entries_.front() = e;
     return sift_down(0);
   }
-  /// After append(): makes the order (t, id).
+  /// After append(): sorts by (t, id).
   void sort() { std::sort(entries_.begin(), entries_.end()); }
 
  private:

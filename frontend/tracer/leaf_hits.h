@@ -16,7 +16,7 @@
 
 namespace grtx::frontend {
 
-/// One a tracer. Rays given to its functions are in the space of `object`.
+/// One per tracer. Rays passed to its functions are in the space of `object`.
 class LeafHits {
  public:
   LeafHits(const TracedStructure& structure, const TracerOptions& options)
@@ -32,13 +32,13 @@ class LeafHits {
   void begin_ray(const TraceRay& ray) {
     if (stored_triangles_) sheared_ = ShearedRay(ray.origin, ray.direction);
   }
-  /// What a ray that enters an instance of this Gaussian needs.
+  /// Prepares an instance of this Gaussian for a ray that enters it.
   void enter(EnteredInstance& instance, const TraceRay& ray, std::uint32_t gaussian, const CurrentObject& object) const;
 
-  /// Link of any leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
+  /// Link of a leaf. units: its address. instance: the one that the ray is in; null outside the BLAS.
   std::uint32_t link_of_leaf(const TraceRay& ray, std::uint32_t units, EnteredInstance* instance,
                              const CurrentObject& object, WalkMemory& memory, RayState& state);
-  /// Link of an instance, in place of a walk of its BLAS: the hit that the walk would find.
+  /// Link of an instance without a walk of its BLAS: the hit that the walk would find.
   std::uint32_t link_of_instance(const TraceRay& ray, EnteredInstance& instance, const CurrentObject& object,
                                  WalkMemory& memory) {
     if (instance.decision == 0) {
@@ -78,7 +78,7 @@ class LeafHits {
   const bool stored_triangles_;
   const unsigned leaves_;  ///< of a proxy: 1, 5, 20 or 80
   const unsigned leaves_shift_ = leaves_ == 1 ? 0 : leaves_ == 5 ? 34 : leaves_ == 20 ? 36 : 38;  ///< see gaussian_of()
-  const std::array<std::uint8_t, 80> leaf_of_face_;  ///< number of a proxy's leaf that holds the face
+  const std::array<std::uint8_t, 80> leaf_of_face_;  ///< by face: index of the proxy's leaf with that face
   const FaceTest test_faces_;
   ShearedRay sheared_;  ///< the ray, for stored triangles outside a BLAS
 
@@ -98,7 +98,7 @@ inline void LeafHits::enter(EnteredInstance& instance, const TraceRay& ray, std:
   instance.unit = to_unit_ray(ray, g);
   instance.slabs = SlabRay(instance.unit.peak, instance.unit.direction);
   if (!stored_triangles_) return;
-  // The ray as a transformation unit makes it from the instance leaf: fp32, origin and direction, the same t.
+  // The ray as a transform unit computes it from the instance leaf: fp32 origin and direction, the same t.
   const glm::vec3 from_mean = ray.origin - g.mean;
   glm::vec3 origin, direction;
   for (int i = 0; i < 3; ++i) {
@@ -138,15 +138,15 @@ inline std::uint32_t LeafHits::link_of_leaf(const TraceRay& ray, std::uint32_t u
   if (stored_triangles_) {
     return link_of_hit(stored_triangle_hit(ray, units, instance, gaussian, object), gaussian, object, memory);
   }
-  // A leaf outside the BLAS holds one of all the scene's proxy faces, or a patch of them.
+  // A leaf outside the BLAS holds one proxy face, or patch of faces, of all in the scene.
   const std::uint32_t leaf = instance != nullptr ? primitive : primitive - gaussian * leaves_;
   const Hit& hit =
       instance != nullptr ? hit_of_instance(ray, *instance, object) : cached_hit(ray, gaussian, object, state.stamp);
   return leaf_of_face_[hit.face] == leaf ? link_of_hit(hit, gaussian, object, memory) : WalkMemory::kMissed;
 }
 
-/// hit? and t from the leaf's vertices, of several triangles the nearest; the response still comes from the Gaussian,
-/// as in the blending shader.
+/// Whether and where the ray hits the leaf's triangles (the nearest of several) comes from their vertices, the response
+/// from the Gaussian, as in the blending shader.
 inline Hit LeafHits::stored_triangle_hit(const TraceRay& ray, std::uint32_t units, const EnteredInstance* instance,
                                          std::uint32_t gaussian, const CurrentObject& object) const {
   const ShearedRay& sheared = instance != nullptr ? instance->sheared : sheared_;

@@ -24,7 +24,7 @@ void LightPath::find_surface() {
   const double length2 = glm::dot(d, d);
   if (objects_.glass && (inside_ || left_ != Surface::glass)) {
     const GlassSphere& glass = *objects_.glass;
-    // From the foot of the perpendicular from the centre half a chord back and forth: no cancellation.
+    // The hits are half a chord before and behind the foot of the perpendicular from the centre: no cancellation.
     const glm::dvec3 to_centre = glass.centre - piece_.origin;
     const double foot = glm::dot(to_centre, d) / length2;
     const glm::dvec3 off_axis = foot * d - to_centre;

@@ -13,9 +13,9 @@ namespace grtx::frontend {
 /// One piece: from the origin, along the direction, up to `limit`.
 struct PathPiece {
   glm::dvec3 origin{0.0};
-  glm::dvec3 direction{0.0};                               ///< of the camera ray as given, later unit
+  glm::dvec3 direction{0.0};                               ///< as given for the camera ray, then of unit length
   double limit = std::numeric_limits<double>::infinity();  ///< parameter at which the next surface lies
-  traces::RayKind kind = traces::RayKind::primary;         ///< the surface that it comes from
+  traces::RayKind kind = traces::RayKind::primary;         ///< type of the surface where it starts
   bool meets_surface() const { return limit < std::numeric_limits<double>::infinity(); }
 };
 
@@ -26,8 +26,8 @@ class LightPath {
 
   const PathPiece& piece() const { return piece_; }
   unsigned bounces() const { return bounces_; }
-  /// Goes on to the piece behind the surface. False when there is none: no surface, or max_bounces met; the latter is
-  /// truncated().
+  /// Advances to the piece behind the surface. False if there is none: no surface, or max_bounces met (then
+  /// truncated()).
   bool advance();
   bool truncated() const { return truncated_; }
 
@@ -41,7 +41,7 @@ class LightPath {
   const OpticalObjects& objects_;
   PathPiece piece_;
   Surface next_ = Surface::none;  ///< where the piece ends
-  Surface left_ = Surface::none;  ///< where it began; being flat or convex, it cannot be met again from outside
+  Surface left_ = Surface::none;  ///< where the piece began; a flat or convex surface cannot be met again from outside
   bool inside_ = false;           ///< in the glass
   bool truncated_ = false;
   unsigned bounces_ = 0;

@@ -124,7 +124,7 @@ template <typename Form>
   return info;
 }
 
-/// From near and far slab parameters to the answer, with ranks or without.
+/// Computes the hits from near and far slab parameters, with or without ranks.
 template <bool kRanked>
 [[gnu::target("avx2,bmi,popcnt"), gnu::always_inline]] inline void finish_avx2(__m256 near_t, __m256 far_t,
                                                                                const ChildInfo& info,
@@ -205,8 +205,7 @@ template <typename Form>
     const __m512 bound = _mm512_add_ps(origin, _mm512_mul_ps(q, step));
     near_far[axis] = _mm512_mul_ps(_mm512_sub_ps(bound, ray_origin), inverse);
   }
-  // max for the near half, min for the far one; each keeps its second operand when one is no number, as on the other
-  // paths.
+  // max for the near half, min for the far one; each returns its second operand if one is NaN, as on the other paths.
   const __m512 most = _mm512_maskz_max_ps(0xFFFF, _mm512_maskz_max_ps(0xFFFF, near_far[0], near_far[1]), near_far[2]);
   const __m512 least = _mm512_maskz_min_ps(0xFFFF, _mm512_maskz_min_ps(0xFFFF, near_far[0], near_far[1]), near_far[2]);
   alignas(64) float both[2][16];

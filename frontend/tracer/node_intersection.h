@@ -26,7 +26,7 @@ struct ChildInfo {
   std::uint32_t child_base = 0;  ///< units
 };
 
-/// Children that take two units before slot i, in byte i; by the mask of such children.
+/// Byte i: number of two-unit children before slot i; indexed by the mask of such children.
 inline constexpr std::array<std::uint64_t, 256> kWideBefore = [] {
   std::array<std::uint64_t, 256> before{};
   for (unsigned mask = 0; mask < 256; ++mask) {
@@ -44,27 +44,27 @@ inline std::uint32_t child_offset(const ChildInfo& info, unsigned slot) {
   return slot + static_cast<std::uint32_t>(kWideBefore[info.wide] >> (8 * slot) & 0xFF);
 }
 
-/// What one node test asks besides node and ray.
+/// Inputs of a node test besides node and ray.
 struct NodeQuery {
   float t_offset = 0.0f;  ///< added to slab parameters: 0 in world space, t_peak in a Gaussian's unit space
-  float t_min = 0.0f;     ///< boxes that end before it are no hits
+  float t_min = 0.0f;     ///< boxes that end before it do not count as hit
 };
 
 struct alignas(32) NodeHits {
   float enter[8];        ///< conservative entry t
   float exit[8];         ///< conservative exit t
-  std::int32_t rank[8];  ///< of a hit slot: how many hit ones come before it in the order (enter, slot)
+  std::int32_t rank[8];  ///< of a hit slot: number of hit slots before it in the order (enter, slot)
   unsigned hit = 0;      ///< mask of hit children
   unsigned count = 0;    ///< bits of `hit`
   ChildInfo info;
 };
 
-/// node: bytes in the image; address: its place, units. Children count as hit when their conservative interval is not
+/// node: bytes in the image; address: its address, units. Children count as hit when their conservative interval is not
 /// empty and does not end before t_min.
 using NodeTest = void (*)(const std::uint8_t* node, std::uint32_t address, const SlabRay& ray, const NodeQuery& query,
                           NodeHits& hits);
 
-/// Nodes whose layout is known when the test is compiled.
+/// Layout of nodes as a compile-time constant.
 template <unsigned slots, bool packed>
 struct NodeForm {
   static constexpr unsigned kSlots = slots;
@@ -80,7 +80,7 @@ auto with_node_form(const InternalLayout& layout, const F& f) {
 
 /// The test for nodes of a layout. The path must be available.
 NodeTest node_test(SimdPath path, const InternalLayout& layout);
-/// The same for callers that do not need `rank`: it may be left as it was.
+/// The same for callers that do not need `rank`, which it may leave unset.
 NodeTest node_test_unordered(SimdPath path, const InternalLayout& layout);
 
 }  // namespace grtx::frontend

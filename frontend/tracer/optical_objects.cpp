@@ -12,7 +12,7 @@ namespace grtx::frontend {
 namespace {
 
 constexpr double kLowestIndex = 1.0, kHighestIndex = 4.0;  // vacuum to germanium in the infrared
-constexpr double kSmallestOpacity = 0.1;  // what the eye would not see does not set the depth of a view
+constexpr double kSmallestOpacity = 0.1;                   // nearly invisible Gaussians do not count for a view's depth
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 

@@ -1,4 +1,4 @@
-// What secondary rays come from: one sphere of glass and one rectangular mirror. Geometry only; the tracer
+// The objects that cause secondary rays: one sphere of glass and one rectangular mirror. Geometry only; the tracer
 // (light_path.h) and the reference each intersect it with code of their own.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace grtx::frontend {
 struct GlassSphere {
   glm::dvec3 centre{0.0};
   double radius = 1.0;
-  double index = 1.5;  ///< of refraction, against 1 outside; crown glass
+  double index = 1.5;  ///< refractive index, against 1 outside; crown glass
 };
 
 /// Reflects all light, from both sides.
@@ -32,7 +32,7 @@ struct OpticalObjects {
   unsigned max_bounces = 8;  ///< surfaces that the light of one pixel may meet; a pass through the sphere meets two
 
   bool empty() const { return !glass && !mirror; }
-  /// The same objects with the origin moved to `offset` (a scene's), where its rays live.
+  /// The same objects relative to `offset` (a scene's), in the coordinates of its rays.
   OpticalObjects relative_to(const glm::dvec3& offset) const;
 };
 

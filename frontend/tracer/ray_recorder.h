@@ -1,4 +1,4 @@
-// Turns what one ray does into trace events. NullRecorder costs nothing.
+// Turns the actions of a ray into trace events. NullRecorder records nothing and costs nothing.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace grtx::frontend {
 
-/// What a ray's shader has looked at when blending.
+/// Trace entry of a hit that a ray's shader has processed when blending.
 inline traces::Processed processed_entry(std::uint32_t gaussian, bool blended) {
   traces::Processed entry;
   entry.gaussian = gaussian & 0x7FFFFFFFu;
@@ -28,9 +28,9 @@ class NullRecorder {
     void put(unsigned /*slot*/, unsigned /*pushed*/) {}
   };
 
-  /// The bins of the ray's checkpoint entries, the last one written at the end: known before the event that writes it.
+  /// The bins of the checkpoint entries written so far; an entry's bin is there before the event that writes it.
   void bins(const std::vector<std::uint8_t>&) {}
-  /// order: in which the round reads, if it replays from bins.
+  /// order: of the round's reads, if it replays from bins.
   void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) {}
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
@@ -50,14 +50,14 @@ class ImageNodes : public traces::NodeSource {
   const NodeImage& image_;
 };
 
-/// Records the events of one ray at a time, and encodes them when it is done: for what EncodingRecorder cannot record,
-/// and for who wants a ray, not a file. One recorder a thread.
+/// Records the events of one ray at a time and encodes them when the ray is done: for what EncodingRecorder cannot
+/// record, and for callers that need a ray, not a file. One recorder per thread.
 class GroupRecorder {
  public:
   static constexpr bool kEnabled = true;
   using Children = NullRecorder::Children;
 
-  /// Without a header nothing is encoded: the ray recorded last is all there is. The header must outlive the recorder.
+  /// Without a header nothing is encoded: only the last ray is recorded. The header must outlive the recorder.
   explicit GroupRecorder(const NodeImage& image, const traces::Header* header = nullptr)
       : nodes_(image), header_(header) {}
 
@@ -66,7 +66,7 @@ class GroupRecorder {
   void begin_ray(std::uint32_t pixel);
   /// The group for Writer::append(). Needs a header.
   traces::EncodedGroup end_group();
-  /// What the ray begun last has looked at when blending.
+  /// The hits that the last ray has processed when blending.
   const std::vector<traces::Processed>& processed() const { return processed_; }
 
   void bins(const std::vector<std::uint8_t>& of_ray) { bins_ = &of_ray; }
@@ -95,9 +95,9 @@ class GroupRecorder {
   ImageNodes nodes_;  ///< outlives each group
   const traces::Header* header_;
   traces::GroupEncoder encoder_;
-  bool begun_ = false;  ///< there is a ray that is not encoded yet
+  bool begun_ = false;  ///< a ray is not encoded yet
   std::uint32_t pixel_ = 0;
-  const std::vector<std::uint8_t>* bins_ = nullptr;  ///< of the ray begun last, once it is traced
+  const std::vector<std::uint8_t>* bins_ = nullptr;  ///< of the last ray, once it is traced
   std::vector<traces::Round> rounds_;
   std::vector<traces::Event> store_ = std::vector<traces::Event>(1024);
   std::size_t events_ = 0;  ///< events in store_

@@ -12,11 +12,11 @@
 
 namespace grtx::frontend {
 
-/// One a tracer, for one ray after the other.
+/// One per tracer, reused for each ray.
 struct RayState {
   explicit RayState(const TracerOptions& options) : k_buffer(options.k), checkpoints(options) {}
 
-  /// transmittance: what lies before the origin left. limit: nothing beyond it counts.
+  /// before: transmittance at the ray's origin. limit: hits beyond it do not count.
   void begin_ray(float before, float limit) {
     t_last = -1.0f;
     id_last = 0;
@@ -40,7 +40,7 @@ struct RayState {
 
   float t_last = -1.0f;  ///< the last hit blended; -1 before the first
   std::uint32_t id_last = 0;
-  float t_min_cull = 0.0f;  ///< boxes that end before this hold nothing new
+  float t_min_cull = 0.0f;  ///< boxes that end before this have no new hits
   float t_max = 0.0f;
   float t_limit = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
   bool replay = false;

@@ -22,26 +22,26 @@ struct RayResult {
   float transmittance = 1.0f;
 };
 
-/// One a thread; holds the buffers of the ray being traced.
+/// One per thread; holds the buffers of the ray being traced.
 class RayTracer {
  public:
   RayTracer(const Scene& scene, const PreparedGaussians& gaussians, const AccelerationStructure& accel,
             const TracerOptions& options)
       : RayTracer(TracedStructure(scene, gaussians, accel), options) {}
-  /// With several objects, Gaussian ids are those of the whole scene; a recorder is given record numbers.
+  /// With several objects, Gaussian ids are those of the whole scene; recorders get record numbers.
   RayTracer(const TracedStructure& structure, const TracerOptions& options);
 
   const TracerCounters& counters() const { return state_.counters; }
-  /// State and stack of the ray being traced, for who watches it.
+  /// State and stack of the ray being traced, for RayWatch.
   const RayState& state() const { return state_; }
   const TraversalStack& stack() const { return traversal_.stack(); }
   void track_visits(VisitTracker* tracker) { traversal_.track_visits(tracker); }
   /// When set, receives the ids blended by the rays traced from now on.
   void collect_blended(std::vector<std::uint32_t>* ids) { shading_.collect_blended(ids); }
 
-  /// The light that reaches the ray's origin from hits with t <= t_limit, dimmed by `transmittance` (what lies before
-  /// the origin left), and the transmittance that remains. Nothing beyond t_limit is pushed or checkpointed.
-  /// For NullRecorder, GroupRecorder, EncodingRecorder and RayWatch.
+  /// The light that reaches the ray's origin from hits with t <= t_limit, dimmed by `transmittance` (at the origin,
+  /// after earlier pieces of the path), and the transmittance that remains. Nothing beyond t_limit is pushed or
+  /// checkpointed. For NullRecorder, GroupRecorder, EncodingRecorder and RayWatch.
   template <typename Recorder>
   RayResult trace(const TraceRay& ray, Recorder& recorder, float transmittance = 1.0f,
                   float t_limit = std::numeric_limits<float>::infinity());
@@ -53,8 +53,8 @@ class RayTracer {
   bool end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
   const bool checkpoint_;
-  const bool cull_before_;       ///< boxes that end before the last hit blended hold nothing new
-  const bool replay_below_kth_;  ///< t_max of a round that begins with a full k-buffer
+  const bool cull_before_;       ///< boxes that end before the last blended hit are skipped
+  const bool replay_below_kth_;  ///< ReplayTmax::kth: t_max of a round that begins with a full k-buffer
   RayState state_;
   const HitPolicy policy_;
   Traversal traversal_;

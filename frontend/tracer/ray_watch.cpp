@@ -13,7 +13,7 @@ void RayWatch::begin_ray(std::uint32_t pixel) {
   watched_.ray.pixel = pixel;
 }
 
-/// The first event of a round changes neither k-buffer nor eviction buffer nor t_max.
+/// Stores a round's start at its first event, which changes neither k-buffer nor eviction buffer nor t_max.
 void RayWatch::start() {
   begun_ = true;
   in_k_buffer_.clear();
@@ -53,7 +53,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
     case LeafOutcome::inserted:
     case LeafOutcome::displaced:
       if (!traces::collects_unsorted(options_.tracing)) return hits[hits.size() - 1 - shifts].t;
-      for (const KEntry& hit : hits) {  // a heap, in which the new one is somewhere
+      for (const KEntry& hit : hits) {  // a heap, so the new one may be anywhere
         if (in_k_buffer_.insert(hit.id).second) return hit.t;
       }
       return kUnknown;

@@ -1,5 +1,5 @@
-// A recorder that keeps one ray as a trace has it, and with each event what a trace leaves out: t_max, and the t of
-// what was pushed, checkpointed or hit. It reads them from the tracer's own state and computes nothing.
+// A recorder that keeps one ray as in a trace, and with each event what a trace omits: t_max, and the t of what was
+// pushed, checkpointed or hit. It reads them from the tracer's own state and computes nothing.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,20 @@
 
 namespace grtx::frontend {
 
-/// What a watched ray did. Events of internal nodes name their address, in units.
+/// Record of a watched ray. Events of internal nodes have their address, in units.
 struct WatchedRay {
   traces::Ray ray;
   std::vector<float> t_max;  ///< after each event
-  /// Each event's times, in order. visit_internal: entry t of the children pushed, the next to be popped first, then of
-  /// those checkpointed, in slot order. visit_leaf, but for a miss: t of the hit; NaN where the tracer does not keep
-  /// it.
+  /// The t values of each event, in order. visit_internal: entry t of the pushed children, the next to be popped first,
+  /// then of the checkpointed ones, in slot order. visit_leaf except for a miss: t of the hit; NaN if the tracer does
+  /// not keep it.
   std::vector<float> times;
   struct Start {
     float t_max = 0.0f;
     std::vector<KEntry> k_buffer;
     std::size_t evictions = 0;  ///< left in the eviction buffer
   };
-  std::vector<Start> starts;         ///< of each round
+  std::vector<Start> starts;         ///< start of each round
   std::vector<float> transmittance;  ///< after each round
 };
 
@@ -36,15 +36,15 @@ class RayWatch {
   static constexpr bool kEnabled = true;
   using Children = NullRecorder::Children;
 
-  /// State and stack of the tracer that will be given this recorder.
+  /// state, stack: of the tracer that will get this recorder.
   RayWatch(const TracerOptions& options, const RayState& state, const TraversalStack& stack)
       : options_(options), state_(state), stack_(stack) {}
 
-  /// Forgets the ray before.
+  /// Discards the previous ray.
   void begin_ray(std::uint32_t pixel);
   const WatchedRay& watched() const { return watched_; }
 
-  // For the tracer.
+  // Called by the tracer.
   void bins(const std::vector<std::uint8_t>&) {}
   void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) { begun_ = false; }
   void pop() {}
@@ -66,7 +66,7 @@ class RayWatch {
   const TraversalStack& stack_;
   WatchedRay watched_;
   bool begun_ = false;                   ///< the round has had an event
-  std::set<std::uint32_t> in_k_buffer_;  ///< single, list: ids that have been there in this round
+  std::set<std::uint32_t> in_k_buffer_;  ///< single, list: ids inserted in this round
 };
 
 }  // namespace grtx::frontend

@@ -13,8 +13,8 @@
 namespace grtx::frontend {
 namespace {
 
-/// What changes when a file is replaced or written. A change that it misses does no harm: a trace names the bytes that
-/// it was made from, and who asked for it compares them.
+/// File-system state that changes when a file is replaced or written. A missed change does no harm: a trace names the
+/// bytes that it was made from, and its user compares them.
 std::string stamp(const std::string& path) {
   struct stat s {};
   if (::stat(path.c_str(), &s) != 0) return "";
@@ -41,7 +41,7 @@ Scene load_flat_scene(const std::string& path, FilesRead& files, bool quiet) {
   Progress progress("reading " + std::filesystem::path(path).filename().string(), 0, "", quiet);
   if (!is_object_list(path)) return load_scene(path, {}, files);
   const ObjectList list = load_object_list(path, files);
-  // It does not matter from which structure the placements are taken.
+  // Any structure will do: only the placements are used.
   const MultiObjectWorld world(scenes_of(list, files), list.placements, {AccelKind::tlas_sphere, 6, false}, {});
   Scene scene = flatten(world, list.placements);
   scene.name = path;

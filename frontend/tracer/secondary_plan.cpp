@@ -19,7 +19,7 @@ struct Found {
   traces::RayKind kind = traces::RayKind::glass;
 };
 
-/// What one group of primary rays leads to.
+/// Secondary rays that follow from one group of primary rays.
 struct GroupFinds {
   std::vector<Found> rays;
   std::uint64_t truncated = 0;

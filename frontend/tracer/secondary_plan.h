@@ -1,4 +1,4 @@
-// Which secondary rays a view has, with what each starts from, and the groups (warps) they are traced in.
+// The secondary rays of a view, with the start of each, and the groups (warps) that they are traced in.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct SecondaryRay {
   glm::vec3 origin{0.0f};
   glm::vec3 direction{0.0f};
   float limit = 0.0f;          ///< no hit beyond it counts; infinity when nothing lies ahead
-  float transmittance = 1.0f;  ///< what the pieces before it left
+  float transmittance = 1.0f;  ///< left over by the pieces before it
 };
 
 /// Consecutive rays of SecondaryPlan::rays, all of one kind.
@@ -33,13 +33,13 @@ struct SecondaryGroup {
 /// Made for one view by plan_secondary(); empty without objects.
 struct SecondaryPlan {
   OpticalObjects objects;  ///< in scene coordinates (recentred)
-  /// By number of surfaces met, then glass before mirror, then in the order of the primary rays; so a group is full but
-  /// for the last of each run, and its rays stay neighbours.
+  /// Ordered by number of surfaces met, then glass before mirror, then in the order of the primary rays; so only the
+  /// last group of each such run is not full, and its rays are neighbours.
   std::vector<SecondaryRay> rays;
   std::vector<SecondaryGroup> groups;
-  std::uint64_t truncated = 0;  ///< paths that met max_bounces surfaces and would have met another
+  std::uint64_t truncated = 0;  ///< paths with max_bounces surfaces that would have met another
 
-  /// How far a primary ray may go. fp32 of the first surface's parameter.
+  /// t of the first surface that a primary ray meets, in fp32; infinity if it meets none.
   float primary_limit(const glm::vec3& origin, const glm::vec3& direction) const;
 };
 

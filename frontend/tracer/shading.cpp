@@ -86,7 +86,7 @@ glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const
   return sh_colour(sh, basis_, coefficients);
 }
 
-// Spherical harmonics are the object's: they turn with it because the direction is taken to its space.
+// Spherical harmonics are in object space: transforming the direction to it rotates them with the object.
 glm::vec3 Shading::colour_in_world(const KEntry& entry, const TraceRay& ray) const {
   const PlacedObject& placed = world_->owner(entry.id);
   const std::uint32_t local = entry.id - placed.first_gaussian;

@@ -1,4 +1,4 @@
-// Blends what a round found: response, colour and transmittance, front to back, up to early ray termination.
+// Blends the hits of a round: response, colour and transmittance, front to back, up to early ray termination.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace grtx::frontend {
 
-/// One a tracer.
+/// One per tracer.
 class Shading {
  public:
   Shading(const TracedStructure& structure, const TracerOptions& options);
@@ -25,7 +25,7 @@ class Shading {
   void collect_blended(std::vector<std::uint32_t>* ids) { blended_ids_ = ids; }
 
   void begin_ray(const TraceRay& ray);
-  /// The entries of the k-buffer, which are in order. Recorder: frontend/tracer/ray_recorder.h.
+  /// Blends the entries of the k-buffer, which are sorted. Recorder: frontend/tracer/ray_recorder.h.
   template <typename Recorder>
   void blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder);
 
@@ -41,7 +41,7 @@ class Shading {
   const TracerOptions options_;
   const unsigned sh_degree_;  ///< the scene's: of the basis that is evaluated
   std::array<float, kShFunctions> basis_{};
-  std::vector<std::uint64_t> processed_by_;  ///< a Gaussian's last ray; empty unless stored triangles are tested
+  std::vector<std::uint64_t> processed_by_;  ///< by Gaussian: its last ray; empty unless stored triangles are tested
   std::vector<std::uint32_t>* blended_ids_ = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// What rays are traced in: the structure of one scene, or a world of several objects.
+// The structure that rays are traced in: that of one scene, or a world of several objects.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace grtx::frontend {
 
-/// All that it names must outlive it.
+/// All that it refers to must outlive it.
 struct TracedStructure {
   TracedStructure(const Scene& s, const PreparedGaussians& g, const AccelerationStructure& accel)
       : scene(s),

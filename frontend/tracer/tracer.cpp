@@ -19,7 +19,7 @@
 namespace grtx::frontend {
 namespace {
 
-/// What one thread needs; made on its first group.
+/// State of one thread, created on its first group.
 struct Worker {
   Worker(const TracedStructure& structure, const TracerOptions& options, Footprint* footprint,
          const traces::Header* header)
@@ -32,14 +32,14 @@ struct Worker {
     }
   }
   RayTracer tracer;
-  RayTracer secondary_tracer;  ///< counts apart
+  RayTracer secondary_tracer;  ///< for separate counts
   std::uint64_t secondary_unique = 0;
   GroupRecorder recorder;
-  std::optional<EncodingRecorder> encoding_recorder;  ///< in its place, where it can record
+  std::optional<EncodingRecorder> encoding_recorder;  ///< used instead where it can record
   std::optional<VisitTracker> tracker;
 };
 
-/// Traces a group's rays, and gives the writer, if any, its trace.
+/// Traces a group's rays and passes their trace to the writer, if there is one.
 template <typename F>
 void trace_group_of(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer* writer, F&& trace_rays) {
   if (writer == nullptr) {
@@ -63,8 +63,8 @@ PixelCost cost_so_far(const TracerCounters& c) {
           static_cast<std::uint32_t>(c.blended), static_cast<std::uint32_t>(c.checkpoints_written)};
 }
 
-/// Calls trace(), and notes in *cost (if any) what the tracer counted meanwhile. Differences of 32-bit counts are
-/// right even after the sums have wrapped around.
+/// Calls trace() and adds to *cost (if not null) what the tracer counted in it. Differences of 32-bit counts are right
+/// even after the sums have wrapped around.
 template <typename F>
 void measure(const RayTracer& tracer, PixelCost* cost, F&& trace) {
   if (cost == nullptr) return trace();
@@ -75,7 +75,7 @@ void measure(const RayTracer& tracer, PixelCost* cost, F&& trace) {
             after.checkpoints - before.checkpoints};
 }
 
-/// What a header says of structure, camera and options. Structure: AccelerationStructure or MultiObjectWorld.
+/// The header's fields for structure, camera and options. Structure: AccelerationStructure or MultiObjectWorld.
 template <typename Structure>
 traces::Header header_of(const Structure& accel, const Camera& camera, const TracerOptions& options,
                          const RenderOptions& render) {
@@ -110,7 +110,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   return header;
 }
 
-/// In the header what reading clamped in more than one in a hundred of a file's rows: it is then another scene.
+/// Notes in the header what reading clamped in more than one in a hundred of a file's rows: then the scene is another.
 void note_clamped(const LoadReport& report, traces::Header& header) {
   for (const auto& [reason, rows] : report.clamped) {
     if (100 * rows <= report.rows) continue;
@@ -287,7 +287,7 @@ std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera,
                          const RenderOptions& render) {
   TracerOptions all = options;
   all.ert = 0.0f;
-  all.tracing = Tracing::single;  // a round for as many hits as its buffer takes
+  all.tracing = Tracing::single;  // one round collects up to k hits
   all.k = kMaxK;
   all.checkpoint = false;
   all.resume = Resume::exact;

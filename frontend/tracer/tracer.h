@@ -29,12 +29,12 @@ struct RenderOptions {
   bool keep_sequences = false;  ///< per-pixel blended ids, for tests
   bool pixel_costs = false;     ///< fill RenderResult::pixel_costs
   bool quiet = true;
-  std::uint64_t first_group = 0;  ///< index of the view's first group in the trace: behind those of frames before
+  std::uint64_t first_group = 0;  ///< index of the view's first group in the trace, after those of earlier frames
   const SecondaryPlan* secondary =
       nullptr;  ///< of this view and these options (plan_secondary); null: primary rays only
 };
 
-/// What the rays of a pixel did, secondary ones included.
+/// Work of a pixel's rays, secondary ones included.
 struct PixelCost {
   std::uint32_t visits = 0;       ///< nodes processed
   std::uint32_t rounds = 0;       ///< traceRay calls
@@ -73,9 +73,9 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
 traces::Header trace_header(const MultiObjectWorld& world, const Camera& camera, const TracerOptions& options,
                             const RenderOptions& render);
 
-/// Proxy hits of all rays of a view, those of render.secondary included, each up to the end that an object sets it,
-/// but beyond early ray termination: what the rays would process without it. It depends on the rays and on the proxy
-/// alone, not on how either is traced. Traces the view without early termination, skipping all that it may.
+/// Number of proxy hits of all rays of a view, those of render.secondary included: up to the surface that ends a ray,
+/// but beyond early ray termination. It depends on the rays and on the proxy alone, not on how either is traced. Traces
+/// the view without early termination, skipping all that it may.
 std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
                          const RenderOptions& render);
 

@@ -1,5 +1,5 @@
-// Integer counters of the tracer; sums and maxima, so they do not depend on the number of threads. What each counts,
-// and its name as a statistic, stands in the table.
+// Integer counters of the tracer: sums and maxima, so they do not depend on the number of threads. table() has the
+// meaning of each and its name as a statistic.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct TracerCounters {
   std::uint64_t checkpoints_written = 0, checkpoints_read = 0, checkpoints_max_per_ray = 0, checkpoint_overflows = 0;
   std::uint64_t evictions_max_per_ray = 0;
   std::uint64_t processed = 0, blended = 0, terminated = 0;
-  std::optional<std::uint64_t> hits;  ///< as count_hits() has them; none unless asked for
+  std::optional<std::uint64_t> hits;  ///< from count_hits(); unset unless asked for
   std::uint64_t ties_lost = 0, inside_skipped = 0;
   std::uint64_t single_overflows = 0, nearest_commits = 0, doubled = 0;
   // Work left out because it changes no bit of the image (docs/model/skips.md).

@@ -14,13 +14,13 @@
 
 namespace grtx::frontend {
 
-// Modes that the hardware model obeys too are named in the trace's header.
+// Modes that also concern the hardware model; the trace's header names them.
 using traces::CheckpointOrder;
 using traces::ChildOrder;
 using traces::PopTest;
 using traces::Tracing;
 
-/// How a round continues: in the order (t, id), or with the paper's t_min < t.
+/// How the next round continues: after the last hit in the order (t, id), or with the paper's t_min < t.
 enum class Resume : std::uint8_t { exact, strict };
 constexpr auto enum_names(Resume) { return names_in_order<Resume>({"exact", "strict"}); }
 
@@ -32,8 +32,8 @@ constexpr auto enum_names(TmaxUpdate) { return names_in_order<TmaxUpdate>({"repo
 enum class ReplayTmax : std::uint8_t { infinity, kth };
 constexpr auto enum_names(ReplayTmax) { return names_in_order<ReplayTmax>({"infinity", "kth"}); }
 
-/// What a t_max does that falls inside an instance: its nodes beyond are checkpointed; or all of it is visited, and a
-/// hit beyond goes to the eviction buffer.
+/// When t_max falls inside an instance: nodes beyond it are checkpointed; or all of the instance is visited, and hits
+/// beyond go to the eviction buffer.
 enum class BelowInstance : std::uint8_t { checkpoint, finish };
 constexpr auto enum_names(BelowInstance) { return names_in_order<BelowInstance>({"checkpoint", "finish"}); }
 
@@ -41,7 +41,7 @@ constexpr auto enum_names(BelowInstance) { return names_in_order<BelowInstance>(
 enum class ShDirection : std::uint8_t { ray, centre };
 constexpr auto enum_names(ShDirection) { return names_in_order<ShDirection>({"ray", "centre"}); }
 
-/// What a triangle leaf is tested with: the canonical hit function, or its stored vertices
+/// The test of a triangle leaf: the canonical hit function, or its stored vertices
 /// (frontend/gaussian/world_triangle.h).
 enum class TriangleTest : std::uint8_t { canonical, world };
 constexpr auto enum_names(TriangleTest) { return names_in_order<TriangleTest>({"canonical", "world"}); }
@@ -50,10 +50,10 @@ struct TracerOptions {
   unsigned k = 8;           ///< k-buffer entries, 1..2048
   bool checkpoint = false;  ///< checkpointing and replay
   /// Entries of one checkpoint buffer of a ray; offsets have 2 B in the paper, so at most 65,535. The default is what
-  /// 97.68 MiB over 8 SMs, 32 warps and 32 lanes leave for two buffers and an eviction buffer (facts:
-  /// under-determined).
+  /// 97.68 MiB over 8 SMs, 32 warps and 32 lanes leave for two buffers and an eviction buffer (not stated in the
+  /// paper).
   unsigned checkpoint_capacity = 1024;
-  unsigned checkpoint_bins = 0;  ///< near lists by distance, and a far one, of that many entries each; 0: two buffers
+  unsigned checkpoint_bins = 0;  ///< near bins by distance (and a far one) of checkpoint_capacity; 0: two buffers
   BelowInstance below_instance = BelowInstance::checkpoint;  ///< with checkpoint
   float ert = 0.001f;                                        ///< stop when transmittance falls below
   SortKey sort_key = SortKey::entry;
@@ -65,9 +65,9 @@ struct TracerOptions {
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   ShDirection sh_direction = ShDirection::ray;
-  Kernel kernel;                     ///< that of the Gaussians that are traced
+  Kernel kernel;                     ///< kernel of the traced Gaussians
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
-  unsigned list_capacity = 1024;     ///< list: hits of a ray that its list holds; k must be the same
+  unsigned list_capacity = 1024;     ///< tracing = list: hits in a ray's list; k must be the same
   TriangleTest triangle_test = TriangleTest::canonical;
   ResponsePrecision response_precision = ResponsePrecision::fp32;
   bool walk_blas = true;             ///< false: the hit function decides at the instance leaf, as no hardware does

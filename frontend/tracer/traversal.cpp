@@ -146,8 +146,8 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
   } else {
     ++state.counters.skipped_retests;
   }
-  // The last of the list is pushed first, so that the first ends on top of the stack; a child that is followed at once
-  // comes on top of it.
+  // The list's last child is pushed first, so that the first ends on top of the stack; a child that is followed at once
+  // goes on top of it.
   const ReachedNode* const children = &memory_[list];
   const std::uint32_t count = children->node;
   StackEntry* top = stack_.top();
@@ -159,7 +159,7 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
       Order::kFollows ? followed_child<Order>(children, state.t_min_cull, t_max) : 0;
   for (std::uint32_t i = count; i > 0; --i) {
     const ReachedNode& child = children[i];
-    // Written without branches, which would follow no pattern.
+    // Written without branches, which would be unpredictable.
     const unsigned alive = child.exit >= state.t_min_cull ? 1u : 0u;
     const unsigned within = child.enter <= t_max ? alive : 0u;
     const unsigned now = Order::kFollows && i == followed ? 0u : within;
@@ -180,7 +180,7 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
   recorder.internal(opened, units, pushed, checkpoints);
 }
 
-/// Place in the list of the child that is visited before all others pushed with it; 0: none is.
+/// Place in the list of the child that is visited before all others pushed with it; 0: none.
 template <typename Order>
 inline unsigned Traversal::followed_child(const ReachedNode* children, float t_min, float t_max) const {
   const std::uint32_t count = children->node;
@@ -197,8 +197,7 @@ inline unsigned Traversal::followed_child(const ReachedNode* children, float t_m
   return 0;
 }
 
-/// Tests the boxes of a node's children; returns the list of those hit: its head, then the children, those to be
-/// visited first in front.
+/// Tests the boxes of a node's children; returns the list of those hit: its head, then the children in visiting order.
 template <typename Order>
 inline std::uint32_t Traversal::test_boxes(const TraceRay& ray, std::uint32_t node, bool blas, float t_min_cull) {
   const std::uint32_t units = units_of(node);
@@ -295,7 +294,7 @@ void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayStat
   offer<Order>(link, entry, state, recorder);
 }
 
-/// What follows from a leaf's test (`link`): the any-hit shader, a checkpoint, or nothing.
+/// Handles a leaf's test result (`link`): the any-hit shader, a checkpoint, or nothing.
 template <typename Order, typename Recorder>
 void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& state, Recorder& recorder) {
   using traces::LeafOutcome;

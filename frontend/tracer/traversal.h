@@ -1,5 +1,5 @@
-// Walks the node image for one round of a ray: visits nodes, resumes from checkpoints, and offers what it hits to the
-// hit policy. docs/model/tracer.md states the order; every visit that the hardware model replays is decided here.
+// Walks the node image for one round of a ray: visits nodes, resumes from checkpoints, and offers hits to the hit
+// policy. docs/model/tracer.md states the order; every visit that the hardware model replays is decided here.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace grtx::frontend {
 
-/// One a tracer. Recorder: frontend/tracer/ray_recorder.h.
+/// One per tracer. Recorder: frontend/tracer/ray_recorder.h.
 class Traversal {
  public:
   Traversal(const TracedStructure& structure, const TracerOptions& options);
@@ -28,18 +28,18 @@ class Traversal {
   const TraversalStack& stack() const { return stack_; }
   void begin_ray(const TraceRay& ray);
   bool misses_scene(const TraceRay& ray) const;
-  /// Where it enters the box of all: no box is entered before.
+  /// t at which the ray enters the scene's box: it enters no other box before.
   float scene_enter(const TraceRay& ray) const { return conservative_interval(ray.slabs, root_box_).enter; }
-  /// What such a ray does: it visits the root, hits no child, and its only round ends without a hit.
+  /// Traces a ray that misses the scene: it visits the root, hits no child, and its only round ends without a hit.
   template <typename Recorder>
   void miss_scene(RayState& state, Recorder& recorder);
-  /// From the root, or from the checkpoints that the last round wrote.
+  /// Traverses from the root, or from the checkpoints that the last round wrote.
   template <typename Recorder>
   void round(const TraceRay& ray, RayState& state, Recorder& recorder);
 
  private:
-  // From node to node. Order: traces/orders/child_order.h. Those that need none have it, too: each is then called once,
-  // and inlined.
+  // Order: traces/orders/child_order.h. Functions that do not need it are templates on it, too: each then has one
+  // caller and is inlined.
   template <typename Order, typename Recorder>
   void resume(const TraceRay& ray, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
@@ -62,7 +62,7 @@ class Traversal {
   void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
 
-  /// Beyond which t the nodes at the entry are not visited in this round.
+  /// The t beyond which the nodes at the entry are not visited in this round.
   float end_of(const StackEntry& entry, const RayState& state) const {
     return finish_instances_ && entry.in_blas() ? state.t_limit : state.t_max;
   }
@@ -87,18 +87,18 @@ class Traversal {
   const unsigned instance_units_;  ///< of an instance leaf
   const std::uint32_t root_;       ///< units
   const std::uint32_t blas_root_;  ///< units
-  const Box root_box_;             ///< holds the decoded boxes of the root's children
+  const Box root_box_;             ///< contains the decoded boxes of the root's children
   const TracerOptions options_;
   const bool pop_test_ = options_.pop_test == PopTest::on;
   const bool finish_instances_ = options_.checkpoint && options_.below_instance == BelowInstance::finish;
-  /// A structure of stored triangles must be walked: which of them are hit is for their vertices to say.
+  /// With stored triangles the BLAS must be walked: only their vertices decide which of them are hit.
   const bool walk_blas_ = options_.walk_blas || options_.triangle_test == TriangleTest::world;
   const NodeTest test_children_;
   const HitPolicy policy_;
 
   TraversalStack stack_;
   WalkMemory memory_;
-  std::uint32_t instance_ = 0;  ///< being walked, link into memory_
+  std::uint32_t instance_ = 0;  ///< the one being walked, link into memory_
   CurrentObject object_;
   LeafHits leaf_hits_;
   VisitTracker* tracker_ = nullptr;

@@ -20,19 +20,19 @@ struct StackEntry {
   bool in_blas() const { return instance != 0; }
 };
 
-/// Grows ahead of a node's children, so that pushing checks nothing.
+/// Grows before a node's children are pushed, so that a push needs no check.
 class TraversalStack {
  public:
   bool empty() const { return size_ == 0; }
   void clear() { size_ = 0; }
-  /// 0: the next one to be popped.
+  /// Entry i from the top; 0: the next to be popped.
   const StackEntry& from_top(std::size_t i) const { return entries_[size_ - 1 - i]; }
   StackEntry pop() { return entries_[--size_]; }
   void push(const StackEntry& e) {
     *top() = e;
     ++size_;
   }
-  /// Where the next entries go: room for eight. set_top() tells behind the last one written.
+  /// Address of the next entries, with room for eight; set_top() then takes the address behind the last one written.
   StackEntry* top() {
     if (size_ + traces::kMaxWidth > entries_.size()) grow();
     return entries_.data() + size_;
@@ -40,7 +40,7 @@ class TraversalStack {
   void set_top(const StackEntry* end) { size_ = static_cast<std::size_t>(end - entries_.data()); }
 
  private:
-  /// Apart, so that top() is small enough to be inlined.
+  /// Separate, so that top() is small enough to be inlined.
   [[gnu::noinline]] void grow() { entries_.resize(2 * entries_.size()); }
 
   std::vector<StackEntry> entries_ = std::vector<StackEntry>(512);

@@ -11,7 +11,7 @@
 namespace grtx::frontend {
 namespace {
 
-/// Header of a trace of all frames. header_of(camera, options of the frame): that of a trace of one frame.
+/// Header of a trace of all frames. header_of(camera, options of the frame): header of a trace of one frame.
 template <typename HeaderOf>
 traces::Header sequence_header(const std::vector<Camera>& cameras, const std::vector<RenderOptions>& render,
                                HeaderOf&& header_of) {

@@ -1,5 +1,4 @@
-// The way from a scene to the images, the counters and the trace of one view or a sequence of views, for whatever
-// structures and options.
+// From a scene to images, counters and trace of one view or a sequence of views, for any structures and options.
 #pragma once
 
 #include <cstdint>
@@ -24,23 +23,23 @@ namespace grtx::frontend {
 struct TraceFile {
   std::uint64_t bytes = 0;
   std::uint64_t visits = 0;         ///< node visits in it
-  std::uint64_t decoded_bytes = 0;  ///< of all groups, as a simulation reads them
+  std::uint64_t decoded_bytes = 0;  ///< size of all groups as a simulation reads them
   std::uint64_t largest_group = 0;  ///< bytes of the largest, decoded
 };
 
-/// A sequence is traced into one file, frame after frame. Its counters add up, its footprint is the largest of a frame.
+/// A sequence is traced into one file, frame after frame. Counters are added, the footprint is the largest of a frame.
 struct TracedView {
   RenderResult result;                        ///< with the first frame's image, pixel costs and sequences
   std::vector<Image> further;                 ///< images of the other frames of a sequence
   SecondaryPlan plan;                         ///< of the secondary rays among them; empty without objects
-  std::map<std::string, std::string> inputs;  ///< what the result is of, as in the trace's header
+  std::map<std::string, std::string> inputs;  ///< what the result was made from, as in the trace's header
   std::optional<TraceFile> trace;             ///< when one was written
 };
 
-/// Owns scene and structure; views or sequences of one scene, traced as often as one likes.
+/// Owns a scene and its structure; traces views or sequences of it, as often as needed.
 class ViewTracer {
  public:
-  /// kernel: that of all options given to trace().
+  /// kernel: must be that of all options passed to trace().
   ViewTracer(Scene scene, Camera camera, Kernel kernel = {});
   /// cameras: of the frames, one or more, all of one resolution.
   ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel = {});
@@ -52,22 +51,22 @@ class ViewTracer {
   const PreparedGaussians& gaussians() const { return gaussians_; }
   Kernel kernel() const { return kernel_; }
   const OpticalObjects& objects() const { return objects_; }
-  /// The structure that the last build() made.
+  /// The structure of the last build().
   const AccelerationStructure& accel() const { return *accel_; }
 
-  /// The frames that are traced from now on, as in the constructor. The structure stays: no camera is part of it.
+  /// Sets the frames' cameras, as in the constructor. The structure stays: it does not depend on cameras.
   void look(const std::vector<Camera>& cameras);
-  /// Glass and mirror, in file coordinates, from now on.
+  /// Sets glass and mirror, in file coordinates.
   void place(const OpticalObjects& objects) { objects_ = objects; }
-  /// The structure that is traced from now on. The last one is freed before, for it may be large; it stays when it is
-  /// of the same options.
+  /// Builds the structure to trace from now on, or keeps the last one if it has the same options. Otherwise frees the
+  /// last one first, because it may be large.
   const AccelerationStructure& build(const AccelOptions& options);
   /// How many structures build() has made.
   unsigned structures_built() const { return structures_built_; }
 
-  /// After build(). trace_file: "" writes none. inputs: text for its header, beside scene and camera. Secondary rays
-  /// are planned anew each time: that the plans of two structures agree is part of the proof that their images do.
-  /// render.secondary is not looked at. Throws Error.
+  /// Call after build(). trace_file: "" writes none. inputs: further entries of its header, besides scene and camera.
+  /// Secondary rays are planned again each time: that two structures have the same plan is part of the proof that their
+  /// images agree. render.secondary is ignored. Throws Error.
   TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
                    const std::map<std::string, std::string>& inputs = {}) const;
 
@@ -81,7 +80,7 @@ class ViewTracer {
   unsigned structures_built_ = 0;
 };
 
-/// Views or sequences of several objects, traced as often as one likes; they may be moved in between.
+/// Traces views or sequences of several objects, as often as needed; the objects may be moved in between.
 class ObjectViewTracer {
  public:
   /// As MultiObjectWorld. name: of the list, for the inputs of results.
@@ -93,7 +92,7 @@ class ObjectViewTracer {
   /// As ViewTracer::look().
   void look(const std::vector<Camera>& cameras);
   void move(const std::vector<Placement>& placements) { world_.move(placements); }
-  /// As ViewTracer::trace(), but for secondary rays, of which there are none.
+  /// As ViewTracer::trace(), but without secondary rays.
   TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
                    const std::map<std::string, std::string>& inputs = {}) const;
 

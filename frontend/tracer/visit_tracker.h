@@ -1,4 +1,4 @@
-// Counts distinct nodes: per ray (unique visits) and over a view (footprint). Only built when those figures are asked
+// Counts distinct nodes: per ray (unique visits) and over a view (footprint). Created only when these figures are asked
 // for.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace grtx::frontend {
 
-/// One bit a unit of the node image, set when any ray of the view touched it. Shared by all threads.
+/// One bit per unit of the node image, set when any ray of the view touched it. Shared by all threads.
 class Footprint {
  public:
   explicit Footprint(const NodeImage& image)
@@ -34,13 +34,13 @@ class Footprint {
   std::vector<std::uint64_t> touched_;
 };
 
-/// The nodes that the present ray has visited: a table as large as the longest ray asks for, which stays in the cache,
-/// not one as large as the image. One a thread.
+/// The nodes that the current ray has visited: a hash table as large as the longest ray needs, which stays in the
+/// cache, instead of one as large as the image. One per thread.
 class VisitTracker {
  public:
   explicit VisitTracker(Footprint& footprint) : footprint_(&footprint) {}
   void begin_ray() {
-    if (++ray_ == 0) {  // after 2^32 rays: what they left would count as this one's
+    if (++ray_ == 0) {  // after 2^32 rays old entries would count as this ray's
       table_.assign(table_.size(), {});
       ray_ = 1;
     }
@@ -59,9 +59,9 @@ class VisitTracker {
  private:
   struct Place {
     std::uint32_t unit = 0;
-    std::uint32_t ray = 0;  ///< that visited it; another than the present one: nothing is here
+    std::uint32_t ray = 0;  ///< that visited it; if not the current ray, the place is free
   };
-  /// Where the unit is, or is to be.
+  /// Place of the unit, or the free place for it.
   Place& place_of(std::uint32_t unit) {
     std::size_t at = unit * 0x9E3779B1u >> shift_;
     while (table_[at].ray == ray_ && table_[at].unit != unit) at = (at + 1) & (table_.size() - 1);

@@ -1,5 +1,5 @@
 // What one ray has learnt of the tree: every box, instance and leaf that it tested. A ray that restarts at the root, or
-// reads a checkpoint, meets the same nodes again, and the same ray gives the same answers; only t_min and t_max differ.
+// resumes from a checkpoint, meets the same nodes again with the same results; only t_min and t_max differ.
 #pragma once
 
 #include <cassert>
@@ -13,8 +13,7 @@
 
 namespace grtx::frontend {
 
-/// A node that the ray may visit: a child whose box it hit, or a root. `link` is 0 as long as the node itself is
-/// unknown.
+/// A node that the ray may visit: a child whose box it hit, or a root. `link` is 0 until the node itself is tested.
 struct ReachedNode {
   float enter = 0.0f;
   float exit = 0.0f;
@@ -44,14 +43,14 @@ struct EnteredInstance {
   SlabRay slabs;
   Hit hit;  ///< valid once hit_known
   bool hit_known = false;
-  std::uint32_t decision = 0;  ///< without a walk of the BLAS: what its leaf would link to; 0: not known
+  std::uint32_t decision = 0;  ///< without a walk of the BLAS: the link that its leaf would have; 0: not known yet
   ShearedRay sheared;          ///< for tests against stored vertices
 };
 
-/// One a tracer, emptied for each ray. Indices stay valid while it grows, references do not.
+/// One per tracer, cleared for each ray. Indices stay valid while it grows, references do not.
 class WalkMemory {
  public:
-  /// Links of leaves: what the test gave, or 3 + the index of a hit.
+  /// Links of leaves: the test's result, or kFirstHit + the index of a hit.
   static constexpr std::uint32_t kMissed = 1, kInside = 2, kFirstHit = 3;
 
   void clear() {
@@ -64,7 +63,7 @@ class WalkMemory {
     nodes_[index] = node;
     return index;
   }
-  /// Room for `count` (at most nine) nodes in a row; their first index.
+  /// Reserves `count` (at most nine) consecutive nodes; returns the first index.
   std::uint32_t reserve(std::uint32_t count) {
     if (used_ + 9 > nodes_.size()) grow();
     const std::uint32_t first = used_;
@@ -86,7 +85,7 @@ class WalkMemory {
   const KEntry& hit(std::uint32_t link) const { return hits_[link - kFirstHit]; }
 
  private:
-  /// Apart, so that reserve() is small enough to be inlined.
+  /// Separate, so that reserve() is small enough to be inlined.
   [[gnu::noinline]] void grow() { nodes_.resize(2 * nodes_.size()); }
 
   std::vector<ReachedNode> nodes_ = std::vector<ReachedNode>(1024);

@@ -94,7 +94,7 @@ class FileReader {
   }
 
   const std::vector<modules::Parameter>& keys_;
-  std::vector<std::filesystem::path> open_;  ///< files being read, to find circles
+  std::vector<std::filesystem::path> open_;  ///< files being read, to detect circular includes
 };
 
 }  // namespace

@@ -7,8 +7,8 @@
 namespace grtx::sim {
 namespace {
 
-/// Cumulative distribution of Student's t for t >= 0 by the integral's substitution t = sqrt(degrees) tan(u): the
-/// integrand cos(u)^(degrees - 1) is smooth, so Simpson's rule with many steps is exact to many digits.
+/// Cumulative distribution of Student's t for t >= 0. Substituting t = sqrt(degrees) tan(u) makes the integrand
+/// cos(u)^(degrees - 1), which is smooth, so Simpson's rule with many steps is exact to many digits.
 double student_cumulative(double t, double degrees) {
   const double end = std::atan(t / std::sqrt(degrees));
   constexpr int kSteps = 400;
@@ -35,16 +35,16 @@ ConfidenceInterval interval(double log_value, double variance, double reach) {
   return result;
 }
 
-/// Variance of the estimate: sandwich estimator with its correction for few windows.
+/// Sampling variance of the logarithm: sandwich estimator with its correction for few subsamples.
 double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
   double influence = 0.0;
   for (const GroupEvidence& e : evidence) influence += e.influence * e.influence;
   return (degrees + 2.0) / degrees * influence;
 }
 
-/// The variance of the windows and the square of the bias are known with degrees of freedom of their own: together with
-/// Welch's and Satterthwaite's. Where windows add little their degrees make Student's quantile fall faster than the
-/// deviation grows; no interval is narrower than the bias alone.
+/// Sampling variance and squared bias have different degrees of freedom, which are combined after Welch and
+/// Satterthwaite. A small sampling variance can lower Student's quantile faster than it raises the deviation, so no
+/// interval is narrower than that of the bias alone.
 ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias,
                                       double bias_degrees) {
   const double square = bias * bias, all = variance + square;
@@ -84,7 +84,7 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
   for (const SampledEstimate* e : {&base, &other}) {
     if (!e->whole) degrees = std::min(degrees, e->degrees_of_freedom);
   }
-  // A design that was simulated as a whole has no bias of its own.
+  // A design that was simulated completely has no bias: only the other's counts.
   const double bias = base.whole ? other.bias.cycles : other.whole ? base.bias.cycles : base.bias.ratio;
   return interval_with_bias(log_ratio, variance_of(evidence, degrees), degrees, bias,
                             base.whole ? other.bias.degrees : base.bias.degrees);

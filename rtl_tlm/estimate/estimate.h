@@ -1,4 +1,4 @@
-// The estimate of a run's cycles from a sample of it, and what it says about ratios of two runs.
+// Cycles of a run as estimated from a sample of it, with confidence intervals for them and for the ratio of two runs.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 namespace grtx::sim {
 
 inline constexpr double kConfidence = 0.95;
-/// What a sample leaves over however large it is, as standard deviations on the logarithm: of cycles and of a ratio of
-/// two designs.
+/// Error that remains however large the sample is, as standard deviation of the logarithm: of the cycles, and of the
+/// ratio of two designs' cycles.
 struct ModelBias {
   double cycles = 0.0, ratio = 0.0;
   double degrees = 4.0;  ///< of freedom: number of independent scenes that it was measured on, minus one
 };
 
-/// What one subsample contributed: a window, or an SM.
+/// Contribution of one subsample to the estimate: a window (windows mode) or an SM (sampled mode).
 struct GroupEvidence {
-  std::uint64_t group = 0;  ///< the window's first, or the SM
-  double residual = 0.0;    ///< what it took beyond what was expected of it, over that
-  double influence = 0.0;   ///< on the logarithm of the estimate: its sum of squares estimates the variance
+  std::uint64_t group = 0;  ///< first group of the window, or number of the SM
+  double residual = 0.0;    ///< relative deviation from the expected value
+  double influence = 0.0;   ///< on the logarithm of the cycles; the sum of squares estimates its variance
 };
 
 struct SampledEstimate {
@@ -32,15 +32,15 @@ struct SampledEstimate {
 
 struct ConfidenceInterval {
   double value = 0.0, low = 0.0, high = 0.0;
-  double deviation = 0.0;   ///< of the logarithm, all terms
-  double half_width = 0.0;  ///< relative: the larger of value / low and high / value, less one
+  double deviation = 0.0;   ///< standard deviation of the logarithm, sampling error and bias
+  double half_width = 0.0;  ///< max(value / low, high / value) - 1
 };
 
 /// Quantile of Student's t distribution, 0 < p < 1, degrees >= 1.
 double student_quantile(double p, double degrees);
 
 ConfidenceInterval cycles_interval(const SampledEstimate& estimate);
-/// Interval of cycles(base) / cycles(other). Subsamples that both have are pairs: what they have in common cancels.
+/// Interval of cycles(base) / cycles(other). Subsamples of the same group are paired: errors that both have cancel.
 ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other);
 
 nlohmann::ordered_json to_json(const SampledEstimate& estimate);

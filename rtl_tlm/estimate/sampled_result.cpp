@@ -31,7 +31,7 @@ void make_whole(SampledResult& r) {
   r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
   r.estimate.whole = true;
   r.cycles = cycles_interval(r.estimate);
-  r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // without rounding
+  r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // exp(log(x)) rounds
 }
 
 void add_to_document(const modules::StatisticList& statistics, SampledResult& r) {
@@ -58,7 +58,8 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
     json["violations"] = result.violations;
     json["binding_bound"] = result.binding_bound;
     json["timed_misses"] = ordered_json::array();
-    for (const modules::TimedMisses& misses : result.timed_misses) json["timed_misses"].push_back({misses.all, misses.timed});
+    for (const modules::TimedMisses& misses : result.timed_misses)
+      json["timed_misses"].push_back({misses.all, misses.timed});
     return json_text(json);
   });
   const ordered_json json = parse_json(child.result(), "simulation");

@@ -1,4 +1,4 @@
-// What an estimated run gives, and the statistics of its interval.
+// Result of an estimated run (sampled or windows mode), and the statistics of its confidence interval.
 #pragma once
 
 #include <string>
@@ -9,21 +9,21 @@
 namespace grtx::sim {
 
 struct SampledResult {
-  SimulationResult result;  ///< of the whole run, estimated; its document has gpu.sampled.*, and the estimate as "sampled"
+  SimulationResult result;  ///< of the whole run, estimated; document: gpu.sampled.* in "stats", estimate in "sampled"
   SampledEstimate estimate;
   ConfidenceInterval cycles;
 };
 
-/// Statistics of the interval on gpu.cycles: gpu.sampled.cycles_low and what it rests on.
+/// Adds gpu.sampled.*: the interval on gpu.cycles, its deviation, bias, degrees of freedom and confidence.
 void describe_interval(const SampledResult& result, modules::StatisticList& list);
-/// The same for a whole run, whose interval has no width.
+/// Fills estimate and interval of a run that was simulated completely: exact, an interval of zero width.
 void make_whole(SampledResult& result);
 
-/// Puts the statistics in front of those of the host, and the estimate, into the document of a run that is complete.
+/// Adds `statistics` (in front of host.*), the inputs and the estimate to the document of a finished run.
 void add_to_document(const modules::StatisticList& statistics, SampledResult& result);
 
-/// simulate() in a process of its own: may be called more than once. The document, violations, notes, inputs, cycles
-/// and binding_bound of the result are filled.
+/// simulate() in a child process, so that it may be called repeatedly. Fills document, violations, notes, inputs,
+/// cycles, binding_bound and timed_misses of the result.
 SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfig& config,
                                    const SimulationOptions& options);
 

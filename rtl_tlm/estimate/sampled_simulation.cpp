@@ -12,7 +12,7 @@
 namespace grtx::sim {
 namespace {
 
-/// The result of a run that all of its statistics are known of.
+/// Adds estimate, interval, gpu.sampled.* and `notes` to the result of a run.
 SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes& notes) {
   SampledResult r;
   r.result = std::move(run);
@@ -59,8 +59,8 @@ SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::v
   return estimate;
 }
 
-SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config,
-                               const SimulationOptions& options, double target_error) {
+SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
+                               double target_error) {
   if (!(target_error >= 0.0 && target_error < 1.0)) {
     throw Error("sampled mode", "--target-error", "must be above 0 and below 100%");
   }
@@ -82,7 +82,7 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   };
   if (target_error == 0.0 || stride == 1) return run(simulate);
   for (;; stride /= 2) {
-    // What no sample gets below.
+    // Skips strides whose bias alone exceeds the target.
     SampledEstimate least;
     least.bias = stride_bias(stride);
     if (stride > 1 && cycles_interval(least).half_width > target_error) continue;

@@ -1,5 +1,5 @@
-// Sampled mode: the machine of cycle mode, in which one of each lane's events in sample.stride takes time. The others are
-// executed at once by the same units.
+// Sampled mode: the machine of cycle mode, but only one in sample.stride events of each lane takes time. The same units
+// execute the other events functionally, in zero time.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace grtx::sim {
 
-/// With fewer node visits one long ray decides a run's length, and a run takes seconds anyhow: all events take time.
+/// Traces with fewer node visits run in cycle mode: one long ray would decide their length, and they take only seconds.
 inline constexpr std::uint64_t kFewestSampledVisits = 3'000'000;
 
-/// What strides leave over in a run of any size (docs/model/sampled-mode.md).
+/// Bias of sampled mode with this stride, however long the run (docs/model/sampled-mode.md).
 ModelBias stride_bias(unsigned stride);
 
-/// Cycles of a run of that stride and what they are worth. misses: by SM.
+/// Estimate from a sampled run. cycles: already multiplied by the stride. misses: by SM; they give the sampling error.
 SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<modules::TimedMisses>& misses);
 
-/// Simulates the trace with the stride that the keys name. target_error: relative half-width of the interval on cycles
-/// to reach, by smaller strides; 0: none. A trace with few visits is simulated in cycle mode, and a note says so.
-/// Without a target the run is in this process, as simulate() is; with one each is in a child. Throws what simulate()
-/// throws.
-SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config,
-                               const SimulationOptions& options, double target_error = 0.0);
+/// Simulates the trace with sample.stride. target_error: relative half-width of the interval on cycles, reached by
+/// halving the stride; 0: none. A trace with few visits runs in cycle mode, and a note says so. Without a target the
+/// simulation runs in this process, like simulate(); with one, each runs in a child process. Throws what simulate()
+/// throws, and Error for a target out of range or a unit in RTL.
+SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
+                               double target_error = 0.0);
 
 }  // namespace grtx::sim

@@ -5,8 +5,8 @@
 namespace grtx::sim {
 namespace {
 
-/// A data bus moves one burst in CCD memory clocks. The first burst's command may come in clock 0, and the channel may
-/// have decided on one command ahead of time, so two bursts do not count.
+/// A data bus moves one burst in CCD memory clocks. Two bursts are not counted: the first one's command may come in
+/// clock 0, and the channel may have decided on one command ahead of time.
 double busy_core_cycles_of(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& channels) {
   double busiest = 0.0;
   for (const modules::DramChannelCounters& channel : channels) {

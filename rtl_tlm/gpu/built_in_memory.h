@@ -51,13 +51,14 @@ class BuiltInMemory final : public MemorySystem {
   GpuConfig config_;
   modules::ClockDomain clock_;
   modules::Dram dram_;
-  modules::RunAhead ahead_;  ///< of both clocks
+  modules::RunAhead ahead_;  ///< lets both clocks run ahead of the kernel together
 };
 
 /// The factory of dram.model = built_in.
 std::unique_ptr<MemorySystem> build_built_in_memory(Gpu& gpu, const BuildOptions& build);
 
-/// What a run keeps, from the counts of a model of this DRAM. at_end: of each channel when the last warp had ended.
+/// MemoryCounters from given counts, for tests. at_end: by channel, when the last warp had ended; drained: after
+/// draining.
 MemoryCounters built_in_counters(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& at_end,
                                  const modules::DramCounters& drained,
                                  const std::vector<modules::DramChannelCounters>& drained_channels);

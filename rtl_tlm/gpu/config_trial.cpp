@@ -13,7 +13,7 @@
 namespace grtx::sim {
 namespace {
 
-/// Memory of the host for tables that a machine can make large: each alone is in its range, but they multiply.
+/// Host memory of a table whose size is a product of keys: each key is in its range, but the product may be too large.
 struct HostTable {
   const char* key;
   double bytes;
@@ -37,8 +37,8 @@ HostTable largest_table(const GpuConfig& c) {
                            [](const HostTable& a, const HostTable& b) { return a.bytes < b.bytes; });
 }
 
-/// Tags round a cache down to whole sets: another size is made than was asked for. step: bytes of a set in all caches
-/// of this size together; factors: its keys.
+/// Throws Error for a size that is not a whole number of sets: the tags would round it down. step: bytes of a set in
+/// all caches of this size together; factors: the keys that make it.
 void require_whole_sets(const std::string& origin, const char* key, std::uint64_t bytes, std::uint64_t step,
                         const char* factors) {
   if (bytes % step == 0) return;
@@ -53,7 +53,7 @@ void require_whole_sets(const GpuConfig& c, const std::string& origin) {
                      "l2.slices x l2.ways x l2.line_bytes");
 }
 
-/// The configuration of an L2 slice with what the assembly decides filled in, as long as this lives.
+/// While it lives, config.l2 is that of one L2 slice, with the values that the netlist decides filled in.
 class AsAssembled {
  public:
   explicit AsAssembled(GpuConfig& config) : config_(config), by_keys_(config.l2) { config.l2 = config.l2_slice(0); }
@@ -90,7 +90,7 @@ void ConfigTrial::reset() {
   set_.clear();
 }
 
-// Parts know their own rules, here with what the assembly decides.
+// The units check their own rules, with the values that the netlist decides filled in.
 void ConfigTrial::check(const std::string& origin) {
   memory_system(config_.dram_model);  // throws for an unknown name
   {

@@ -1,5 +1,5 @@
-// A configuration on which many sets of values are tried. Its keys and rules are made once, which takes as long as
-// trying a thousand values.
+// A configuration on which many sets of values are tried. Its keys and rules are built only once, which takes as long
+// as trying a thousand values.
 #pragma once
 
 #include <cstddef>
@@ -18,21 +18,21 @@ class ConfigTrial {
   ConfigTrial(const ConfigTrial&) = delete;  // keys point into it
   ConfigTrial& operator=(const ConfigTrial&) = delete;
 
-  /// In the order of config_keys().
+  /// All keys, in the order of config_keys().
   const std::vector<modules::Parameter>& keys() const { return list_.items(); }
   /// Sets a key as `--set` does, until reset(); returns its place in keys(). Throws Error.
   std::size_t set(const std::string& name, const std::string& value);
-  /// As check_config() of what was set.
+  /// check_config() of the present values.
   void check(const std::string& origin);
   const GpuConfig& config() const { return config_; }
-  /// What `base` says again.
+  /// Restores the values of `base`.
   void reset();
 
  private:
-  // Not assigned as a whole: the keys of units that are not the project's point to what an assignment replaces.
+  // Never assigned as a whole: the keys of user-supplied units point into what an assignment replaces.
   GpuConfig config_;
   modules::ParameterList list_;
-  std::unordered_map<std::string, std::size_t> places_;  ///< of keys
+  std::unordered_map<std::string, std::size_t> places_;  ///< of keys, by name
   std::vector<std::string> base_;                        ///< values, by place
   std::vector<std::size_t> set_;                         ///< places of keys that were set
 };

@@ -1,5 +1,5 @@
-// Builds parts in a chosen order. Results must not depend on it: the kernel runs processes roughly in the order in
-// which their modules were built, and tests shuffle that order to find a model that relies on it.
+// Builds parts in a chosen order, on which results must not depend: the kernel runs processes roughly in the order in
+// which their modules were built, and tests shuffle it to find a model that relies on it.
 #pragma once
 
 #include <cstdint>

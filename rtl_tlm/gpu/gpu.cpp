@@ -41,7 +41,7 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
   map.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
   map.k_buffers = config.simt.k_buffer_layout;
   map.evictions = config.simt.eviction_layout;
-  // As many as a checkpoint buffer holds, unless the trace needs more.
+  // An eviction buffer has the default capacity, unless the trace needs more.
   const std::uint64_t usual = modules::MemoryMap(header, map).eviction_capacity();
   if (header.checkpoint) map.eviction_capacity = std::max(usual, eviction_entries);
   return map;
@@ -172,7 +172,7 @@ std::string addressed_scene(const traces::Header& header) {
   };
   for (const auto& input : header.inputs) {
     const std::string& name = input.first;
-    // Objects may have moved from frame to frame: the hash of the whole says where they stand.
+    // Not scene_hash: it includes where the objects stand, and they may have moved from frame to frame.
     if (header.three_level() ? name.starts_with("object_hash.") : name == "scene_hash") add(input);
   }
   if (scene.empty()) return "";
@@ -243,7 +243,7 @@ void Gpu::dump_state(std::ostream& out) const {
 
 namespace {
 
-/// The kernel cannot be started again: what follows would fail without a word of why.
+/// A stopped kernel cannot be started again; without this check what follows would fail without a reason.
 void require_not_stopped(const Gpu& gpu) {
   if ((sc_core::sc_get_status() & (sc_core::SC_STOPPED | sc_core::SC_END_OF_SIMULATION)) == 0) return;
   throw Error("simulation", fmt::format("core cycle {}", gpu.core().edge_at_or_after_now()),
@@ -257,7 +257,7 @@ void run_for(Gpu& gpu, Cycle cycles) {
   gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
   sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
   require_not_stopped(gpu);
-  // Paused with the clocks ahead: the kernel follows.
+  // If PauseAtEnd paused it while the clocks were ahead, the kernel catches up.
   gpu.core().allow_ahead(0);
   const sc_core::sc_time ahead = gpu.core().ahead_of_kernel();
   if (ahead != sc_core::SC_ZERO_TIME) sc_core::sc_start(ahead, sc_core::SC_RUN_TO_TIME);

@@ -1,4 +1,4 @@
-// The GPU: work distributor, SMs, crossbar and L2 slices in one core clock domain, with a TLM-2.0 AT socket a slice
+// The GPU: work distributor, SMs, crossbar and L2 slices in one core clock domain, with one TLM-2.0 AT socket per slice
 // towards DRAM. Paper: Table I. Cost: the sum of its parts.
 #pragma once
 
@@ -25,41 +25,40 @@
 
 namespace grtx::sim {
 
-/// How the model is built and stepped. None of these may change a result, parts of others aside.
+/// How the model is built and stepped. None of these may change a result, except user-supplied parts.
 struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
-  unsigned threads = 1;                  ///< that share the SMs; more than one needs run_ahead and the built-in memory
-  std::function<bool()> crowded;         ///< for tests: ClockThreads::judge_by(), and as many threads as are asked for
-  std::uint64_t memory_bytes = 0;        ///< that launches to come need, if more than the first
-  GpuParts parts;                        ///< who makes the units; units of others may change results
+  unsigned threads = 1;                  ///< host threads; more than one needs run_ahead and the built-in memory
+  std::function<bool()> crowded;         ///< for tests, see ClockThreads::judge_by(); lifts the limit of host cores
+  std::uint64_t memory_bytes = 0;        ///< memory for later launches, if more than for the first
+  GpuParts parts;                        ///< factories of user-supplied units, which may change results
 };
 
-/// The address map of a run. eviction_entries: most entries that a ray of the trace has in its eviction buffer.
+/// The address map of a run. eviction_entries: the most that any ray of the trace has in its eviction buffer.
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
                                            std::uint64_t eviction_entries);
 
-/// Size of the memory that a trace needs.
+/// Bytes of memory that a trace needs.
 std::uint64_t memory_bytes(const GpuConfig& config, const traces::Reader& reader);
 
 class SmThreads;
 
 class Gpu final : public sc_core::sc_module {
  public:
-  /// source must outlive the GPU; the header is copied. eviction_entries: most entries that a ray of the trace has in
-  /// its eviction buffer.
+  /// source must outlive the GPU; the header is copied. eviction_entries: see memory_map_config().
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
   ~Gpu() override;
 
-  /// One a slice; bind each to a base-protocol target, or leave it to a MemorySystem. Addresses are global.
+  /// One per L2 slice; bind each to a base-protocol target, or let a MemorySystem do so. Addresses are global.
   sc_core::sc_vector<::tlm::tlm_initiator_socket<32>> dram;
 
   modules::ClockDomain& core() { return core_; }
   const modules::ClockDomain& core() const { return core_; }
   const modules::MemoryMap& map() const { return map_; }
-  /// Size of the memory.
+  /// Bytes of memory that all launches need.
   std::uint64_t memory_bytes() const { return std::max(memory_bytes_, map_.bytes()); }
   const GpuConfig& config() const { return config_; }
   const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
@@ -81,22 +80,22 @@ class Gpu final : public sc_core::sc_module {
     each(slice_responses_);
   }
 
-  /// The last warp has ended: the cycle is distributor().end_cycle(). Prefetches and write-backs may still be under
+  /// True once the last warp has ended (in distributor().end_cycle()); prefetches and write-backs may still be under
   /// way.
   bool finished() const { return distributor_->finished(); }
-  /// Nothing inside, links included.
+  /// True if nothing is inside, links included.
   bool idle() const;
-  /// Another launch, of what the source has then: all units are as built, but for what the caches hold, and cycle 0 is
-  /// now. Only when idle(), on one thread. header: of the same hardware (same_hardware()); it is copied. The memory
-  /// has its own restart().
+  /// Begins another launch, of the groups that the source then has: resets all units and makes this cycle 0; caches
+  /// keep their contents if `caches` is warm. Call when idle(), with one thread. header: for the same hardware
+  /// (same_hardware()); it is copied. The memory has its own restart().
   void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
-  /// What restart() keeps with warm caches, for a run in another process; when idle(). load(): before the first launch,
-  /// on the same machine for the same hardware (hardware_of()). The memory has its own.
+  /// Write and read the cache contents, for a warm run in another process. save(): when idle(). load(): before the
+  /// first launch, on the same machine for the same hardware (hardware_of()). The memory has its own.
   void save(StateWriter& state) const;
   void load(StateReader& state);
-  /// Other programs took the host's cores from its threads: one stepped all SMs for a while.
+  /// Whether one thread stepped all SMs for a while because other programs took the host's cores.
   bool left_to_one_thread() const;
-  /// Grows with all that the GPU does; for a watchdog.
+  /// Grows whenever the GPU does anything; for a watchdog.
   std::uint64_t progress() const;
   /// The last core cycle for which anything is scheduled, as far as is known now, for the watchdog.
   Cycle awaited() const;
@@ -122,19 +121,18 @@ class Gpu final : public sc_core::sc_module {
   std::vector<std::unique_ptr<Sm>> sms_;
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
-  std::unique_ptr<SmThreads> threads_;  ///< none: all is on the kernel's thread. Ends before the units do.
+  std::unique_ptr<SmThreads> threads_;  ///< null: single-threaded. Its threads end before the units do.
 };
 
-/// What a trace wants built, as text.
+/// Text that names what a trace needs in hardware: structure, k, checkpointing, warp size, node layout, levels, width.
 std::string hardware_of(const traces::Header& header);
-/// Whether traces with these headers run on the same machine: they differ in what is in memory alone, not in what is
-/// built.
+/// Whether traces with these headers need the same hardware: they may only differ in what is in memory.
 bool same_hardware(const traces::Header& a, const traces::Header& b);
-/// What the addresses of a trace stand for, as its inputs say: the files of its scene, and how its structure was built.
-/// Caches that hold another's would hit where nothing of this one was read. "": they do not say.
+/// Names the scene behind a trace's addresses, from its inputs: hashes of the scene's files, and how its structure was
+/// built. Caches warm with another scene would give false hits. "": the inputs do not tell.
 std::string addressed_scene(const traces::Header& header);
 
-/// Pauses the kernel in the cycle in which the last warp has ended: for a program that steps it (run_for()).
+/// Pauses the kernel when the last warp has ended, for a program that steps it with run_for().
 class PauseAtEnd final : public sc_core::sc_module {
  public:
   using SC_CURRENT_USER_MODULE = PauseAtEnd;  // SC_HAS_PROCESS, which SystemC 3 deprecates
@@ -144,7 +142,7 @@ class PauseAtEnd final : public sc_core::sc_module {
   void pause() { sc_core::sc_pause(); }
 };
 
-/// Steps the kernel by so many core cycles, with the clocks ahead of it where they may be.
+/// Runs the kernel for `cycles` core cycles; clocks may run ahead of it. Throws Error if a unit has called sc_stop().
 void run_for(Gpu& gpu, Cycle cycles);
 
 }  // namespace grtx::sim

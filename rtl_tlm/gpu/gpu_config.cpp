@@ -58,7 +58,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
     interleave.channel_parameters(keys);
   });
   list.part("dram", dram);
-  // Offered where a program has registered memory systems that are configured by a file.
+  // Exists only if the program has registered a memory system that is configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
   list.part("sample", sample);
   own.parameters(list);
@@ -142,12 +142,12 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
 std::string config_hash(const GpuConfig& config) {
   nlohmann::ordered_json json = config_json(config);
   nlohmann::ordered_json before = config_json(GpuConfig());
-  before["rt.checkpoint.traffic"] = name_of(modules::TrafficCharging::charged);  // all there was
+  before["rt.checkpoint.traffic"] = name_of(modules::TrafficCharging::charged);  // what earlier versions did
   GpuConfig copy = config;
   for (const modules::Parameter& key : config_keys(copy)) {
     if (key.later && json.at(key.name) == before.value(key.name, json.at(key.name))) json.erase(key.name);
   }
-  // What wrote back before there was this buffer was another machine.
+  // With write-back the buffer's key always counts: a write-back machine of earlier versions had no such buffer.
   const char* const buffer = "l1.write_back_buffer";
   if (!json.contains("l1.private_writes") && json.at(buffer) == before.at(buffer)) json.erase(buffer);
   return hex(xxh3(json_text(json)));

@@ -45,7 +45,7 @@ struct SampleKeys {
   }
 };
 
-/// For memory systems that have a configuration of their own.
+/// Keys of external DRAM simulators, which have their own configuration file.
 struct DramSimulatorConfig {
   std::string file;
   bool per_slice = true;  ///< a memory for each channel with local addresses, else one for all with global addresses
@@ -59,16 +59,16 @@ struct DramSimulatorConfig {
   }
 };
 
-/// Begins as the hardware of the machine `paper`, the default of every command.
+/// Its defaults are the machine `paper`, from which every command starts.
 struct GpuConfig {
   GpuConfig() { rt.checkpoint.traffic = modules::TrafficCharging::uncharged; }
 
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
-  unsigned rt_units = 1;         ///< of an SM; the warp in slot s belongs to RT unit s mod rt_units
+  unsigned rt_units = 1;         ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
-  std::string dram_model = kBuiltInMemory;  ///< what stands behind the memory sockets
+  std::string dram_model = kBuiltInMemory;  ///< name of the memory system behind the memory sockets
   DramSimulatorConfig dram_simulator;
   modules::RtUnitConfig rt;
   modules::SimtCoreConfig simt;
@@ -76,22 +76,22 @@ struct GpuConfig {
   SmLinks sm_links;
   modules::Crossbar::Config crossbar;
   GpuLinks links;
-  modules::AddressInterleave interleave;     ///< of L2 slices and DRAM channels
+  modules::AddressInterleave interleave;     ///< of addresses over L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
-  modules::L2Slice::Config l2;               ///< of a slice; its geometry's size follows from l2_bytes
+  modules::L2Slice::Config l2;               ///< of a slice; l2_slice() sets its size from l2_bytes
   modules::Dram::Config dram;
   SampleKeys sample;
-  modules::Sampling sampling;  ///< that the run has: that of `sample` in sampled mode, else none
-  modules::OwnKeys own;        ///< of somebody else's units, and of those that not every machine has
+  modules::Sampling sampling;  ///< of this run: set from `sample` in sampled mode, else off
+  modules::OwnKeys own;        ///< keys of user-supplied units, and of units that not every machine has
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);
-  /// Warps that an SM holds at a time: gpu.resident_warps, or what the register file leaves of them.
+  /// Warps that an SM can hold: gpu.resident_warps, or fewer if the register file has no room.
   unsigned resident() const {
     return static_cast<unsigned>(std::min<std::uint64_t>(resident_warps, simt.resident_by_registers()));
   }
 
-  /// Configurations of parts, with what the assembly decides filled in.
+  /// Configurations of units, with the values that the netlist decides (numbers, sizes) filled in.
   SmConfig sm(unsigned index) const;
   modules::Crossbar::Config crossbar_config() const;
   modules::L2Slice::Config l2_slice(unsigned slice) const;
@@ -101,10 +101,10 @@ struct GpuConfig {
 /// The parameters of `config`, which must outlive them.
 std::vector<modules::Parameter> config_keys(GpuConfig& config);
 
-/// The hardware of `paper`, then what the file says or includes (if `path` is not empty), then the settings "key=value"
-/// in order. Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination.
+/// Starts from `paper`, applies the file and its includes (if `path` is not empty), then the settings "key=value" in
+/// order. Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination.
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
-/// The same on top of `config`, which `origin` gave.
+/// The same, starting from `config`. origin: its source, for errors.
 GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
                       const std::vector<std::string>& settings);
 
@@ -113,8 +113,8 @@ void check_config(const GpuConfig& config, const std::string& origin);
 
 /// Every key with its resolved value, in table order.
 nlohmann::ordered_json config_json(const GpuConfig& config);
-/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. Keys that came
-/// later count where they are not what was there before, so that hashes on record stay.
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. Keys added in a
+/// later version count only if they differ from the old behaviour, so that hashes on record stay.
 std::string config_hash(const GpuConfig& config);
 /// The reference table of all keys, in Markdown (docs/model/configuration.md).
 std::string config_reference();

@@ -47,8 +47,7 @@ EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
     for (const auto& rt : sm->rt_units()) {
       rt->settle(cycles);
       modules::RtUnitCounters& counters = end.rt_of.emplace_back(rt->counters());
-      // A unit that was called in the last cycle, which is no part of the run, has counted it: as empty, since all
-      // warps had ended.
+      // A unit that ticked in cycle `cycles`, after the run, counted it as empty: all warps had ended.
       if (rt->accounted() > cycles) {
         counters.scheduler.stall[static_cast<std::size_t>(modules::Stall::empty)] -= rt->accounted() - cycles;
       }

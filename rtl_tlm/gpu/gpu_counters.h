@@ -1,4 +1,4 @@
-// Everything that the modules of a GPU counted, by SM and slice and added up, and its description as statistics.
+// All counters of a GPU's units, per unit and summed, and their description as statistics.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ namespace grtx::sim {
 
 struct GpuCounters {
   Cycle cycles = 0;                            ///< core cycles until the last warp had ended
-  std::vector<modules::RtUnitCounters> rt_of;  ///< by RT unit, those of an SM one after the other
+  std::vector<modules::RtUnitCounters> rt_of;  ///< by RT unit; those of an SM are adjacent
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;
@@ -27,20 +27,20 @@ struct GpuCounters {
   modules::CrossbarCounters crossbar;
   std::uint64_t period_fs = 0;  ///< of the core clock
   modules::DistributorCounters distributor;
-  std::uint64_t l2_dirty_sectors = 0;  ///< left in the L2 at the end
+  std::uint64_t l2_dirty_sectors = 0;  ///< in the L2 at the end
   MemoryCounters memory;
 };
 
-/// What must be read when the last warp has ended, before prefetches and write-backs drain.
+/// Counters that must be read when the last warp has ended, before prefetches and write-backs drain.
 struct EndOfRun {
   std::vector<modules::RtUnitCounters> rt_of;
   double memory_busy_cycles = 0.0;
 };
 /// Closes the per-cycle counts of the RT units and reads them.
 EndOfRun settle(Gpu& gpu, const MemorySystem& memory);
-/// Counts after draining, but for what RT units count per cycle and what a data bus moved, which are those of `end`.
+/// Reads all counters after draining. Per-cycle counts of RT units and the DRAM's busy cycles are taken from `end`.
 GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end);
-/// Adds up what is counted by SM and slice.
+/// Sums the counters of SMs, RT units and slices.
 void add_up(GpuCounters& counters);
 
 /// gpu.cycles, gpu.time_us, and the statistics of all modules, summed over SMs and slices.

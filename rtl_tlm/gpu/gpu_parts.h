@@ -1,5 +1,5 @@
-// Who makes the units of a GPU: the project's own classes, unless a factory is set here. No file of the project needs
-// an edit for a unit of yours to take the place of one of ours.
+// Factories of a GPU's units; an empty one stands for the project's own class. They let a unit of yours replace one of
+// ours without editing the project's files.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@
 
 namespace grtx::sim {
 
-/// References that a factory gets outlive what it makes.
+/// References passed to a factory outlive the unit that it makes.
 struct SmParts {
   std::function<std::unique_ptr<modules::SimtCoreModule>(const char* name, modules::ClockDomain& clock,
                                                          const modules::SimtCoreConfig& config,
@@ -28,7 +28,7 @@ struct SmParts {
                                                        const traces::Header& header, const modules::MemoryMap& map,
                                                        modules::ClockDomain& clock, unsigned sm)>
       rt_unit;
-  modules::RtUnitParts rt_parts;  ///< of our own RT unit
+  modules::RtUnitParts rt_parts;  ///< parts of our own RT unit
   std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1Cache::Config& config,
                                                         modules::ClockDomain& clock)>
       l1_cache;
@@ -52,14 +52,14 @@ struct GpuConfig;
 
 /// Fills factories for a machine with this configuration.
 using PartsOfMachine = std::function<void(const GpuConfig& config, GpuParts& parts)>;
-/// Makes units of yours part of every GPU that is built from now on, whichever command of the program builds it.
+/// Calls `parts` for every GPU that this program builds from now on, in whichever command.
 void register_parts(PartsOfMachine parts);
-/// `parts`, and what is registered.
+/// `parts` after all registered functions have filled in theirs.
 GpuParts with_registered_parts(GpuParts parts, const GpuConfig& config);
-/// Whether any of them is not the project's.
+/// Whether any unit is user-supplied.
 bool has_own_parts(GpuParts parts, const GpuConfig& config);
 
-/// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
+/// Calls f(name, factory) for each factory. A new factory does not compile until it is named here.
 template <typename F>
 void for_each_factory(GpuParts& parts, F&& f) {
   auto& [sm, work_distributor, crossbar, l2_slice] = parts;

@@ -1,4 +1,4 @@
-// Configuration keys that are set and have no effect.
+// Configuration keys that are set but have no effect, for a warning.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 
 namespace grtx::sim {
 
-/// A key that the mode or another key leaves without effect.
+/// A key without effect, and the mode or other key that makes it so.
 struct IdleKey {
   std::string key;
   std::string because;  ///< "dram.scheduling = fcfs", "--mode cycle"
 };
-/// All that have another value than their default, in order of the keys.
+/// The keys without effect whose value is not their default, in order of the keys.
 std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode);
 
-/// Lines on stderr that name them, if there are any.
+/// Names them on stderr, one line per reason.
 void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode);
 
 }  // namespace grtx::sim

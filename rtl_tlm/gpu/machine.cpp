@@ -36,7 +36,7 @@ traces::Header header_of(const MachineUse& use) {
   header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;
   header.bvh_width = use.width();
-  // The smallest node image there is; its size is no hardware.
+  // The smallest possible node image: its size is not hardware.
   const std::uint64_t unit = header.node_sizes().unit();
   header.root = unit;
   header.node_image_bytes = 64 * unit;
@@ -50,7 +50,7 @@ traces::Header header_of(const MachineUse& use) {
     }
   }
   header.gaussians = 1;
-  header.k = 1;  // no hardware either: the private store has its own size
+  header.k = 1;  // not hardware: the private store has its own size
   return header;
 }
 

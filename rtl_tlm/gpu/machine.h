@@ -1,4 +1,4 @@
-// The inventories of a whole machine: the very modules that a simulation would build, asked what they are made of.
+// Inventories (storage and operators) of a whole machine, asked from the modules that a simulation would build.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace grtx::sim {
 
-/// Inventories of an elaborated machine: all modules of the GPU and, where the memory states them, its DRAM
+/// Inventories of an elaborated machine: all modules of the GPU and, if the memory system has an inventory, its DRAM
 /// controllers.
 std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem& memory);
 
-/// A GPU that is built, and elaborated with whatever else the process elaborates, but has no work.
+/// An elaborated GPU without work, for its inventory.
 class IdleMachine {
  public:
   /// config and header must outlive it. eviction_entries: see Gpu.
@@ -34,7 +34,7 @@ class IdleMachine {
   std::unique_ptr<MemorySystem> memory_;
 };
 
-/// Elaborates the GPU once; like a simulation, once a process.
+/// Elaborates a GPU. Throws std::logic_error if the process has elaborated already: it can only once, as in simulate().
 std::vector<modules::Inventory> machine_inventory(const GpuConfig& config, const MachineUse& use);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// Which units a machine has: what the structure that it traverses asks for.
+// What a machine must support, given the structure that it traverses: this decides which units it has.
 #pragma once
 
 #include <cstdint>
@@ -10,28 +10,28 @@
 
 namespace grtx::sim {
 
-/// What tests a primitive leaf: a unit, or of boxes a shader.
+/// What tests primitive leaves: the ray-triangle unit, the ray-sphere unit, or, for boxes, a shader.
 enum class LeafTest : std::uint8_t { triangles, spheres, boxes };
 constexpr auto enum_names(LeafTest) { return names_in_order<LeafTest>({"triangles", "spheres", "boxes"}); }
 constexpr LeafTest leaf_test_of(traces::AccelKind kind) {
   if (traces::has_box_leaves(kind)) return LeafTest::boxes;
   return traces::has_procedural_leaves(kind) ? LeafTest::spheres : LeafTest::triangles;
 }
-/// A structure without a known name has triangles.
+/// By the structure's name; an unknown name counts as triangles.
 inline LeafTest leaf_test_of(const std::string& accel) {
   const auto kind = from_name<traces::AccelKind>(accel);
   return kind ? leaf_test_of(*kind) : LeafTest::triangles;
 }
 
-/// Which units the machine must have.
+/// The properties that decide which units a machine has.
 struct MachineUse {
-  std::string design = "grtx";  ///< baseline, sw, hw or grtx: two levels, checkpointing
+  std::string design = "grtx";  ///< baseline, sw (two levels), hw (checkpointing) or grtx (both)
   LeafTest leaves = LeafTest::triangles;
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   unsigned bvh_width = 0;        ///< children of an internal node, 2 to 8; 0: as many as a line of the layout holds
-  bool objects = false;          ///< of sw and grtx: a scene TLAS above, three levels
-  unsigned checkpoint_bins = 0;  ///< of hw and grtx: bins in place of two buffers
+  bool objects = false;          ///< sw and grtx: with a scene TLAS on top, three levels
+  unsigned checkpoint_bins = 0;  ///< hw and grtx: near bins; 0: two buffers instead
   std::uint64_t checkpoint_capacity = 1024;  ///< entries of a bin
 
   unsigned width() const { return bvh_width != 0 ? bvh_width : traces::default_width(layout); }

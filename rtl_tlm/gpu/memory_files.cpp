@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What may be a file's name in JSON or YAML: words, and what stands in quotes.
+/// Possible file names in JSON or YAML text: words and quoted strings.
 std::set<std::string, std::less<>> words_of(std::string_view text) {
   std::set<std::string, std::less<>> words;
   for (const std::string_view between : {std::string_view("\"'\n\r"), std::string_view("\"'\n\r\t ,:[]{}")}) {
@@ -28,7 +28,7 @@ std::set<std::string, std::less<>> words_of(std::string_view text) {
   return words;
 }
 
-/// Folders beside a file, its own first; the others in the order of their names.
+/// The folder of a file, then the folders in it by name.
 std::vector<fs::path> folders_of(const fs::path& file) {
   const fs::path own = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::vector<fs::path> folders;

@@ -1,5 +1,5 @@
-// The files that configure a machine's memory system. Their bytes are part of what a result was made from: the
-// configuration has their name alone.
+// The files that configure a machine's memory system. Their contents are inputs of a result and are recorded with it:
+// the configuration itself only has their name.
 #pragma once
 
 #include "grtx/base/files_read.h"
@@ -7,8 +7,8 @@
 
 namespace grtx::sim {
 
-/// dram.simulator.config and all files that it or they name, beside it or in a folder beside it, as the simulators look
-/// for them. None where dram.model needs no file. Throws Error when one cannot be read.
+/// dram.simulator.config and, recursively, all files that it names, looked up in its folder and in the folders there,
+/// as the simulators do. Empty if dram.model needs no file. Throws Error when a file cannot be read.
 FilesRead memory_files(const GpuConfig& config);
 
 }  // namespace grtx::sim

@@ -1,5 +1,5 @@
-// A memory system around any TLM-2.0 targets: a monitor on each memory socket of the GPU counts what the simulator asks
-// for, and a protocol checker may stand before it.
+// A memory system made of any TLM-2.0 targets: a monitor on each of the GPU's memory sockets counts what the simulator
+// needs, optionally behind a protocol checker.
 #pragma once
 
 #include <memory>
@@ -12,11 +12,11 @@
 
 namespace grtx::sim {
 
-/// Bind socket(i) to the target of L2 slice i; several may share a target. A class of its own that derives from this
-/// holds the targets and adds what only they know.
+/// Bind socket(i) to the target of L2 slice i; slices may share a target. Derive a class that holds the targets and
+/// adds what only they know.
 class MonitoredMemory : public MemorySystem {
  public:
-  /// check: breaches of the base protocol become violations of the run; costs a hash look-up a call.
+  /// check: breaches of the base protocol become violations of the run; costs a hash look-up per call.
   MonitoredMemory(Gpu& gpu, std::string model, bool check = false);
 
   using Socket = tlm_utils::simple_initiator_socket<modules::AtMonitor, 32>;
@@ -36,7 +36,7 @@ class MonitoredMemory : public MemorySystem {
 
  private:
   std::string model_;
-  std::vector<std::unique_ptr<modules::AtProtocolChecker>> checkers_;  ///< by channel, or none
+  std::vector<std::unique_ptr<modules::AtProtocolChecker>> checkers_;  ///< by channel; empty without `check`
   std::vector<std::unique_ptr<modules::AtMonitor>> monitors_;          ///< by channel
 };
 

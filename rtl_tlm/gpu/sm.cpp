@@ -56,7 +56,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
     rt_links_.push_back(std::move(rt));
   }
 
-  // Ports of the L1; those that the configuration does not use do not exist.
+  // Ports of the L1; ports that the configuration does not use are not built.
   std::vector<std::string> clients;
   std::vector<unsigned> widths;  // sectors a cycle
   const auto add_client = [&](const std::string& client, unsigned width = 1) {

@@ -22,8 +22,8 @@
 
 namespace grtx::sim {
 
-/// Registered links inside an SM. Capacity 2 sustains one message a cycle at latency 1; the queues of messages between
-/// SIMT core and RT unit hold one a resident warp and never block.
+/// Registered links inside an SM. Capacity 2 sustains one message per cycle at latency 1; the queues of messages
+/// between SIMT core and RT unit hold one per resident warp and never block.
 struct SmLinks {
   unsigned message_latency = 1;  ///< SIMT core <-> RT unit, cycles
   unsigned l1_latency = 1;       ///< to the L1 and back, cycles; the way back is part of the L1's hit latency
@@ -44,11 +44,11 @@ struct SmConfig {
   unsigned index = 0;
   unsigned rt_units = 1;
   unsigned resident_warps = 32;
-  modules::SimtCoreConfig simt;  ///< sm, resident_warps and l1_client are set here
+  modules::SimtCoreConfig simt;  ///< Sm sets sm, resident_warps and l1_client
   modules::RtUnitConfig rt;
-  modules::L1Cache::Config l1;  ///< sm and clients are set here
+  modules::L1Cache::Config l1;  ///< Sm sets sm, clients and widths
   SmLinks links;
-  modules::OwnKeys own;  ///< of units that not every machine has
+  modules::OwnKeys own;  ///< keys of units that not every machine has
 };
 
 class Sm final : public sc_core::sc_module {
@@ -57,18 +57,18 @@ class Sm final : public sc_core::sc_module {
   Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
      const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts = {});
 
-  // To the GPU.
+  // To the rest of the GPU.
   modules::LinkIn<modules::LaunchWarp> launch{"launch"};
   modules::LinkOut<modules::WarpEnded> ended{"ended"};
   modules::LinkOut<modules::MemoryRequest> to_memory{"to_memory"};
   modules::LinkIn<modules::MemoryResponse> from_memory{"from_memory"};
-  modules::TouchPort<modules::touch_if> touch_memory{"touch_memory"};  ///< in sampled runs
+  modules::TouchPort<modules::touch_if> touch_memory{"touch_memory"};  ///< bound in sampled runs only
 
   const modules::SimtCoreModule& simt() const { return *simt_; }
   const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
   const modules::L1CacheModule& l1() const { return *l1_; }
   modules::L1CacheModule& l1() { return *l1_; }
-  /// Counts of the L1 and, by name in `own`, of what stands before it.
+  /// Counts of the L1; `own` has, by name, those of a user-supplied one.
   modules::L1Counters l1_counters() const { return l1_->counters(); }
 
   /// Calls f(link) for each link inside the SM, whatever it carries.
@@ -85,9 +85,9 @@ class Sm final : public sc_core::sc_module {
     for (const auto& request : requests_) f(*request);
     for (const auto& response : responses_) f(*response);
   }
-  /// Nothing inside, links included.
+  /// True if nothing is inside, links included.
   bool idle() const;
-  /// Grows with all that the SM does; for a watchdog.
+  /// Grows whenever the SM does anything; for a watchdog.
   std::uint64_t progress() const;
   std::vector<modules::Inventory> inventory() const;
   void dump_state(std::ostream& out) const;

@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-// What crossbar, L2 and DRAM take, over what all SMs take: about a third of a run's time (docs/notes/threads.md).
+// Host time of crossbar, L2 and DRAM over that of all SMs: they take about a third of a run (docs/notes/threads.md).
 constexpr double kMemoryShare = 0.5;
 
 }  // namespace
@@ -58,7 +58,7 @@ void SmThreads::watch(const modules::WorkDistributorModule& distributor, std::ui
   });
 }
 
-// Launches that were sent before the look at the flag are collected after it.
+// Reads the flag before it collects, so that no launch sent before the flag was set is missed.
 void SmThreads::Links::collect() {
   if (!all_launched) {
     all_launched = threads.all_launched_.load(std::memory_order_acquire);
@@ -72,9 +72,9 @@ void SmThreads::Links::collect_for_leader() {
   request.collect();
 }
 
-// A response is sent as soon as it has won the arbitration, and is under way for as long as the crossbar takes. A warp
-// can only come to an SM with a free slot. An SM without warps keeps in step, so that it has not gone on when the run
-// ends.
+// How far the SM may run ahead. A response is sent when it wins arbitration and is under way for the crossbar's
+// latency; a warp can only come to an SM with a free slot. An SM without warps stays in step, so that it is not ahead
+// when the run ends.
 Cycle SmThreads::Links::reach() const {
   const std::uint64_t warps = launch.collected() - ended.pushed();
   if (warps == 0) return 1;
@@ -82,7 +82,7 @@ Cycle SmThreads::Links::reach() const {
   return may_launch ? std::min(threads.response_reach_, Cycle{launch.latency()}) : threads.response_reach_;
 }
 
-// Our own L1 sends at most one request a cycle. Warps that have ended always find room.
+// Our own L1 sends at most one request per cycle; messages of ended warps always find room.
 bool SmThreads::Links::knows_room(Cycle cycle) const { return request.knows_room(cycle); }
 
 Cycle SmThreads::latest() const {

@@ -1,5 +1,5 @@
-// SMs with clocks of their own, stepped by several threads: the links that cross, and how far an SM may be ahead of the
-// memory side (clock_threads.h says how they keep in step). No hardware.
+// Runs SMs with clocks of their own on several host threads: the links between threads, and how far an SM may be ahead
+// of the memory side (clock_threads.h has the protocol). No hardware.
 #pragma once
 
 #include <atomic>
@@ -18,17 +18,18 @@ namespace grtx::sim {
 
 struct BuildOptions;
 
-/// The thread of each SM at first, 0 being the kernel's: it gets as many as the memory side leaves room for.
+/// Initial thread of each SM. Thread 0 is the kernel's, which also steps the memory side and so gets fewer SMs.
 std::vector<unsigned> threads_of_sms(unsigned sms, unsigned threads);
 
 /// The kernel's thread steps distributor, crossbar, L2 and DRAM; any thread steps an SM.
 class SmThreads {
  public:
-  /// A link of fewer places would hold a response up, and the crossbar would wait for the SM in the middle of a cycle.
+  /// Whether threads are possible: a link of less capacity could block a response, and the crossbar would have to wait
+  /// for the SM in the middle of a cycle.
   static bool possible(const GpuConfig& config) { return config.links.capacity > config.links.latency; }
   SmThreads(const GpuConfig& config, modules::ClockDomain& core, const BuildOptions& build);
 
-  /// Between an SM and the rest of the GPU, across threads.
+  /// The links between an SM and the rest of the GPU, across threads.
   struct Links final : modules::ClockThreads::Coupling {
     Links(const SmThreads& of, const modules::ThreadProgress& kernel, const modules::ThreadProgress& own);
     modules::CrossingLink<modules::LaunchWarp> launch;
@@ -43,7 +44,7 @@ class SmThreads {
     bool all_launched = false;
   };
   Links& links(unsigned sm) { return *links_[sm]; }
-  /// Calls f(link) for each of them.
+  /// Calls f(link) for each link that crosses threads.
   template <typename F>
   void for_each_link(F&& f) const {
     for (const auto& l : links_) {
@@ -56,7 +57,7 @@ class SmThreads {
 
   /// The clock of an SM's modules.
   modules::ClockDomain& clock(unsigned sm) { return *clocks_[sm]; }
-  /// groups: that the distributor will launch.
+  /// groups: number that the distributor will launch.
   void watch(const modules::WorkDistributorModule& distributor, std::uint64_t groups);
   Cycle latest() const;  ///< ClockDomain::latest() of all SMs
   /// Whether the kernel's thread had to step all SMs for a while.

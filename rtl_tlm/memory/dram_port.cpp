@@ -59,7 +59,7 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
   return ::tlm::TLM_ACCEPTED;
 }
 
-// Loosely timed use warms up or debugs: no simulator of others is asked.
+// Loosely timed accesses are for warm-up and debugging and do not reach the simulator.
 void DramPort::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
   payload.set_response_status(check(payload));
   delay += sc_core::sc_time::from_value(config_.fixed_latency * clock_.period_fs());
@@ -119,7 +119,7 @@ Cycle DramPort::step(Cycle now) {
     ++counters_.responses;
     --outstanding_;
     const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
-    if (ended && responding_ == &payload) {  // else END_RESP comes, or came, by a call
+    if (ended && responding_ == &payload) {  // else END_RESP comes by nb_transport_fw
       responding_ = nullptr;
       response_free_ = clock_.edge_after(delay.value());
       payload.release();

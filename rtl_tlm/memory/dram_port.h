@@ -1,4 +1,4 @@
-// The target side of one L2 slice's DRAM socket, in front of a DRAM simulator of others: request phase with
+// The target side of one L2 slice's DRAM socket, in front of an external DRAM simulator: request phase with
 // back-pressure, response phase, fixed latency, counts. TLM-2.0 AT base protocol, as the built-in Dram speaks it.
 #pragma once
 
@@ -19,8 +19,8 @@ struct DramPortCounters {
   std::uint64_t bytes = 0;
   std::uint64_t responses = 0;
   std::uint64_t refused = 0;        ///< malformed requests, answered with an error status
-  std::uint64_t full_clocks = 0;    ///< a request waited for the simulator to take it, END_REQ withheld
-  std::uint64_t inside_clocks = 0;  ///< taken requests without completion, summed over clocks
+  std::uint64_t full_clocks = 0;    ///< clocks in which a request waited for the simulator, END_REQ withheld
+  std::uint64_t inside_clocks = 0;  ///< requests inside the simulator, summed over clocks
   DramPortCounters& operator+=(const DramPortCounters& other);
 };
 
@@ -28,23 +28,23 @@ struct DramPortCounters {
 class DramPort {
  public:
   struct Config {
-    std::uint64_t longest = 256;  ///< bytes of a request; longer ones are refused
+    std::uint64_t longest = 256;  ///< longest request in bytes; longer ones are refused
     std::uint64_t bytes = 0;      ///< addresses beyond are refused; 0: unlimited
     Cycle fixed_latency = 0;      ///< clocks added to every response
   };
 
-  /// alarm: of the module; set for whatever arrives.
+  /// alarm: the module's alarm, which is set when a phase arrives.
   DramPort(const char* name, const Config& config, modules::ClockDomain& clock, modules::Alarm& alarm);
 
   tlm_utils::simple_target_socket<DramPort, 32> socket;  ///< addresses are global
 
-  /// The request whose phase is open, as seen at `now`; nullptr without one. Refuses malformed ones by itself.
+  /// The request that waits for END_REQ at clock `now`, else nullptr. Malformed requests are refused here.
   const ::tlm::tlm_generic_payload* arrived(Cycle now);
-  /// The simulator has taken it: END_REQ goes out. complete() follows, once.
+  /// Call when the simulator has taken the request: sends END_REQ. complete() follows, once.
   ::tlm::tlm_generic_payload& accept(Cycle now);
-  /// The answer; the response goes out after the fixed latency. May be called in any order of requests.
+  /// Call when the simulator has answered, in any order of requests: the response goes out after the fixed latency.
   void complete(::tlm::tlm_generic_payload& payload, Cycle now, bool ok);
-  /// Begins a response when one is due. Returns when this port has work of its own next, arrivals included.
+  /// Begins a response when one is due. Returns the next clock in which this port has work, arrivals included.
   Cycle step(Cycle now);
 
   std::uint64_t outstanding() const { return outstanding_; }  ///< requests begun, responses not begun

@@ -43,8 +43,8 @@ class QuietOutput {
   std::streambuf* before_;
 };
 
-/// DRAMSys writes the last of its databases when the kernel says that the simulation has ended, which it does not say
-/// to a program whose modules come and go. Destroyed before that, a DRAMSys that has recorded much ends the program.
+/// DRAMSys finishes its databases in end_of_simulation(), which the kernel does not call if modules are destroyed
+/// before it ends. Destroying a DRAMSys with many unwritten records aborts the program, so the destructor calls it.
 class EndedBeforeItGoes final : public DRAMSys::DRAMSys {
  public:
   using DRAMSys::DRAMSys;
@@ -55,7 +55,7 @@ class EndedBeforeItGoes final : public DRAMSys::DRAMSys {
   }
 
  private:
-  /// DRAMSys keeps its override private; the kernel's own name for it is open to what derives from sc_module.
+  /// DRAMSys's override is private, but what derives from sc_module may call it by the base class's name.
   struct Access : sc_core::sc_module {
     static auto end() -> void (sc_core::sc_module::*)() { return &Access::end_of_simulation; }
   };
@@ -131,7 +131,7 @@ class DramsysDram::Front final : public modules::ClockedModule {
     DramPort port;
     modules::AtInitiator initiator;
     std::vector<::tlm::tlm_generic_payload*> sent;  ///< [context of the initiator]
-    std::vector<std::uint32_t> free;                ///< contexts
+    std::vector<std::uint32_t> free;                ///< unused contexts
   };
 
   Cycle serve(Slice& slice, Cycle now);

@@ -1,6 +1,6 @@
-// DRAM simulated by DRAMSys 5.1 (tukl-msd/DRAMSys), a library of others that is linked only when the build is told
-// where it is (GRTX_DRAMSYS). DRAMSys is a TLM-2.0 AT target by itself; this module stands between it and the slices:
-// local addresses, fixed latency, counts. It costs one clock of the DRAM on the way back.
+// DRAM simulated by DRAMSys 5.1 (tukl-msd/DRAMSys), an external library that is linked only when the build is told
+// where it is (GRTX_DRAMSYS). DRAMSys is itself a TLM-2.0 AT target; this module stands between it and the slices for
+// local addresses, fixed latency and counts. It adds one DRAM clock to a response.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// A DRAM that is simulated by others, behind one DramPort a slice: what the adapters have in common.
+// Common interface of the adapters to external DRAM simulators: one DramPort per slice.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct PortedDramConfig {
   std::uint64_t fixed_latency_fs = 0;  ///< added to every response, rounded up to the DRAM's clock
 };
 
-/// Memories that are simulated, the one of a slice, and an address in it.
+/// Number of simulated memories; the memory of a slice; an address inside that memory.
 inline unsigned memories(const PortedDramConfig& config) {
   return config.per_slice ? config.interleave.dram_channels() : 1;
 }

@@ -52,7 +52,7 @@ std::vector<System> build_systems(const PortedDramConfig& config) {
   return systems;
 }
 
-// Ramulator counts whole picoseconds but answers in nanoseconds, as a float.
+// Ramulator's clock period is in whole picoseconds, but get_tCK() returns it in nanoseconds as a float.
 double clock_mhz(const System& system) { return 1e6 / std::round(system.memory->get_tCK() * 1000.0F); }
 
 }  // namespace
@@ -98,14 +98,14 @@ class RamulatorDram::Device final : public modules::ClockedModule {
   unsigned burst_bytes() const { return burst_bytes_; }
 
  private:
-  /// The waiting request of a port, in pieces of one access each.
+  /// The waiting request of a port, sent in pieces of one access each.
   struct Sending {
     std::shared_ptr<unsigned> left;  ///< accesses without an answer, and one until the request is accepted
     unsigned sent = 0;               ///< bytes
   };
 
-  // Clocks without requests hold nothing but refresh, which depends on nothing outside: they are caught up when the
-  // next request comes. Ramulator calls back from inside tick().
+  // Clocks without requests only refresh, which depends on nothing outside: they are simulated when the next request
+  // comes. Ramulator calls back from inside tick().
   void catch_up(Cycle now) {
     while (ticked_ < now) {
       ++ticked_;
@@ -122,7 +122,7 @@ class RamulatorDram::Device final : public modules::ClockedModule {
   std::vector<std::unique_ptr<DramPort>> ports_;  ///< [slice]
   std::vector<Sending> sending_;                  ///< [slice]
   Cycle ticked_ = 0;                              ///< Ramulator's clock
-  std::uint64_t accesses_ = 0;                    ///< that Ramulator has taken and not answered
+  std::uint64_t accesses_ = 0;                    ///< accesses that Ramulator has taken and not answered
 };
 
 /// False while a request waits: Ramulator's queue is full, and the next clock tries again.
@@ -151,7 +151,7 @@ bool RamulatorDram::Device::send(unsigned slice, std::uint64_t address, unsigned
   using Ramulator::Request;
   System& system = systems_[memory_of(config_, slice)];
   const std::uint64_t local = address_in_memory(config_, slice, address);
-  // It is the port's until accept(), and the port is ours.
+  // Not const in truth: the request belongs to the port until accept(), and the port to this device.
   auto& payload = const_cast<::tlm::tlm_generic_payload&>(waiting);
   ++accesses_;
   const bool taken = system.frontend->receive_external_requests(

@@ -1,6 +1,6 @@
-// DRAM simulated by Ramulator 2.1 (CMU-SAFARI/ramulator2), a library of others that is linked only when the build is
-// told where it is (GRTX_RAMULATOR). One AT target socket a slice; Ramulator's clock is a clock domain of its own.
-// Costs one call of Ramulator a DRAM clock, also for clocks without requests, because of refresh.
+// DRAM simulated by Ramulator 2.1 (CMU-SAFARI/ramulator2), an external library that is linked only when the build is
+// told where it is (GRTX_RAMULATOR). One AT target socket per slice; Ramulator's clock is a clock domain of its own.
+// Calls Ramulator once per DRAM clock, also for clocks without requests, because of refresh.
 #pragma once
 
 #include <iosfwd>
@@ -15,7 +15,7 @@ namespace grtx::sim {
 class RamulatorDram final : public sc_core::sc_module, public PortedDram {
  public:
   /// config.file: in YAML as Ramulator exports it, with front end "External". Throws Error when Ramulator refuses it.
-  /// Addresses beyond its capacity wrap around there.
+  /// Ramulator wraps addresses beyond its capacity.
   RamulatorDram(const sc_core::sc_module_name& name, const PortedDramConfig& config);
   ~RamulatorDram() override;
 

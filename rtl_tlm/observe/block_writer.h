@@ -1,4 +1,4 @@
-// Hands records in blocks to a thread that writes them, in order. A few blocks may wait: then the producer waits too.
+// Hands records in blocks to a thread that writes them in order. The producer waits if kWaiting blocks are unwritten.
 #pragma once
 
 #include <condition_variable>

@@ -74,8 +74,8 @@ void write_trace(std::string& out, const SignalInfo& signal, const std::string& 
   }
 }
 
-/// Units are what one looks at first; links, shader slots, all warps but the first and all SMs but the first of the
-/// file begin closed.
+/// Whether a group begins closed. Units begin open; links, shader slots, all warps but the first and all SMs but the
+/// first of the file begin closed.
 bool closed(const Scope& scope, const Scope& outer, const std::string& path) {
   static const std::set<std::string, std::less<>> open = {"rt", "rt_scheduler", "warp_buffer", "any_hit_collector"};
   if (open.contains(scope.name)) return false;
@@ -115,7 +115,7 @@ std::string filter_file_of(const std::string& save_path, const Enumeration& enum
 void write_gtkwave_files(const std::string& vcd_path, const std::string& save_path,
                          const std::vector<SignalInfo>& signals, const WaveformSpan& span) {
   constexpr double kPixels = 1050.0;  // of the wave area in a window of kWidth
-  constexpr double kFrame = 200.0;    // pixels that GTKWave's zoom exponent is of
+  constexpr double kFrame = 200.0;    // pixels to which GTKWave's zoom exponent refers
   constexpr unsigned kWidth = 1500, kHeight = 950;
   constexpr std::uint64_t kViewCycles = 600;  // at most, so that words fit between transitions
   const std::string vcd = std::filesystem::absolute(vcd_path).string();

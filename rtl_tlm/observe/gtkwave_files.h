@@ -1,5 +1,5 @@
-// What GTKWave needs to show a waveform as the block diagram: a save file with nested groups, formats and colours, and
-// one filter file an enumeration, which turns values into coloured words.
+// Files with which GTKWave shows a waveform like the block diagram: a save file with nested groups, formats and
+// colours, and one filter file per enumeration, which turns values into coloured words.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct WaveformSpan {
   std::uint64_t period = 1;  ///< of the core clock
 };
 
-/// Filter of an enumeration beside a save file: F.gtkw and warp_state give F.warp_state.filter.
+/// Path of an enumeration's filter beside a save file: F.gtkw and warp_state give F.warp_state.filter.
 std::string filter_file_of(const std::string& save_path, const Enumeration& enumeration);
 
 /// Writes save_path and the filters of all enumerations of `signals`. The save file names dump and filters by absolute

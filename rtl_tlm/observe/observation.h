@@ -1,5 +1,5 @@
-// Looks at the model after every cycle of a window, from outside: modules hold no code for it, and outside the window
-// it does not exist for the kernel.
+// Observes the model after every cycle of a window, from outside: modules have no code for it, and outside the window
+// it causes no kernel activity.
 #pragma once
 
 #include <exception>
@@ -10,14 +10,14 @@
 
 namespace grtx::sim {
 
-/// In core cycles, both ends included.
+/// A range of core cycles, both ends included.
 struct CycleWindow {
   Cycle first = 0;
   Cycle last = modules::kNever;
   bool contains(Cycle cycle) const { return cycle >= first && cycle <= last; }
 };
 
-/// Parses "A:B", "A:" or ":B". option: its name, for the Error that it throws.
+/// Parses "A:B", "A:" or ":B". option: name of the option, for the Error that is thrown for anything else.
 CycleWindow parse_window(const std::string& option, const std::string& text);
 
 /// Sees the state that every module has at the end of a cycle.
@@ -25,9 +25,9 @@ class CycleObserver {
  public:
   virtual ~CycleObserver() = default;
   /// Called for each cycle of the window, in order, skipped ones included. The first call may be for the cycle before
-  /// it: what it sees is the state in which the window begins.
+  /// the window, which shows the state in which the window begins.
   virtual void sample(Cycle now) = 0;
-  /// Whether there is nothing to see before the next launch.
+  /// True if nothing will change before the next launch, so that sampling may pause.
   virtual bool rests() const { return false; }
 };
 
@@ -39,7 +39,7 @@ class Observation final : public modules::ClockedModule {
   /// observer must outlive it.
   Observation(const sc_core::sc_module_name& name, modules::ClockDomain& domain, const CycleWindow& window,
               CycleObserver& observer);
-  /// What the observer threw, if anything.
+  /// The exception that the observer threw, if any.
   const std::exception_ptr& failure() const { return failure_; }
 
  private:

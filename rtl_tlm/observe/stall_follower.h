@@ -1,5 +1,5 @@
-// Follows, cycle by cycle, what an RT scheduler did: schedule a warp, or stall for a reason. The scheduler counts both;
-// cycles that its unit slept through it counts later, with the reason of the state it slept in.
+// Derives from an RT scheduler's counters what it did in each cycle: schedule a warp, or stall for a reason. Cycles in
+// which its unit sleeps are counted only later, with the reason of the state it sleeps in.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace grtx::sim {
 
 class StallFollower {
  public:
-  /// Values that look() returns: 0 a warp was scheduled, else 1 + the Stall.
+  /// Names of the values that look() returns: 0 a warp was scheduled, else 1 + the Stall.
   static std::vector<std::string> names() {
     std::vector<std::string> names = {"none"};
     for (const std::string& name : names_of<modules::Stall>()) names.emplace_back(name);

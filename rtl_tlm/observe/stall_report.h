@@ -12,11 +12,11 @@ struct StallBar {
   double value = 0.0;
 };
 
-/// Bars of one whole.
+/// Bars that share one scale.
 struct StallSection {
   std::string title;
   std::string unit;
-  double whole = 0.0;  ///< what a full bar stands for
+  double whole = 0.0;  ///< value of a full bar
   std::vector<StallBar> bars;
 };
 

@@ -126,7 +126,7 @@ void Timeline::sample(Cycle now) {
   }
   last_ = now;
   if (!shown) {
-    count(now + 1, false);  // what the counters had before the window
+    count(now + 1, false);  // takes the counters' values before the window
     return;
   }
   for (std::size_t i = 0; i < slices_.size(); ++i) {

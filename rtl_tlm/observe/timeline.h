@@ -17,7 +17,7 @@ namespace grtx::sim {
 struct TimelineOptions {
   std::string path;  ///< empty: no timeline
   CycleWindow window;
-  Cycle counter_cycles = 256;  ///< between two values of a counter; rates are means over them
+  Cycle counter_cycles = 256;  ///< cycles between two values of a counter; rates are means over them
 };
 
 class Timeline final : private CycleObserver {
@@ -26,7 +26,7 @@ class Timeline final : private CycleObserver {
   Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem& memory, const std::string& trace_hash,
            const std::string& config_hash);
   void finish();
-  /// What writing threw during the run, if anything.
+  /// The exception that writing threw during the run, if any.
   const std::exception_ptr& failure() const { return observation_.failure(); }
 
  private:
@@ -41,7 +41,7 @@ class Timeline final : private CycleObserver {
     std::uint32_t round = 0;
     unsigned activity = kNothing;
   };
-  /// A track whose slices follow one another, by the number of the state; kNothing: a gap.
+  /// A track of consecutive slices, one for each state; kNothing leaves a gap.
   struct Unit {
     Track track = 0;
     unsigned state = kNothing;
@@ -60,7 +60,7 @@ class Timeline final : private CycleObserver {
     unsigned process = 0;
     std::vector<Slot> slots;
     std::vector<RtTracks> rt_units;
-    const modules::SimtCore* simt = nullptr;  ///< null: not the project's own, like the next
+    const modules::SimtCore* simt = nullptr;  ///< null: user-supplied; l1_cache alike
     const modules::L1Cache* l1_cache = nullptr;
     Unit l1;
     modules::RegionCounters nodes;  ///< at the last value of the counters

@@ -23,7 +23,7 @@ class TraceEventWriter {
 
   /// A process groups tracks. Returns its number.
   unsigned process(const std::string& name);
-  /// A track of its own inside the process; tracks are shown in the order of their making.
+  /// Adds a track to the process; tracks are shown in the order in which they were added.
   Track track(unsigned process, const std::string& name);
 
   /// A slice begins inside the slices that are open on the track.

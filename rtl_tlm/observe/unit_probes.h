@@ -1,6 +1,5 @@
-// Watch the units of a GPU: the parts of an RT unit, a SIMT core, an L1, an L2 slice, a DRAM channel, a link. Each adds
-// its wires under the name that the module has in the block diagram, and shows the module's state at the end of a
-// cycle.
+// Probes of a GPU's units: the parts of an RT unit, a SIMT core, an L1, an L2 slice, a link. Each adds its wires under
+// the module's name in the block diagram, and shows the module's state at the end of a cycle.
 #pragma once
 
 #include <array>
@@ -18,7 +17,7 @@ namespace grtx::sim {
 
 class RtUnitProbe {
  public:
-  /// Parts of the unit that are not the project's own have no signals.
+  /// User-supplied parts of the unit have no signals.
   RtUnitProbe(Wires& wires, const std::string& scope, const modules::RtUnitModule& rt, const traces::Header& header);
   void sample(Cycle now);
 
@@ -63,7 +62,7 @@ class SimtProbe {
     Wire activity, group, round;
   };
   const modules::SimtCore& simt_;
-  Cycle seen_ = modules::kNever;  ///< last cycle of activity that was shown
+  Cycle seen_ = modules::kNever;  ///< last activity cycle that was shown
   bool selected_ = false;
   bool slots_selected_ = false;
   Wire resident_, queued_, in_flight_, store_reads_, store_writes_, store_busy_, store_insertions_;
@@ -93,7 +92,7 @@ class L2Probe {
   Wire state_, mshr_, accesses_, replies_, dram_queue_, dram_outstanding_;
 };
 
-/// The request or response that a registered link takes in a cycle. Sampling a link that rests costs a comparison.
+/// Shows the message that a registered link takes in a cycle. Sampling an idle link costs one comparison.
 template <typename T>
 class LinkProbe {
  public:
@@ -113,7 +112,7 @@ class LinkProbe {
   }
   bool selected() const { return selected_; }
   void sample(Cycle now) {
-    // Nothing was sent or taken, and what was sent last has been shown.
+    // Nothing was sent or taken since the last sample, and `valid` is already back at 0.
     if (!valid_shown_ && link_.pushed() == pushed_ && link_.size() == size_) return;
     pushed_ = link_.pushed();
     size_ = link_.size();
@@ -131,7 +130,7 @@ class LinkProbe {
  private:
   const modules::Link<T>& link_;
   bool selected_ = false;
-  bool valid_shown_ = true;  ///< so that the first sample shows all
+  bool valid_shown_ = true;  ///< true, so that the first sample shows all
   std::size_t size_ = 0;     ///< what the last sample saw
   std::uint64_t pushed_ = 0;
   Wire valid_, ready_, level_, address_, slot_, lanes_;

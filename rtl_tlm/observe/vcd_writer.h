@@ -14,12 +14,12 @@ namespace grtx::sim {
 
 /// Names of the values 0, 1, ... of a signal.
 struct Enumeration {
-  std::string name;                  ///< of the type, e.g. warp_state
+  std::string name;                  ///< of the enumeration, e.g. warp_state
   std::vector<std::string> values;   ///< without spaces
   std::vector<std::string> colours;  ///< X11 names for viewers, by value; may be empty
 };
 
-/// What a viewer is told about a signal.
+/// Description of a signal for viewers.
 struct SignalInfo {
   std::string name;                          ///< full hierarchical name, dots between scopes
   unsigned width = 1;                        ///< bits, 1..64
@@ -38,8 +38,8 @@ class VcdWriter {
   /// In order of declaration.
   const std::vector<SignalInfo>& signals() const { return signals_; }
 
-  /// Writes the header. comment: lines of text; time unit is 1 fs. `start_fs`: time of the initial values, which are
-  /// those given by set() before this call (else 0).
+  /// Writes the header. comment: lines of text. Time unit: 1 fs. start_fs: time of the initial values, which are those
+  /// given by set() before this call (else 0).
   void begin(const std::string& comment, std::uint64_t start_fs);
   bool begun() const { return begun_; }
   /// Time of the following set() calls. Nothing is written unless a value changes.

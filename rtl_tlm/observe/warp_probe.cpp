@@ -17,7 +17,7 @@ namespace {
 constexpr unsigned kAddressBits = 48;
 constexpr unsigned kCountBits = 32;
 
-/// Where the event of a lane that fetches or tests a node lies, and what it is.
+/// Kind and address of the node that a lane's event fetches or tests.
 struct Node {
   NodeSignal kind = NodeSignal::none;
   std::uint64_t address = 0;
@@ -85,7 +85,7 @@ void WarpProbe::sample() {
     changed = warp.lanes;
   } else {
     for (std::size_t s = 0; s < modules::kLaneStates; ++s) changed |= in_[s] ^ warp.in[s];
-    // These can do an event and be back in the same state within a cycle.
+    // Lanes in other states may execute an event and return to the same state within a cycle.
     changed |= warp.active() & ~(warp.in_state(LaneState::waiting_memory) | warp.in_state(LaneState::in_unit) |
                                  warp.in_state(LaneState::waiting_any_hit) | warp.in_state(LaneState::in_any_hit));
     if (changed == 0) return;
@@ -103,7 +103,7 @@ void WarpProbe::sample() {
   if (checkpoint_ != nullptr) show_offsets();
 }
 
-// A new call, or one that was under way when the window began: then its events so far are gone through.
+// Begins to follow a call. If it was under way when the window began, its events so far are gone through.
 void WarpProbe::begin() {
   const modules::Warp& warp = buffer_.warp(entry_);
   occupied_ = true;

@@ -1,4 +1,4 @@
-// Watches one entry of a warp buffer: the warp in it, its lanes, and what its lanes' events say about them.
+// Watches one entry of a warp buffer: its warp, the lanes, and the node, k-buffer and t_max known from their events.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace grtx::sim {
 
 class WarpProbe {
  public:
-  /// scope: of the warp buffer. checkpoint: null when not elaborated. All must outlive the probe.
+  /// scope: that of the warp buffer. checkpoint: null if the unit is not elaborated. All must outlive the probe.
   WarpProbe(Wires& wires, const std::string& scope, const modules::WarpTable& buffer, unsigned entry,
             const modules::CheckpointState* checkpoint, const traces::Header& header);
 
@@ -38,7 +38,7 @@ class WarpProbe {
   bool occupied_ = false;
   std::uint64_t age_ = 0;
   std::array<LaneMask, modules::kLaneStates> in_{};
-  std::array<const traces::Event*, modules::kMaxLanes> next_{};  ///< first event of a lane that is not done
+  std::array<const traces::Event*, modules::kMaxLanes> next_{};  ///< the lane's next event
   std::array<std::uint16_t, modules::kMaxLanes> fill_{};         ///< entries in a lane's k-buffer
   LaneMask lowered_ = 0;                                         ///< lanes whose t_max a reported hit has lowered
 

@@ -7,17 +7,17 @@
 
 namespace grtx::sim {
 
-/// What an entry of the warp buffer does: free, or 1 + WarpWait.
+/// State of a warp-buffer entry: free, or 1 + WarpWait.
 const Enumeration& warp_states();
-/// What the RT scheduler did: none (a warp was scheduled), or the reason why not (StallFollower::look()).
+/// Action of the RT scheduler: none (a warp was scheduled), or the reason for a stall (StallFollower::look()).
 const Enumeration& stall_reasons();
-/// What an intersection unit, a cache or a memory does.
+/// State of an intersection unit, a cache or a memory.
 enum class UnitState : std::uint8_t { idle, busy, waiting };
 const Enumeration& unit_states();
-/// Node that a warp fetches or tests.
+/// Kind of the node that a warp fetches or tests.
 enum class NodeSignal : std::uint8_t { none, internal, instance, triangle, procedural };
 const Enumeration& node_kinds();
-/// What a warp slot of the SIMT core does: free, or 1 + WarpActivity.
+/// State of a warp slot of the SIMT core: free, or 1 + WarpActivity.
 const Enumeration& activities();
 
 }  // namespace grtx::sim

@@ -35,7 +35,7 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
   for (const auto& sm : gpu.sms()) {
     const std::string scope = sm->name();
     for (const auto& rt : sm->rt_units()) rt_units_.emplace_back(wires_, rt->name(), *rt, header);
-    // Units that are not the project's own have no signals beside those of their links.
+    // User-supplied units have no signals besides those of their links.
     if (const auto* simt = dynamic_cast<const modules::SimtCore*>(&sm->simt())) {
       simt_cores_.emplace_back(wires_, scope + ".simt", *simt);
     }

@@ -1,5 +1,5 @@
-// Writes the GPU's state into a value change dump, after each cycle of a window. Exists only when a waveform was asked
-// for. docs/model/observation.md lists the signals.
+// Writes the GPU's state into a value change dump after each cycle of a window. Built only if a waveform is asked for.
+// docs/model/observation.md lists the signals.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct WaveformOptions {
   WaveLevel level = WaveLevel::signals;
 };
 
-/// The save file that GTKWave opens beside the waveform: F.vcd has F.gtkw.
+/// Path of GTKWave's save file beside the waveform: F.gtkw for F.vcd.
 std::string save_file_of(const std::string& vcd_path);
 
 class Waveform final : private CycleObserver {
@@ -35,11 +35,11 @@ class Waveform final : private CycleObserver {
   Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem& memory, const traces::Header& header,
            const std::string& comment);
 
-  /// Between launches there is nothing to see: the kernel then has nothing to do for it.
+  /// Pauses sampling between launches, so that the kernel has no events for it then.
   void rest_while_idle() { rests_while_idle_ = true; }
   /// Writes the end, gives the file its final name, and writes the save file and the filters for GTKWave.
   void finish();
-  /// What writing threw during the run, if anything.
+  /// The exception that writing threw during the run, if any.
   const std::exception_ptr& failure() const { return observation_.failure(); }
   std::uint64_t changes() const { return writer_.changes(); }
 
@@ -61,10 +61,10 @@ class Waveform final : private CycleObserver {
   std::vector<L2Probe> l2_slices_;
   std::vector<Wire> dram_outstanding_;  ///< by channel
   std::vector<std::pair<MemoryProbe, Wire>> memory_probes_;
-  std::vector<std::pair<modules::UnitProbe, Wire>> own_probes_;  ///< of units that are not the project's
+  std::vector<std::pair<modules::UnitProbe, Wire>> own_probes_;  ///< of user-supplied units
   template <typename... T>
   using LinkProbes = std::tuple<std::vector<LinkProbe<T>>...>;
-  /// By what they carry; those with a selected signal.
+  /// By message type; only links with a selected signal.
   LinkProbes<modules::MemoryRequest, modules::MemoryResponse, modules::TraceCall, modules::TraceDone,
              modules::AnyHitBatch, modules::AnyHitDone, modules::NodeFetchBatch, modules::NodeFetchDone,
              modules::LaunchWarp, modules::WarpEnded>

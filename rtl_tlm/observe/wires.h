@@ -1,5 +1,5 @@
-// The signals of a waveform that the user asked for. A probe adds all its wires; those outside the scope or above the
-// level go nowhere.
+// The signals of a waveform that the user selected. A probe adds all its wires; those outside the scope or above the
+// level are not written.
 #pragma once
 
 #include <algorithm>
@@ -56,7 +56,7 @@ class Wires {
   VcdWriter& writer_;
   std::vector<std::string> patterns_;
   WaveLevel level_;
-  std::string root_;  ///< what all names begin with
+  std::string root_;  ///< first part of all names
   std::size_t selected_ = 0;
 };
 

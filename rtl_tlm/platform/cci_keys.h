@@ -19,14 +19,14 @@
 
 namespace grtx::sim {
 
-/// Parameters NAME.KEY, e.g. board.gpu0.rt.warp_buffer.entries: of all keys, those of own units included. They cannot
-/// be changed: a preset of the broker is what sets one, `base` gives the others.
+/// CCI parameters NAME.KEY, e.g. board.gpu0.rt.warp_buffer.entries, one for every key, those of your own units
+/// included. They are immutable: presets of the broker set their values, `base` gives the others.
 class CciKeys {
  public:
-  /// name: below the module that is being built, usually that of the GpuComponent. In sc_main the broker must be named:
-  /// cci_get_global_broker(cci_originator("sc_main")). Throws Error{"CCI", parameter, rule}: a preset of the wrong
-  /// type, out of range, impossible with others, or below NAME like a key that there is not. A parameter of yours that
-  /// has such a name: broker.ignore_unconsumed_preset_values() before.
+  /// name: relative to the module that is being built, usually that of the GpuComponent. In sc_main the broker must be
+  /// passed: cci_get_global_broker(cci_originator("sc_main")). Throws Error{"CCI", parameter, rule} for a preset of the
+  /// wrong type, out of range, in conflict with others, or below NAME without being a key. For parameters of your own
+  /// with such a name call broker.ignore_unconsumed_preset_values() before.
   explicit CciKeys(const std::string& name, GpuConfig base = {}, cci::cci_broker_handle broker = cci::cci_get_broker())
       : machine_(std::move(base)), broker_(broker) {
     const sc_core::sc_object* const around = sc_core::sc_get_current_object();
@@ -41,7 +41,7 @@ class CciKeys {
     }
   }
 
-  /// What the GPU is to be built from.
+  /// The configuration to build the GPU with.
   const GpuConfig& machine() const { return machine_; }
 
  private:

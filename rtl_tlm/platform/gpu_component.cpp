@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kReport = "/grtx/gpu";
 constexpr Cycle kWatchCycles = 65536;
-constexpr Cycle kDrainCycles = 256;  // between two looks whether all is written, as `grtx sim` has it
+constexpr Cycle kDrainCycles = 256;  // between two checks whether all is drained, as in `grtx sim`
 
 bool has_rtl(const modules::RtUnitConfig& rt) {
   constexpr auto kRtl = modules::UnitImplementation::rtl;
@@ -50,7 +50,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   for (const auto& reader : readers_) {
     build.memory_bytes = std::max(build.memory_bytes, memory_bytes(options_.machine, *reader));
   }
-  build.run_ahead = false;  // the kernel has other things to do
+  build.run_ahead = false;  // other modules share the kernel
   build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, source_,
                                build);
@@ -145,7 +145,7 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
   return 0;
 }
 
-// Registers that are only read ignore what is written.
+// Writes to read-only registers are ignored.
 void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay) {
   if (offset == static_cast<std::uint64_t>(GpuRegister::trace)) trace_ = value;
   if (offset != static_cast<std::uint64_t>(GpuRegister::control)) return;
@@ -183,7 +183,7 @@ void GpuComponent::start() {
   watch_.notify(cycles(kWatchCycles));
 }
 
-// Also in cycle 0 of a platform, before any launch: a distributor without groups has nothing to wait for.
+// Also called in cycle 0, before any launch: a distributor without groups is done at once.
 void GpuComponent::warps_ended() {
   if (!launch_ || !gpu_->finished()) return;
   launch_->end = settle(*gpu_, *memory_);

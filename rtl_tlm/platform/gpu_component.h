@@ -1,5 +1,5 @@
-// The GPU as a part of somebody else's virtual platform: an sc_module with registers behind a TLM-2.0 socket and an
-// interrupt. It never pauses or stops the kernel, begins when it is told, and there may be several:
+// The GPU as a component of a virtual platform: an sc_module with registers behind a TLM-2.0 socket and an interrupt.
+// It never pauses or stops the kernel, starts on command, and may be instantiated several times:
 // docs/guide/platform.md.
 #pragma once
 
@@ -31,17 +31,17 @@ enum class GpuRegister : std::uint64_t {
   status = 0x04,       ///< StatusBits
   trace = 0x08,        ///< number of the trace that the next launch runs
   cycles = 0x10,       ///< of the last launch, 64 bits
-  cycles_high = 0x14,  ///<
+  cycles_high = 0x14,  ///< the upper 32 of them
   error = 0x18,        ///< LaunchError of the last start
   launches = 0x1c,     ///< launches that have ended without an error
-  traces = 0x20,       ///< traces that there are
+  traces = 0x20,       ///< number of traces
 };
 inline constexpr std::uint64_t kGpuRegisterBytes = 0x24;
 
 struct ControlBits {
-  static constexpr std::uint32_t kStart = 1;       ///< from cold caches, unless
+  static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
   static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
-  static constexpr std::uint32_t kAcknowledge = 4;  ///< the interrupt goes down
+  static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
 };
 struct StatusBits {
   static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
@@ -49,11 +49,11 @@ struct StatusBits {
 enum class LaunchError : std::uint32_t {
   none = 0,
   no_such_trace = 1,
-  busy = 2,          ///< started while it ran: that launch goes on
-  stands_still = 3,  ///< nothing moves although warps remain; it stays busy
-  memory = 4,        ///< the memory system cannot begin anew
-  broken_law = 5,    ///< it has ended, but SimulationResult::violations is not empty
-  other_scene = 6,   ///< the caches that it was to keep hold another scene
+  busy = 2,          ///< started during a launch, which goes on
+  stands_still = 3,  ///< deadlock: no progress although work remains; stays busy
+  memory = 4,        ///< the memory system cannot restart
+  broken_law = 5,    ///< the launch has ended, but SimulationResult::violations is not empty
+  other_scene = 6,   ///< kKeepCaches, but the caches hold another scene
 };
 
 class GpuComponent final : public sc_core::sc_module {
@@ -63,10 +63,10 @@ class GpuComponent final : public sc_core::sc_module {
     GpuConfig machine;
     std::vector<std::string> traces;  ///< paths, by number; all for the same hardware (same_hardware())
     GpuParts parts;                   ///< units of your own
-    MemorySystemFactory memory;       ///< stands in for what machine.dram_model names
+    MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
     EnergyPricing price;              ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
-    WaveformOptions waveform;  ///< of all launches, its window in cycles of each; off when its path is empty
+    WaveformOptions waveform;  ///< of all launches; the window is in cycles of each; off when its path is empty
   };
   /// Throws Error for traces that cannot be read or are not of one hardware, and for a bad configuration.
   GpuComponent(const sc_core::sc_module_name& name, const Options& options);
@@ -80,7 +80,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Gpu& gpu() { return *gpu_; }
   MemorySystem& memory() { return *memory_; }
-  /// What each launch gave that has ended, in order: the statistics of `grtx sim` but for host.*.
+  /// Results of the launches that have ended, in order: the statistics of `grtx sim` except host.*.
   const std::vector<SimulationResult>& results() const { return results_; }
 
  private:
@@ -101,7 +101,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Options options_;
   std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
-  const traces::Reader* last_ = nullptr;                  ///< that was launched last
+  const traces::Reader* last_ = nullptr;                  ///< the one launched last
   SwitchedSource source_;
   std::unique_ptr<Gpu> gpu_;
   std::unique_ptr<MemorySystem> memory_;

@@ -32,7 +32,7 @@ GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) 
     return load_config(c.config, c.settings);
   } catch (const Error& error) {
     if (error.file() != "--set") throw;
-    // Said of a command line's option, which is a line of the case here.
+    // The error is about the option --set, which here is a line of the case.
     std::string place = "set";
     for (const RegressionSetting& setting : c.setting_places) {
       if (setting.text == error.place() || setting.text.starts_with(error.place() + "=")) place = setting.place;
@@ -41,7 +41,7 @@ GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) 
   }
 }
 
-/// Throws Error for a pattern of the case that no name fits.
+/// Throws Error for a pattern of the case that matches no name.
 void check_patterns(const RegressionCase& c, const std::vector<std::string>& names) {
   const auto is_used = [&](const std::string& pattern) {
     return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return fits(pattern, name); });
@@ -55,7 +55,7 @@ void check_patterns(const RegressionCase& c, const std::vector<std::string>& nam
   }
 }
 
-/// What a case's process sends back.
+/// Runs a case in its child process. Returns the text that is sent back to the parent.
 std::string run_case(const RegressionCase& c, const RegressionOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const GpuConfig config = machine_of(c, options);
@@ -73,7 +73,7 @@ std::string run_case(const RegressionCase& c, const RegressionOptions& options) 
       ordered_json{{"document", document}, {"violations", result.violations}, {"seconds", seconds_since(start)}});
 }
 
-/// A case's column of the table: statistics by their names, and what they are of.
+/// A case's column of records.tsv: statistics by name, and the keys config.* and inputs.*.
 ordered_json column_of(const ordered_json& document) {
   ordered_json values = ordered_json::object();
   for (const char* part : {"config", "inputs"}) {
@@ -83,7 +83,7 @@ ordered_json column_of(const ordered_json& document) {
   return values;
 }
 
-/// As column_of() found it.
+/// The inverse of column_of().
 ordered_json document_of(const ordered_json& column) {
   ordered_json document = {{"config", ordered_json::object()}, {"inputs", ordered_json::object()}};
   ordered_json& stats = document["stats"] = ordered_json::object();
@@ -99,7 +99,7 @@ ordered_json document_of(const ordered_json& column) {
   return document;
 }
 
-/// A record of a version before 2026-11-26.
+/// Throws Error if there is a record in the format of before 2026-11-26.
 void refuse_old_record(const RegressionCase& c) {
   const std::string old = (std::filesystem::path(c.record).parent_path() / (c.column + ".stats.json")).string();
   if (std::filesystem::exists(old)) {
@@ -107,7 +107,7 @@ void refuse_old_record(const RegressionCase& c) {
   }
 }
 
-/// Compares, and records when it is asked to. Throws Error.
+/// Compares a case's run with its record and sets the outcome; with a reason, writes the record. Throws Error.
 void judge(RegressionOutcome& outcome, const ordered_json& found, const RegressionOptions& options) {
   const RegressionCase& c = outcome.regression_case;
   outcome.seconds = found.at("seconds").get<double>();
@@ -159,7 +159,7 @@ RegressionOutcome ended(const RegressionCase& c, ChildProcess& child, const Regr
   } catch (const Error& error) {
     outcome.kind = Kind::refused;
     outcome.message = error.what();
-  } catch (const std::runtime_error& error) {  // the model stood still, or died
+  } catch (const std::runtime_error& error) {  // the model deadlocked or crashed
     outcome.kind = Kind::differs;
     outcome.message = error.what();
   }

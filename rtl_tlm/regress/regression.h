@@ -16,23 +16,22 @@ namespace grtx::sim {
 using MachineLoader = std::function<GpuConfig(const std::string& machine, const std::string& config,
                                               const std::vector<std::string>& settings)>;
 
-/// Runs the trace of a case on a machine, in a process of its own. Throws Error for what it cannot do: another mode
-/// than it knows.
+/// Runs the trace of a case on a machine, in a process of its own. Throws Error for what it does not support (a mode).
 using CaseSimulator = std::function<SimulationResult(const RegressionCase& regression_case, const GpuConfig& config)>;
 
 struct RegressionOptions {
   std::string folder;
   std::string cases = "*";          ///< shell pattern of their names
   unsigned jobs = 1;                ///< simulations at a time, each a process of its own
-  std::string reason;               ///< not empty: what differs, or is not on record yet, is recorded, and why
+  std::string reason;               ///< not empty: records what differs or is not on record, with this reason
   std::string junit;                ///< file to write; "" for none
-  std::optional<std::size_t> each;  ///< differing statistics of a unit that are printed, 0: all; none: what moved most
+  std::optional<std::size_t> each;  ///< differences printed per unit, 0: all; unset: those that changed most
   bool quiet = false;               ///< prints differences only
   bool silent = false;              ///< prints nothing to stdout
-  std::string program = "grtx";     ///< that records, as an update names it
-  MachineLoader machine;            ///< none: configuration files and settings alone
-  EnergyPricing price;              ///< none: the runs have no energy statistics
-  CaseSimulator simulate;           ///< none: simulate_case(). Own units and an own memory come in here
+  std::string program = "grtx";     ///< name of this program in an [[update]]
+  MachineLoader machine;            ///< empty: configuration files and settings only
+  EnergyPricing price;              ///< empty: no energy statistics
+  CaseSimulator simulate;           ///< empty: simulate_case(). For your own units and memory
 };
 
 /// Runs the case's trace in the case's mode, with the project's own units. Throws what simulate() throws.
@@ -50,12 +49,12 @@ struct RegressionOutcome {
   RegressionCase regression_case;
   Kind kind = Kind::equal;
   StatisticsComparison comparison;
-  std::string message;   ///< one line, of what is not equal
+  std::string message;   ///< one line: why it is not equal
   double seconds = 0.0;  ///< wall time of its simulation
 };
 
-/// Runs the cases, each in a process of its own: call it while no other thread of this process runs. Prints what it
-/// finds to stdout, unless told to be silent. Throws Error for a case file that is wrong, before anything is run.
+/// Runs the cases, each in a child process: call it while no other thread of this process runs. Prints the outcomes to
+/// stdout unless silent. Throws Error for a wrong case file before anything is run.
 std::vector<RegressionOutcome> run_regression(const RegressionOptions& options);
 
 /// "equal", "differs", "recorded" or "refused".

@@ -104,14 +104,14 @@ class CaseReader {
       if (case_.statistics.empty()) fail(node, "statistics: the list is empty");
     } else if (name == "tolerance") {
       read_tolerances(node);
-    } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // those two are for people
+    } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // the first two are for people
       fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
                              nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
                                                  "statistics", "tolerance", "title", "update"})));
     }
   }
 
-  /// False when the key is none of windows mode.
+  /// False if the key does not belong to windows mode.
   bool read_windows(const std::string& name, const toml::node& node) {
     if (name == "share") {
       case_.windows.share = number(node, name, 1.0);
@@ -155,7 +155,7 @@ std::string today() {
   return fmt::format("{:04}-{:02}-{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday);
 }
 
-/// As a TOML string in one line.
+/// The text as a TOML string on one line.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {

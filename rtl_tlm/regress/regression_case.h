@@ -9,25 +9,25 @@
 
 namespace grtx::sim {
 
-/// How far statistics may be off, by a shell pattern of their names.
+/// Tolerance of the statistics whose names match a shell pattern.
 struct RegressionTolerance {
   std::string pattern;
   double relative = 0.0;  ///< |found - recorded| / |recorded|
   std::string place;      ///< "line N" of the case
 };
 
-/// A setting of a case, and where it stands.
+/// A setting of a case, and its place in the file.
 struct RegressionSetting {
   std::string text;   ///< key=value
   std::string place;  ///< "line N" of the case
 };
 
-/// What NAME.case.toml says (docs/guide/regress.md). Paths are relative to the working directory.
+/// Contents of NAME.case.toml (docs/guide/regress.md). Paths are resolved, and relative to the working directory.
 struct RegressionCase {
   std::string name;  ///< below the regression's folder, without the ending
   std::string file;
   std::string record;  ///< the table of its folder, records.tsv
-  std::string column;  ///< of the case in it: its NAME
+  std::string column;  ///< the case's column in that table: NAME
   std::string trace;
   std::string machine;                            ///< a name, or the path of a file .toml; "" for none
   std::string config;                             ///< "" for none
@@ -36,20 +36,20 @@ struct RegressionCase {
   SimulationMode mode = SimulationMode::cycle;
   WindowOptions windows;                        ///< windows mode: share and seed
   std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
-  std::vector<RegressionTolerance> tolerances;  ///< the last that matches holds; none: exact
+  std::vector<RegressionTolerance> tolerances;  ///< the last matching one holds; none: exact
 };
 
 /// The cases in a folder and those below, by name. Throws Error when there are none, and Error{file, "line N", rule}
 /// for whatever is unknown, missing, of the wrong type or out of range.
 std::vector<RegressionCase> load_regression(const std::string& folder);
 
-/// A shell pattern and a name.
+/// Whether a name matches a shell pattern.
 bool fits(const std::string& pattern, const std::string& name);
 bool is_compared(const RegressionCase& regression_case, const std::string& statistic);
-/// Relative.
+/// Relative tolerance; 0: exact.
 double tolerance_of(const RegressionCase& regression_case, const std::string& statistic);
 
-/// Adds to the case's file why its record is written anew: a table [[update]] at the end.
+/// Appends to the case's file a table [[update]] that says when, by what program and why its record is rewritten.
 void note_update(const RegressionCase& regression_case, const std::string& program, const std::string& reason);
 
 }  // namespace grtx::sim

@@ -19,11 +19,11 @@ using nlohmann::ordered_json;
 struct UnitNames {
   const char* unit;
   std::vector<std::string_view> prefixes;
-  std::vector<std::string_view> keys;  ///< prefixes of the configuration keys that it obeys
+  std::vector<std::string_view> keys;  ///< prefixes of its configuration keys
 };
 
-/// In the order in which data flow: a warp is launched, its rays go down the tree, its fetches to the DRAM. Of a name
-/// that several prefixes fit the longest counts.
+/// In the order of the data flow: a warp is launched, its rays traverse the tree, its fetches go to the DRAM. The
+/// longest matching prefix decides a name's unit.
 const std::vector<UnitNames>& units() {
   static const std::vector<UnitNames> all = {
       {"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}, {"gpu."}},
@@ -71,7 +71,7 @@ std::set<std::size_t> changed_units(const StatisticsComparison& comparison) {
   return places;
 }
 
-/// What the whole machine did follows from its units.
+/// Whether these are statistics of the whole machine, energy or bounds, which follow from the units.
 bool is_sum(const StatisticUnit& unit) {
   static const std::size_t whole = unit_of_statistic("gpu.cycles").place;
   return unit.place >= whole;
@@ -157,7 +157,7 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
 }
 
 const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
-  // Where a key differs, the cause is in its unit, whoever else moved.
+  // If a key differs, the cause is in its unit, whatever else changed.
   std::set<std::size_t> among = changed_units(comparison);
   const auto in_a_changed_unit = [&](const StatisticDifference& d) { return among.contains(d.unit.place); };
   const auto& all = comparison.differences;
@@ -182,7 +182,7 @@ namespace {
 
 constexpr std::size_t kMostMoved = 8;
 
-/// By unit, at most `each` of one (0: all).
+/// By unit, at most `each` per unit (0: all).
 std::string by_unit(const std::vector<StatisticDifference>& all, std::size_t each) {
   std::string text;
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end) {
@@ -195,11 +195,11 @@ std::string by_unit(const std::vector<StatisticDifference>& all, std::size_t eac
   return text;
 }
 
-/// Those that moved most, and how many there are of each unit.
+/// Those that changed most, and how many differ in each unit.
 std::string moved_most(const std::vector<StatisticDifference>& all) {
   std::vector<const StatisticDifference*> order;
   for (const StatisticDifference& difference : all) order.push_back(&difference);
-  // What is missing, or was nothing and is something now, has no share: it moved more than any that has.
+  // A statistic that is missing or was 0 has no relative change: it sorts first.
   const auto share = [](const StatisticDifference& d) {
     return d.relative == 0.0 ? std::numeric_limits<double>::infinity() : std::abs(d.relative);
   };

@@ -13,7 +13,7 @@ namespace {
 
 using Equal = std::function<void(const std::string& what, std::uint64_t executed, std::uint64_t expected)>;
 
-/// What each region is asked for, from the unit that asks down to the DRAM.
+/// Accesses to each memory region, from the unit that makes them down to the DRAM.
 void check_regions(const GpuCounters& c, const Equal& equal) {
   using modules::index;
   using modules::Region;
@@ -30,7 +30,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
     equal("L1 reads" + of, c.l1.region[i].reads, c.simt.memory.loads[i]);
     equal("L1 writes" + of, c.l1.region[i].writes, c.simt.memory.stores[i]);
   }
-  // Nodes, and checkpoint entries that are read ahead, are also prefetched.
+  // The L2 also reads prefetches of nodes and checkpoint entries: these regions are only checked in total.
   std::uint64_t l1_misses = 0, l2_reads = 0, l2_writes = 0, dram_reads = 0, dram_writes = 0;
   for (std::size_t i = 0; i < modules::kRegionCount; ++i) {
     const auto region = static_cast<Region>(i);
@@ -73,7 +73,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
   equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);
   const bool boxes = events.intersection_calls != 0;
-  // In a sampled run, calls without time are batches of one lane.
+  // In a sampled run, calls in zero time are batches of one lane.
   const std::uint64_t without_time =
       sampled ? (boxes ? events.intersection_calls : events.any_hit_calls) - c.rt.any_hit.lanes : 0;
   equal("batches of calls at the SIMT cores",
@@ -120,7 +120,7 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   // Every cycle of every RT unit is a selection or has one stall reason.
   const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});
   equal("RT unit cycles accounted for", events.selections + stalls, c.rt.units * c.cycles);
-  // And every cycle of every warp in a buffer has one reason.
+  // Every cycle of every warp in a buffer has one reason.
   const auto& waits = c.rt.warp_buffer.warp_cycles;
   equal("warp cycles accounted for", std::accumulate(waits.begin(), waits.end(), std::uint64_t{0}),
         c.rt.warp_buffer.occupancy_integral);
@@ -133,7 +133,7 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem
   if (!memory.idle()) violations.push_back("the DRAM is not empty at the end");
   for (const auto& sm : gpu.sms()) {
     const auto* own = dynamic_cast<const modules::L1Cache*>(&sm->l1());
-    if (own == nullptr || own->config().sampling.on()) continue;  // writes without time are not counted
+    if (own == nullptr || own->config().sampling.on()) continue;  // writes in zero time are not counted
     const modules::L1Counters l1 = own->counters();
     if (own->dirty_at_start() + l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
       violations.push_back(fmt::format("{}: {} sectors kept, {} of them again, {} written back, {} dirty", own->name(),

@@ -12,7 +12,7 @@ namespace grtx::sim {
 
 // Each returns one line for each law that does not hold; none in a correct run.
 
-/// Work and requests. totals: of the groups that ran. groups: how many. sampled: not all events took time.
+/// Work and requests. totals, groups: content and number of the groups that ran. sampled: some events took no time.
 std::vector<std::string> count_violations(const GpuCounters& counters, const traces::Totals& totals,
                                           std::uint64_t groups, bool sampled = false);
 /// Queues, MSHRs, warp slots and DRAM payloads at the end.

@@ -1,4 +1,4 @@
-// How fast the host was: the same figures for every mode, those that other simulators print of themselves included.
+// Simulation speed on the host: the same figures for every mode, including those that other simulators report.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace grtx::sim {
 
 struct HostWork {
   Cycle cycles = 0;          ///< of the core clock, simulated or estimated
-  std::uint64_t visits = 0;  ///< of nodes by lanes
+  std::uint64_t visits = 0;  ///< of nodes, by lanes
   double wall_seconds = 0.0;
   double cpu_seconds = 0.0;  ///< of all threads and processes
 };

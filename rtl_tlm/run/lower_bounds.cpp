@@ -8,7 +8,7 @@ namespace {
 
 Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
 
-/// A test holds its pipeline for an interval. Nobody waits for that of the last one.
+/// Least cycles of the busiest pipeline: a test occupies it for unit.interval cycles, but nothing waits after the last.
 Cycle pipelines(std::uint64_t busy_cycles, const modules::IntersectionUnit::Config& unit) {
   const Cycle busiest = divide_up(busy_cycles, unit.count);
   return busiest - std::min<Cycle>(busiest, unit.interval - 1);

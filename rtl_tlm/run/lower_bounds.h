@@ -1,5 +1,5 @@
 // Lower bounds on a run's cycles: each resource alone, perfectly used. A run below one of them is wrong; the largest
-// says what limits the design.
+// shows what limits the design.
 #pragma once
 
 #include <string>

@@ -1,5 +1,4 @@
-// A group source that passes groups through and notes what they hold: the totals that the hardware must execute, and
-// the longest dependent chain.
+// Passes groups through and measures them: the totals that the hardware must execute, and the longest dependent chain.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +35,7 @@ class MeasuredSource final : public modules::GroupSource {
   /// Totals and longest chains of all groups acquired so far.
   const traces::Totals& totals() const { return totals_; }
   const Chain& longest() const { return longest_; }
-  /// What acquire() threw, if anything.
+  /// The exception that acquire() threw, if any.
   const std::exception_ptr& failure() const { return failure_; }
 
  private:

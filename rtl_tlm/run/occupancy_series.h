@@ -22,7 +22,7 @@ class OccupancySeries {
   Cycle next() const { return next_; }
   void sample();
   /// The points up to `end`, the last cycle of the run: {"end_of_interval": [cycles], name: {unit, description,
-  /// values}}. stride: cycles of the machine that a cycle of the run stands for.
+  /// values}}. stride: of a sampled run, else 1; cycles are multiplied by it.
   nlohmann::ordered_json json(Cycle end, unsigned stride) const;
 
  private:

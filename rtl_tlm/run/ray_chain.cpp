@@ -9,10 +9,9 @@ namespace grtx::sim {
 ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
   const modules::RtUnitConfig& rt = config.rt;
   const bool procedural = traces::has_procedural_leaves(header.accel);
-  // Merging with a fetch under way can make the fetch shorter than a hit, so it is left out then. One cycle from a
-  // scheduled warp to its request, one from the response to the unit's start.
-  // A miss is no hit: where the L1 is the slower of the two, it is answered as soon as the L2 has. What joins another
-  // warp's miss, or a prefetch, may do so a cycle before the sector comes.
+  // Merging with a fetch under way can be faster than a hit: then the fetch counts 0. Else one cycle from a scheduled
+  // warp to its request, one from the response to the unit's start, and the fastest answer between: an L1 hit; a miss,
+  // answered as soon as the L2 answers; or joining another warp's miss or a prefetch a cycle before the sector comes.
   const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
   const Cycle answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + answer;
@@ -35,7 +34,7 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
 
 namespace {
 
-/// By kind and detail of an event: a table, since what an event is follows no pattern that a branch could learn.
+/// Step lengths by kind and detail of an event: a table, because branches on the kind would be mispredicted.
 class StepLengths {
  public:
   explicit StepLengths(const ChainLatencies& latencies) {

@@ -21,7 +21,7 @@ std::optional<double> value_of(const modules::StatisticList& list, std::string_v
   return std::nullopt;
 }
 
-/// A launch of fewer warps than there are slots is all tail: no warp takes the place of one that has ended.
+/// A launch with fewer warps than slots is all tail: no warp takes the place of one that has ended.
 void add_partial_launch(const GpuConfig& config, const traces::Header& header, std::uint64_t groups,
                         const modules::StatisticList& statistics, ResultNotes& notes) {
   const std::uint64_t slots = std::uint64_t{config.sms} * config.resident();
@@ -36,7 +36,7 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
                                launch, slots, cycles == 0.0 ? 100.0 : 100.0 * tail / cycles)});
 }
 
-/// Of an L1 that counts them.
+/// Only for an L1 that counts dropped fills.
 void add_dropped_fills(const modules::StatisticList& statistics, ResultNotes& notes) {
   constexpr double kTolerated = 0.001;
   const double fills = value_of(statistics, "gpu.l1.fills").value_or(0.0);
@@ -104,7 +104,7 @@ ResultNotes notes_from(const nlohmann::ordered_json& json, const std::string& pa
 }
 
 void print_notes(const std::map<std::string, ResultNotes>& by_design) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> whose;  // by text, in the order of the first
+  std::vector<std::pair<std::string, std::vector<std::string>>> whose;  // designs by text, in order of first appearance
   for (const auto& [design, notes] : by_design) {
     for (const ResultNote& note : notes) {
       const auto said = std::find_if(whose.begin(), whose.end(), [&](const auto& w) { return w.first == note.text; });

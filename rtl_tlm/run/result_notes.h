@@ -1,4 +1,4 @@
-// What limits the meaning of a run's figures. Decided here, kept with the result as "notes", and said on stderr.
+// Caveats on a run's figures. Decided here, kept with the result as "notes", and printed on stderr.
 #pragma once
 
 #include <map>
@@ -12,7 +12,7 @@
 
 namespace grtx::sim {
 
-/// Each id and what it says: docs/model/statistics.md.
+/// docs/model/statistics.md explains each id.
 struct ResultNote {
   std::string id;    ///< for scripts, as "no-hits"
   std::string text;  ///< for people, one line
@@ -20,19 +20,19 @@ struct ResultNote {
 };
 using ResultNotes = std::vector<ResultNote>;
 
-/// Of what a trace holds, whatever runs it.
+/// Notes that depend on the trace only.
 ResultNotes trace_notes(const traces::Header& header, const traces::Totals& totals);
 
-/// Of what a machine made of so many groups: statistics are those of the run.
+/// Notes on a run of `groups` groups. statistics: of the run.
 ResultNotes run_notes(const GpuConfig& config, const traces::Header& header, std::uint64_t groups,
                       const modules::StatisticList& statistics);
 
 /// [{"id": "no-hits", "text": "..."}]
 nlohmann::ordered_json notes_json(const ResultNotes& notes);
-/// Throws Error{path, "notes", rule} for what is no such list.
+/// Reads such a list. Throws Error{path, "notes", rule} for anything else.
 ResultNotes notes_from(const nlohmann::ordered_json& json, const std::string& path);
 
-/// A line on stderr for each note that is not an earlier one's. by_design: whose they are ("sim", "hw").
+/// Prints each distinct note once on stderr, with the designs that have it. by_design: key "sim", "hw", ...
 void print_notes(const std::map<std::string, ResultNotes>& by_design);
 
 }  // namespace grtx::sim

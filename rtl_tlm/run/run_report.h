@@ -1,4 +1,4 @@
-// What a run means: its statistics, lower bounds, and the laws that it broke.
+// Evaluates a finished run: statistics, lower bounds, and violated conservation laws.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@
 
 namespace grtx::sim {
 
-/// What a run leaves behind.
+/// Raw data of a finished run.
 struct FinishedRun {
   GpuCounters counters;
-  std::vector<std::string> violations;  ///< of what must be empty at the end
+  std::vector<std::string> violations;  ///< found so far: emptiness, memory
   std::vector<modules::Inventory> inventories;
   nlohmann::ordered_json over_time;
   std::uint64_t ticks = 0;
   unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for
   std::vector<std::uint64_t> pixel_cycles;
-  std::string units;               ///< with options.save_state: of caches and open rows
+  std::string units;               ///< with options.save_state: state of caches and open rows
   std::uint64_t memory_bytes = 0;  ///< that all launches needed
 };
 

@@ -12,7 +12,7 @@
 namespace grtx::sim {
 namespace {
 
-/// First in the file; a hash of all before it is last.
+/// The file begins with this and ends with a hash of everything before the hash.
 constexpr std::string_view kMagic = "grtx.state/";
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHashBytes = 8;

@@ -39,8 +39,8 @@
 namespace grtx::sim {
 namespace {
 
-constexpr Cycle kStepCycles = 65536;     ///< between two looks of the watchdog and the progress bar
-constexpr Cycle kDrainStepCycles = 256;  ///< after the end, until prefetches and write-backs are done
+constexpr Cycle kStepCycles = 65536;     ///< between two checks by watchdog and progress bar
+constexpr Cycle kDrainStepCycles = 256;  ///< the same while prefetches and write-backs drain
 
 /// User and system time so far, of all threads of the process and of its children that have ended.
 double cpu_seconds() {
@@ -106,7 +106,7 @@ void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& option
   }
 }
 
-/// Opens and checks the trace that runs before, if there is one.
+/// Opens and checks the trace that warms the caches, if there is one.
 std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, const traces::Reader& reader) {
   if (options.warm_trace.empty()) return nullptr;
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || options.pixel_cycles || options.observer) {
@@ -123,7 +123,7 @@ std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, co
   return warm;
 }
 
-/// What a run does. All of it outlives the run.
+/// The inputs of a run, which outlive it.
 struct Work {
   const traces::Reader& reader;
   const GpuConfig& config;
@@ -146,7 +146,7 @@ std::optional<SavedState> warm_state(const SimulationOptions& options, const Gpu
   return state;
 }
 
-/// Content hashes of the traces that ran before; "" where none did.
+/// Content hashes of the traces that warmed the caches; "" if none did.
 std::string ran_before(const Work& work) {
   if (work.state != nullptr) return work.state->ran;
   return work.warm != nullptr ? work.warm->content_hash() : "";
@@ -172,7 +172,7 @@ std::map<std::string, std::string> inputs_of(const Work& work) {
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
   inputs["mode"] = mode_of(work.config);
   if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
-  // Of two designs the traces differ, and yet the same view may have run before.
+  // Traces of two designs differ even for the same view: the camera's hash tells which view ran before.
   const std::string camera = work.state != nullptr  ? work.state->camera
                              : work.warm != nullptr ? camera_of(*work.warm)
                                                     : "";
@@ -190,7 +190,7 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped");
 }
 
-/// The kernel's own reports have a number, and ours are known. What is left comes from a user's unit.
+/// The kernel's own reports are numbered, and those of the project have known types: any other is a user's unit's.
 bool is_of_a_users_unit(const sc_core::sc_report& report) {
   const std::string_view text = report.what();
   const std::size_t severity = text.find(": ");
@@ -198,8 +198,8 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   return !numbered && !std::string_view(report.get_msg_type()).starts_with("/grtx/");
 }
 
-/// What a process of the model threw arrives as the kernel's report. A trace that contradicts itself is bad input: then
-/// its check says where. A user's unit may report what it likes. Everything else is an internal error.
+/// Rethrows an exception of a process of the model, which arrives as the kernel's report. A contradictory trace is bad
+/// input: its check tells where. A user's unit may report what it likes. Everything else is an internal error.
 [[noreturn]] void rethrow(const traces::Reader& reader, const MeasuredSource& source,
                           const sc_core::sc_report& report) {
   if (source.failure()) std::rethrow_exception(source.failure());
@@ -222,8 +222,7 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   throw std::runtime_error(fmt::format("{} ({})", what, where));
 }
 
-/// A key that makes the machine wait so long that threads, which meet every few cycles, would do nothing else; empty:
-/// none does.
+/// A key with so long a latency that threads, which synchronize every few cycles, would mostly wait; empty: none.
 std::string key_of_long_waits(const GpuConfig& config) {
   constexpr double kLongest = 4000.0;  // core cycles
   GpuConfig copy = config;
@@ -239,7 +238,7 @@ std::string key_of_long_waits(const GpuConfig& config) {
   return "";
 }
 
-/// Why a run has one thread, whatever was asked for; empty: it may have several.
+/// Why a run must use one thread; empty: it may use several.
 std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
   const bool own_units = has_own_parts(options.build.parts, config);
   if (!options.waveform.path.empty()) return "a waveform is written";
@@ -288,7 +287,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const PauseAtEnd pause("pause_at_end", gpu);
   const std::unique_ptr<MemorySystem> memory =
       (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
-  finished.memory_bytes = gpu.memory_bytes();  // of the first trace, too
+  finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
   std::unique_ptr<Waveform> waveform;
   if (!options.waveform.path.empty()) {
     waveform =
@@ -328,7 +327,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
     end = settle(gpu, *memory);
     finished.over_time = series.json(gpu.distributor().end_cycle(), config.sampling.stride);
     drain(gpu, *memory, options);
-  } catch (const sc_core::sc_report&) {  // of a file that an observer could not write, perhaps
+  } catch (const sc_core::sc_report&) {  // perhaps an observer could not write its file
     if (waveform && waveform->failure()) std::rethrow_exception(waveform->failure());
     if (timeline && timeline->failure()) std::rethrow_exception(timeline->failure());
     throw;

@@ -1,4 +1,4 @@
-// What a simulation is of, for "inputs" of its statistics.
+// What a simulation was made from: "inputs" of its statistics.
 #pragma once
 
 #include <map>
@@ -9,8 +9,8 @@
 
 namespace grtx::sim {
 
-/// Trace, its image in pixels, configuration, program, and "memory.files" of a memory that files configure: name ->
-/// hash or value. What came later is left out where it has its default, so that documents on record stay as they are.
+/// Name -> hash or value: trace, image size, configuration, program, and as "memory.*" the files that configure the
+/// memory. Entries of later versions are left out at their default, so that documents on record stay as they are.
 std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config);
 
 }  // namespace grtx::sim

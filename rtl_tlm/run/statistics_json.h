@@ -22,14 +22,15 @@ nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const modules::StatisticList& statistics, const modules::StatisticList& host,
                                            const nlohmann::ordered_json& over_time = nullptr);
 
-/// Reads such a document. Throws Error for what is no JSON, another schema, or a document without its three parts or
-/// with bad notes; documents of earlier versions have none.
+/// Reads such a document. Throws Error for bad JSON, another schema, missing "config", "inputs" or "stats", or bad
+/// notes; documents of earlier versions have no notes.
 nlohmann::ordered_json read_statistics(const std::string& path);
 
-/// Throws Error for what is no object of statistics with a number (null: not finite) each. place: before their names.
+/// Throws Error unless it is an object of statistics with a number each (null: not finite). place: prefix of their
+/// names.
 void check_statistics(const nlohmann::ordered_json& statistics, const std::string& path, const std::string& place);
 
-/// Text of such a document with one statistic (and one configuration key) a line.
+/// Text of such a document, with one line per statistic and per configuration key.
 std::string statistics_text(const nlohmann::ordered_json& document);
 
 }  // namespace grtx::sim

@@ -15,7 +15,7 @@ namespace {
 
 std::string group_of(const std::string& name) { return name.substr(0, name.find('.', name.find('.') + 1)); }
 
-/// The description of one row as that of all of its kind.
+/// Turns the description of one row into that of all rows of its kind.
 std::string of_all(std::string description) {
   static const std::regex bin(" of 0 to 0 cycles$");
   static const std::regex largest("^(largest lower bound): .*");

@@ -1,4 +1,4 @@
-// The reference of all statistics: what a run may report, from the tables with which it reports.
+// The reference of all statistics that a run may report, made from the tables with which it reports.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace grtx::sim {
 
-/// What every engine's run has: the counters of the GPU and the lower bounds. Rows that there are several of, alike,
-/// appear once: see statistic_kind().
+/// Statistics of every run: GPU counters and lower bounds. Statistics of the same kind (statistic_kind()) appear once.
 modules::StatisticList statistic_kinds();
 
-/// The name under which the reference lists a statistic of a run: SM, channel, bin and region in angle brackets.
+/// The name under which the reference lists a statistic: the number of an SM, RT unit, channel, frame or bin, and a
+/// region, become placeholders in angle brackets.
 std::string statistic_kind(const std::string& name);
 
 /// A Markdown table for each group of names.

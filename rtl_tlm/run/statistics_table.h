@@ -1,4 +1,4 @@
-// Statistics of several runs as one table that a person reads and compares with diff: a line a name, a column a run.
+// Statistics of several runs as a table to read and to compare with diff: a line per statistic, a column per run.
 #pragma once
 
 #include <map>
@@ -7,17 +7,17 @@
 
 namespace grtx::sim {
 
-/// Tab-separated text, sorted by name of statistic and of run; a value is JSON, what a run does not have is empty.
+/// Tab-separated text, sorted by names of statistics and runs; values are JSON, and empty where a run has none.
 class StatisticsTable {
  public:
   StatisticsTable() = default;
-  /// Reads a file; empty if there is none. Throws Error{path, "line N", rule} for what is no such table.
+  /// Reads a file; an empty table if there is no file. Throws Error{path, "line N", rule} for a malformed table.
   explicit StatisticsTable(const std::string& path);
 
   bool has(const std::string& run) const { return runs_.contains(run); }
   /// {name: value}. Needs has(run).
   nlohmann::ordered_json of(const std::string& run) const;
-  /// In the place of what is there of that run. values: {name: value}, each a number, null, a text or a truth value.
+  /// Replaces the values of a run. values: {name: value}, each a number, null, a string or a boolean.
   void put(const std::string& run, const nlohmann::ordered_json& values);
   std::string text() const;
 

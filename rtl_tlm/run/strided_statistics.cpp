@@ -8,7 +8,7 @@
 namespace grtx::sim {
 namespace {
 
-/// Counted by every event, with time or without, or a state at the end of the run.
+/// Not to be scaled: counted by every event, timed or not, or a state at the end of the run.
 bool is_exact(std::string_view name) {
   constexpr std::array<std::string_view, 19> kBegin = {"gpu.rt.visits_",
                                                        "gpu.rt.node_visits",
@@ -39,7 +39,7 @@ bool is_largest(std::string_view name) {
   return name.ends_with("_max") || name.find(".max_") != name.npos || name.ends_with("deepest_queue");
 }
 
-/// From a call's acceptance to its end.
+/// Times from the acceptance of a traceRay call to its end, and of the whole run.
 bool spans_events(std::string_view name) {
   return name == "gpu.rt.warp_latency" || name == "gpu.rt.warp_latency_max" || name == "gpu.time_us";
 }
@@ -49,12 +49,12 @@ bool spans_events(std::string_view name) {
 modules::StatisticList of_all_events(const modules::StatisticList& list, unsigned stride) {
   modules::StatisticList all;
   for (modules::Statistic s : list.items()) {
-    if (s.name == "gpu.simt.any_hit.batches") continue;  // those without time have one lane each
+    if (s.name == "gpu.simt.any_hit.batches") continue;  // calls in zero time are batches of one lane
     if (auto* count = std::get_if<std::uint64_t>(&s.value)) {
       if (!is_exact(s.name) && (!is_largest(s.name) || spans_events(s.name))) *count *= stride;
     } else if (spans_events(s.name)) {
       std::get<double>(s.value) *= stride;
-    } else if (s.name == "gpu.rt.merge_factor") {  // all visits by the fetches that took time
+    } else if (s.name == "gpu.rt.merge_factor") {  // counted: all visits / timed fetches
       std::get<double>(s.value) /= stride;
     }
     all.add(std::move(s));

@@ -1,4 +1,4 @@
-// The statistics of a run in which one event in so many took time, as those of all events.
+// Scales the statistics of a sampled run, in which one event in `stride` took time, to all events.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace grtx::sim {
 
-/// list: as counted. Counts and cycles are multiplied by the stride but for those of events, which are exact; times
-/// that span several events of a lane are, too; ratios, other mean times and maxima stay.
+/// list: as counted. Counts and cycles are multiplied by the stride, except counts of all events, which are exact. So
+/// are times that span several events of a lane; ratios, other mean times and maxima are kept.
 modules::StatisticList of_all_events(const modules::StatisticList& list, unsigned stride);
-/// The same of what follows from the work that took time; a ray's and a warp's own chain are exact.
+/// The same for bounds, which follow from timed work; those of the longest ray and warp are exact.
 std::vector<LowerBound> of_all_events(std::vector<LowerBound> bounds, unsigned stride);
 
 }  // namespace grtx::sim

@@ -7,11 +7,11 @@ namespace grtx::sim {
 
 class SwitchedSource final : public modules::GroupSource {
  public:
-  SwitchedSource() = default;  ///< of no groups
+  SwitchedSource() = default;  ///< without groups
   explicit SwitchedSource(modules::GroupSource& source) : source_(&source) {}
 
-  /// From now on `source` gives the groups; it must outlive their use. nullptr: there are none. Only while all groups
-  /// are released, and before the distributor restarts.
+  /// From now on the groups come from `source`, which must outlive their use; nullptr: no groups. Call only while all
+  /// groups are released, and before the distributor restarts.
   void switch_to(modules::GroupSource* source) { source_ = source; }
 
   std::uint64_t count() const override { return source_ == nullptr ? 0 : source_->count(); }

@@ -73,7 +73,7 @@ TraceSource::~TraceSource() {
   thread_.join();
 }
 
-// mutex_ is held when a decoding thread runs.
+// Call with mutex_ held if there is a decoding thread.
 TraceSource::Group TraceSource::take_spare() {
   if (spare_.empty()) {
     ++allocated_;
@@ -148,7 +148,7 @@ void TraceSource::release(std::uint64_t position) {
   const auto held = std::find_if(held_.begin(), held_.end(), [&](const Held& h) { return h.position == position; });
   assert(held != held_.end());
   if (traces::decoded_bytes(*held->group) > kDecodeAheadBytes / kDecodeAhead)
-    *held->group = {};  // what is large is not kept to be reused
+    *held->group = {};  // memory of a large group is freed, not reused
   {
     const std::lock_guard lock(mutex_);
     spare_.push_back(std::move(held->group));

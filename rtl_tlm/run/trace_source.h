@@ -1,5 +1,5 @@
-// Feeds the ray groups of a trace file to the work distributor. In memory are the groups of the warps resident in the
-// GPU, and what is decoded ahead: so many groups, or so many bytes. Decoded groups are reused.
+// Feeds the ray groups of a trace file to the work distributor. Holds in memory only the groups of resident warps and
+// those decoded ahead, which are limited in number and bytes. Memory of groups is reused.
 #pragma once
 
 #include <condition_variable>
@@ -18,7 +18,7 @@ namespace grtx::sim {
 
 /// Groups that are decoded before they are needed; the decoding thread never affects results.
 inline constexpr unsigned kDecodeAhead = 32;
-/// Beyond so many bytes of these nothing is decoded ahead. A group that is larger is decoded all the same, alone.
+/// Limit of their bytes. A larger group is still decoded ahead, alone.
 inline constexpr std::uint64_t kDecodeAheadBytes = std::uint64_t{64} << 20;
 
 class TraceSource final : public modules::GroupSource {
@@ -26,7 +26,7 @@ class TraceSource final : public modules::GroupSource {
   /// All groups of the trace, in file order. decode_ahead: groups that a thread of its own decodes before they are
   /// asked for; 0 decodes in acquire(). Results never depend on it.
   explicit TraceSource(const traces::Reader& reader, unsigned decode_ahead = 0);
-  /// The groups `indices` of the trace, in that order (sampled runs). Throws Error if one is not in the file.
+  /// The groups `indices` of the trace, in that order (windows mode). Throws Error if one is not in the file.
   TraceSource(const traces::Reader& reader, std::vector<std::uint64_t> indices, unsigned decode_ahead = 0);
   ~TraceSource() override;
   TraceSource(const TraceSource&) = delete;
@@ -72,8 +72,8 @@ class TraceSource final : public modules::GroupSource {
 /// The numbers of all groups of a trace.
 std::vector<std::uint64_t> all_groups(const traces::Reader& reader);
 
-/// Throws Error unless the rounds of `group` fit the header and the group's own arrays, which is what the hardware
-/// modules index by. It is not a proof of consistency (traces::check is).
+/// Throws Error unless the rounds of `group` fit the header and the group's own arrays, so that the hardware modules
+/// can index safely. It does not prove consistency (traces::check does).
 void check_group(const traces::RayGroup& group, const traces::Header& header, const std::string& file);
 
 }  // namespace grtx::sim

@@ -10,7 +10,7 @@
 namespace grtx::sim {
 namespace {
 
-/// The kernel's clock counts femtoseconds in 64 bits: what is scheduled must not wrap around.
+/// Throws Error before the kernel's time, 64 bits of femtoseconds, can wrap around in what is scheduled.
 void check_time(const Gpu& gpu, Cycle now) {
   constexpr std::uint64_t kLastFs = std::uint64_t{1} << 63;
   if (gpu.core().time_fs(now) < kLastFs && now < kLastFs / gpu.core().period_fs()) return;
@@ -30,7 +30,7 @@ std::string Watchdog::look() {
     since_ = now;
   }
   const Cycle awaited = std::max(gpu_.awaited(), gpu_.core().cycle_at(memory_.awaited_fs()));
-  if (awaited > now + step_) since_ = std::max(since_, awaited);  // who polls asks for cycles that come soon
+  if (awaited > now + step_) since_ = std::max(since_, awaited);  // polling only schedules cycles that come soon
   if (!sc_core::sc_pending_activity()) return "nothing is scheduled";
   if (now > since_ + limit_) return fmt::format("no progress for {} cycles", now - since_);
   return "";

@@ -1,5 +1,5 @@
-// Tells when the model stands still although work remains: nothing moves, and nobody waits for a time that has yet to
-// come. What is scheduled for later (an access of a slow memory, a long phase of a shader) is waited for, however long.
+// Detects a deadlock: work remains, but nothing moves and nothing is scheduled for a later time. Work scheduled for
+// later (an access of a slow memory, a long phase of a shader) is waited for, however long.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace grtx::sim {
 
 class Watchdog {
  public:
-  /// limit: cycles without progress. step: between two looks. Both models must outlive it.
+  /// limit: cycles without progress. step: cycles between two calls of look(). Both models must outlive it.
   Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit, Cycle step)
       : gpu_(gpu), memory_(memory), limit_(limit), step_(step) {}
 
-  /// Why the model stands still; empty: it moves, or waits. Throws Error when its time is at an end.
+  /// Why the model is deadlocked; empty: it is not. Throws Error when simulated time exceeds what the kernel can count.
   std::string look();
 
  private:

@@ -1,4 +1,4 @@
-// One run of some groups of a trace, in a process of its own: when each of them ran.
+// Simulates some groups of a trace in a child process and records when each of them ran.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +12,23 @@
 
 namespace grtx::sim {
 
-/// By position in the groups that ran, core cycles. Launches come in that order.
+/// Core cycles of the groups' launches and ends, by position in GroupRun::groups, which is the order of launches.
 struct GroupTimes {
   std::vector<double> launched, ended;
 };
 
 struct GroupRun {
-  std::vector<std::uint64_t> groups;  ///< of the trace, ascending
+  std::vector<std::uint64_t> groups;  ///< indices in the trace, ascending
   GroupTimes times;
   double cycles = 0.0;
-  nlohmann::ordered_json stats;  ///< by name
+  nlohmann::ordered_json stats;  ///< "stats" of the statistics document
   std::vector<std::string> violations;
 };
 
-/// Starts the simulation; `run` outlives it.
+/// Starts the simulation of run.groups. `run` must outlive it.
 std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
                                               const GroupRun& run);
-/// Waits for its end and fills in what it gave.
+/// Waits for its end and fills times, cycles, stats and violations of `run`.
 void finish_group_run(ChildProcess& child, GroupRun& run);
 
 }  // namespace grtx::sim

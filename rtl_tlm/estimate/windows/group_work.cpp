@@ -6,8 +6,8 @@
 namespace grtx::sim {
 namespace {
 
-/// Sectors a checkpoint entry takes to be written or read. Of eight entries of 20 B in a row four lie in two sectors;
-/// shorter ones divide a sector. joined: each sector moves once.
+/// Mean sectors moved to write or read a checkpoint entry. Of eight consecutive 20 B entries four straddle two sectors;
+/// entries whose size divides a sector never do. joined: consecutive entries are combined, so that a sector moves once.
 float checkpoint_sectors(const modules::CheckpointConfig& config, bool joined) {
   if (joined) return static_cast<float>(config.entry_bytes) / static_cast<float>(modules::kSectorBytes);
   return modules::kSectorBytes % config.entry_bytes == 0 ? 1.0F : 1.5F;
@@ -66,7 +66,7 @@ void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   const bool l1_hit = l1_.touch(unit);
   lane.work.sectors += sectors;
   if (!l1_hit && !l2_hit) lane.work.far += sectors;
-  // The siblings of the leaf before have been prefetched.
+  // A leaf after another leaf: its sibling, which has been prefetched.
   const bool near = l1_hit || (prefetch_ && !internal && lane.after_leaf);
   lane.work.steps += near ? kNearStep : 1.0F;
   if (!internal || !l1_hit) lane.after_leaf = !internal;

@@ -1,5 +1,4 @@
-// What the groups of a trace ask of the hardware, counted without simulating it: the auxiliary variables of the
-// windows.
+// Work of a trace's groups for the hardware, counted without simulating it: the auxiliary variables of windows mode.
 #pragma once
 
 #include <algorithm>
@@ -15,44 +14,44 @@ namespace grtx::sim {
 /// One ray in one traceRay call.
 struct LaneWork {
   float steps = 0.0F;    ///< dependent steps, in units of a node fetch that misses the L1
-  float sectors = 0.0F;  ///< node sectors asked of the L1
-  float far = 0.0F;      ///< sectors asked of the DRAM, about
+  float sectors = 0.0F;  ///< node sectors requested from the L1
+  float far = 0.0F;      ///< sectors requested from the DRAM, approximately
 };
 
 struct GroupWork {
   double sectors = 0.0;  ///< of all traceRay calls
   double far = 0.0;
-  double steps = 0.0;  ///< longest lane of each call, added up
+  double steps = 0.0;  ///< sum over the calls, of each its longest lane
 };
 
-// In units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an any-hit call
-// waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate does not depend on them much:
-// what they leave unexplained is part of the measured residuals.
+// Lengths of steps in units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an
+// any-hit call waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate depends little on
+// them: what they do not explain is part of the measured residuals.
 inline constexpr float kNearStep = 0.15F;
 inline constexpr float kAnyHitStep = 0.5F;
-inline constexpr double kUsefulShare = 0.7;  ///< of a cache's lines: the rest holds sectors that nobody asked for
+inline constexpr double kUsefulShare = 0.7;  ///< of a cache's capacity: the rest holds sectors never requested
 
-/// Sectors that an entry of the private buffers takes to be moved.
+/// Mean sectors moved for one entry of a ray's buffers in memory.
 struct TrafficOfEntries {
-  float written = 0.0F, read = 0.0F;  ///< of a checkpoint; 0 without checkpointing
-  float processed = 0.0F;             ///< of a k-buffer entry that is looked at: the Gaussian's records
+  float written = 0.0F, read = 0.0F;  ///< for a checkpoint entry; 0 without checkpointing
+  float processed = 0.0F;             ///< for a processed k-buffer entry: the Gaussian's records
   TrafficOfEntries(const traces::Header& header, const GpuConfig& config);
 };
 
-/// Counts groups, one after the other. Each is walked with its lanes in step through caches of its own, as large as a
-/// warp's share of the L1 and of the L2, so that warps that reuse much and warps that do not are told apart.
+/// Counts the work of one group at a time. The lanes of a group step through their events together, against L1 and L2
+/// tags of the size of one warp's share of the cache, so that warps with much and with little reuse are told apart.
 class WorkCounter {
  public:
   WorkCounter(const traces::Header& header, const GpuConfig& config);
   GroupWork count(const traces::RayGroup& group);
 
  private:
-  /// Tags of nodes, four ways, least recently used out first.
+  /// Tags of nodes, four ways, LRU replacement.
   class Tags {
    public:
     explicit Tags(std::uint64_t nodes);
     void clear() { std::fill(entries_.begin(), entries_.end(), 0); }
-    bool touch(std::uint32_t unit);  ///< whether it was there; it is afterwards
+    bool touch(std::uint32_t unit);  ///< true: a hit; a miss inserts it
 
    private:
     static constexpr std::size_t kWays = 4;

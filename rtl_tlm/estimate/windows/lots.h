@@ -1,15 +1,15 @@
-// Lots for choosing samples: the standard library's distributions differ between implementations.
+// Random numbers for choosing samples. The standard library's distributions differ between implementations.
 #pragma once
 
 #include <cstdint>
 
 namespace grtx::sim {
 
-/// SplitMix64 (Steele, Lea and Flood, 2014). The same seed gives the same lots on every machine.
+/// SplitMix64 (Steele, Lea and Flood, 2014). The same seed gives the same numbers on every machine.
 class Lots {
  public:
   explicit Lots(std::uint64_t seed) : state_(seed) {}
-  /// Below `bound`, which is at most 2^32; the bias is bound / 2^32.
+  /// A number below `bound`, which is at most 2^32; the bias is bound / 2^32.
   std::uint64_t below(std::uint64_t bound) { return ((next() >> 32) * bound) >> 32; }
 
  private:

@@ -67,7 +67,7 @@ modules::StatisticList whole_statistics(const ordered_json& sample, double facto
     } else if (name == "gpu.time_us") {
       list.add(name, whole.cycles / config.core_mhz, unit, description);
     } else if (name.starts_with("gpu.rays.")) {
-      continue;  // which part of the run its primary rays take is not estimated
+      continue;  // the shares of primary and secondary rays are not estimated
     } else if (name == "gpu.bound.longest_ray") {
       bounds.push_back({name, whole.longest.ray, unit, description});
     } else if (name == "gpu.bound.longest_warp") {

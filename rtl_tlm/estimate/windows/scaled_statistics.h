@@ -10,7 +10,7 @@
 
 namespace grtx::sim {
 
-/// What is known of the whole run beyond them.
+/// Facts about the whole run that are known without simulating it, and its estimated cycles.
 struct WholeRun {
   double cycles = 0.0;  ///< estimated
   std::uint64_t groups = 0;
@@ -19,8 +19,8 @@ struct WholeRun {
 };
 
 /// sample: statistics of the run of the windows. Counts are scaled by `factor` (work of the trace over work of the
-/// windows), times and ratios stay, maxima are those of the windows, counts that the trace itself gives are exact.
-/// Statistics of single SMs and channels are left out; energy is not in the list yet.
+/// windows), mean times and ratios are kept, maxima are those of the windows, counts known from the trace are exact.
+/// Statistics of single SMs and channels are left out; WindowReport::add_energy() adds energy.
 modules::StatisticList whole_statistics(const nlohmann::ordered_json& sample, double factor, const WholeRun& whole,
                                         const GpuConfig& config);
 

@@ -41,7 +41,7 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows) {
       for (std::size_t j = 0; j < kCosts; ++j) normal[i][j] += weight * row.costs[i] * row.costs[j];
     }
   }
-  // One rate after the other, each as good as the others let it be: the sum of squares is convex.
+  // Coordinate descent with rates kept at 0 or above; it converges because the sum of squares is convex.
   for (int turn = 0; turn < 3000; ++turn) {
     for (std::size_t i = 0; i < kCosts; ++i) {
       if (normal[i][i] <= 0.0) continue;

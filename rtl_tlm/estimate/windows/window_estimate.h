@@ -1,4 +1,4 @@
-// The cycles of a whole run from a thinned one.
+// Estimates the cycles of a whole run from a run of its windows only.
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace grtx::sim {
 
-/// What the cycles of a window are explained by, of one group or of several.
+/// Regressors for a window's cycles: node sectors, sectors beyond the L2, dependent steps; of one or several groups.
 inline constexpr std::size_t kCosts = 3;
 struct GroupCosts : std::array<double, kCosts> {
   GroupCosts() : array{} {}
   explicit GroupCosts(const GroupWork& work) : array{work.sectors, work.far, work.steps} {}
 };
 
-/// Costs that were met between two cycles, a group's evenly from its launch to its end. costs: by position.
+/// Sum of the groups' costs between two cycles; each group's are spread evenly over its run. costs: by position.
 GroupCosts costs_between(const GroupTimes& times, const std::vector<GroupCosts>& costs, double from, double to);
 
-/// Cycles that each cost takes, none negative: least squares over `rows`, whose errors are taken to grow with the root
-/// of their cycles.
+/// Cycles per unit of each cost: non-negative least squares over `rows`, whose errors are assumed to grow with the
+/// square root of their cycles.
 struct CostRow {
   double cycles = 0.0;
   GroupCosts costs;
@@ -33,18 +33,17 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows);
 
 struct WindowEstimate {
   double cycles = 0.0;
-  std::array<double, kCosts> rates{};  ///< cycles a sector, a sector beyond the L2, a dependent step
+  std::array<double, kCosts> rates{};  ///< cycles per sector, per sector beyond the L2, per dependent step
   double degrees_of_freedom = 1.0;
-  /// By window. residual: cycles less those explained, over the window's; influences are of the logarithm of the
-  /// cycles, less for what was measured.
+  /// By window. residual: (measured - fitted cycles) / measured. influence: on the logarithm of the cycles, with the
+  /// finite population correction for the measured share of the stratum.
   std::vector<GroupEvidence> evidence;
 };
 
 /// The generalized regression estimator (Saerndal, Swensson and Wretman, Model Assisted Survey Sampling, chapter 6):
-/// rates are fitted to quarters of the windows, cycles of the trace are what its costs take at these, and what the
-/// windows took beyond that counts for their strata. times: of the groups of the windows, in their order. costs: of
-/// every group of the trace, by index. A window is measured until the next one's first launch; what follows the last
-/// launch is the end of the whole run, too.
+/// fits the rates to quarters of the windows, applies them to the costs of the whole trace, and adds each window's
+/// residual scaled up to its stratum. times: by position in groups_of(windows). costs: by group of the trace. A window
+/// is measured until the first launch of the next one; the time after the last launch is the whole run's, too.
 WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Window>& windows,
                                 const std::vector<GroupCosts>& costs);
 

@@ -58,7 +58,7 @@ std::map<std::string, std::string> WindowReport::inputs() const {
 }
 
 void WindowReport::describe(const SampledResult& r, const Sample& sample, const std::string& note,
-                             modules::StatisticList& list) const {
+                            modules::StatisticList& list) const {
   const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
     list.add(std::string("gpu.sampled.") + name, value, unit, description);
   };
@@ -71,7 +71,7 @@ void WindowReport::describe(const SampledResult& r, const Sample& sample, const 
   describe_interval(r, list);
 }
 
-// What it is priced on is SystemC modules: in a child.
+// In a child process: pricing needs an elaborated machine, and a process elaborates only once.
 void WindowReport::add_energy(modules::StatisticList& list) const {
   if (!options_.price) return;
   ChildProcess child("energy", [this, &list] {

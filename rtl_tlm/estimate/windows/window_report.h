@@ -1,4 +1,4 @@
-// What every estimate from windows has around it: inputs, interval, energy, cost, and the whole trace in its place.
+// Completes an estimate from windows (inputs, interval, energy, host cost), or simulates the whole trace instead.
 #pragma once
 
 #include <chrono>
@@ -11,26 +11,26 @@
 
 namespace grtx::sim {
 
-inline constexpr double kWholeFrom = 0.5;  ///< beyond this share the whole trace costs little more
+inline constexpr double kWholeFrom = 0.5;  ///< above this share the whole trace is simulated, which costs little more
 
 class WindowReport {
  public:
-  /// Starts the clocks of the host. All three outlive it.
+  /// Starts measuring host time. The arguments must outlive it.
   WindowReport(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options);
 
-  /// What the interval rests on, beside itself.
+  /// Size of the sample and how well the fit explains it.
   struct Sample {
-    std::uint64_t groups = 0;  ///< simulated, distinct
+    std::uint64_t groups = 0;  ///< simulated
     double residual = 0.0;
   };
-  /// gpu.sampled.*. note: why the whole trace was simulated, if it was.
+  /// Adds gpu.sampled.*. note: why the whole trace was simulated; empty if it was not.
   void describe(const SampledResult& result, const Sample& sample, const std::string& note,
                 modules::StatisticList& list) const;
-  /// Energy of the whole machine for the counts in the list, if it is asked for.
+  /// Adds the energy statistics of the whole machine for the counts in `list`, if options.price is set.
   void add_energy(modules::StatisticList& list) const;
-  /// Inputs, host.* and the document of a result whose statistics are complete.
+  /// Fills inputs, host.* and document of a result whose statistics are complete.
   void finish(SampledResult& result) const;
-  /// The whole trace in cycle mode: nothing is estimated. Says on stderr why.
+  /// Simulates the whole trace in cycle mode instead of estimating, and prints the reason `why` to stderr.
   SampledResult whole(const std::string& why) const;
 
  private:

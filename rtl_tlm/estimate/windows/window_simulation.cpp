@@ -10,10 +10,10 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/windows/group_run.h"
-#include "grtx/rtl_tlm/estimate/windows/window_report.h"
 #include "grtx/rtl_tlm/estimate/windows/scaled_statistics.h"
 #include "grtx/rtl_tlm/estimate/windows/window_estimate.h"
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
+#include "grtx/rtl_tlm/estimate/windows/window_report.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
@@ -21,7 +21,7 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kCounted = 8192;  ///< groups beside those of the windows, about, whose costs are counted
+constexpr std::uint64_t kCounted = 8192;  ///< groups outside the windows whose costs are counted, approximately
 
 constexpr const char* kSequence = "a sequence of frames needs cycle or sampled mode: windows would start a frame cold";
 
@@ -63,14 +63,14 @@ class WindowedRun {
   }
 
  private:
-  /// Half-width of an interval in which nothing but the bias is left.
+  /// Half-width of an interval whose only error is the bias.
   double least_half_width() const {
     SampledEstimate estimate;
     estimate.bias = kWindowsBias;
     return cycles_interval(estimate).half_width;
   }
 
-  /// Counts what the groups of the windows cost, and one in so many of the others, which stands for those behind it.
+  /// Counts the costs of the windows' groups and of every n-th other group, whose costs stand for those up to the next.
   void count_costs() {
     const std::uint64_t groups = reader_.group_count(), every = std::max<std::uint64_t>(1, groups / kCounted);
     costs_.resize(groups);
@@ -160,7 +160,7 @@ class WindowedRun {
   ChainLatencies latencies_;
   traces::RayGroup group_;
   std::vector<GroupCosts> costs_;  ///< of every group of the trace
-  std::vector<bool> counted_;      ///< itself, by index
+  std::vector<bool> counted_;      ///< by group: its own costs were counted
   Chain longest_;
   std::vector<Window> windows_;
   GroupRun thinned_;
@@ -175,7 +175,7 @@ std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& c
   if (plan_windows(groups, slots_of(config), options.share, options.seed).empty()) {
     return fmt::format("{} warps are too few for {} windows at a share of {}", groups, kFewestWindows, options.share);
   }
-  traces::RayGroup last;  // secondary rays come behind all primary ones, when those have ended
+  traces::RayGroup last;  // secondary rays are a second launch, after all primary ones
   reader.read(groups - 1, last);
   return last.kind == traces::RayKind::primary ? "" : "secondary rays are a second launch";
 }

@@ -1,4 +1,4 @@
-// Windows: simulates some stretches of a large trace, one after the other on the whole machine, and estimates the run.
+// Windows mode: simulates stretches of a large trace back to back on the whole machine and estimates the run from them.
 #pragma once
 
 #include <cstdint>
@@ -10,30 +10,30 @@
 namespace grtx::sim {
 
 struct WindowOptions {
-  double share = 0.1;         ///< of the groups, to begin with, above 0; above 1/2 the whole trace
+  double share = 0.1;         ///< initial share of the groups, above 0; above 1/2 the whole trace is simulated
   double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
-  EnergyPricing price;  ///< none: the estimate has no energy statistics
+  EnergyPricing price;  ///< empty: no energy statistics
 };
 
-/// What windows leave over, of four designs of a full frame (docs/results/windows.md).
+/// Bias of windows mode, measured on four designs with a full frame (docs/results/windows.md).
 inline constexpr ModelBias kWindowsBias{0.012, 0.02};
 
 /// Throws Error for options out of range.
 void check_windows(const WindowOptions& options);
 
-/// Why windows of a trace do not stand for it on this machine; empty: they do.
+/// Why windows cannot represent the trace on this machine; empty: they can.
 std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options);
 
-/// In cycle mode some five minutes of a core.
+/// Node visits that take about five minutes of one core in cycle mode.
 inline constexpr std::uint64_t kManyVisits = 100'000'000;
 /// Whether a run that names no mode should take windows: they suit the trace, and it has at least `many` node visits.
 bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options,
                  std::uint64_t many = kManyVisits);
 
-/// A trace that windows do not suit (too few groups, secondary rays) is simulated as a whole, in cycle mode, and a line
-/// on stderr says so. Every simulation runs in a ChildProcess: may be called more than once a process. Throws what
-/// simulate() throws, and Error for a sequence of frames.
+/// A trace that windows do not suit (too few groups, secondary rays) is simulated completely in cycle mode, and a line
+/// on stderr says so. Every simulation runs in a ChildProcess, so this may be called repeatedly. Throws what simulate()
+/// throws, and Error for bad options, a sequence of frames, a unit in RTL, or a DRAM model other than built_in.
 SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options);
 
 }  // namespace grtx::sim
