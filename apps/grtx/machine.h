@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::sim {
 

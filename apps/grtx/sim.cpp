@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"

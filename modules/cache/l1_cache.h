@@ -236,7 +236,7 @@ class L1Cache final : public L1CacheModule, public touch_if {
     SectorCacheTags::Victim victim;
     Region region{};
   };
-  std::vector<Late> late_;        ///< in a sampled run: dirty lines that have left and wait for the write-back buffer
+  std::vector<Late> late_;  ///< in a sampled run: dirty lines that have left and wait for the write-back buffer
   TimedMisses timed_misses_;
   std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
   bool writes_back_;

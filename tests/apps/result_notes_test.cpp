@@ -100,7 +100,8 @@ TEST_F(ResultNotes, ClampedRowsAreAnotherScene) {
 
 TEST_F(ResultNotes, AViewThatIsTooSmallToSampleSaysSo) {
   trace("--machine blackwell-share");
-  EXPECT_EQ(of_sim("--mode sampled --machine blackwell-share"), (std::set<std::string>{"partial-launch", "small-view"}));
+  EXPECT_EQ(of_sim("--mode sampled --machine blackwell-share"),
+            (std::set<std::string>{"partial-launch", "small-view"}));
 }
 
 TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {

@@ -51,8 +51,8 @@ TEST(ModeAgreement, ComparesPointsOfTheSameSceneDesignAndCoordinates) {
   SweepResults sweep;
   sweep.points = {point("room", "sampled", 1, 110.0), point("room", "sampled", 2, 60.0),
                   point("room", "sampled", 4, 50.0),  point("room", "sampled", 8, 40.0),
-                  point("room", "cycle", 4, 50.0), point("room", "cycle", 1, 100.0),
-                  point("room", "cycle", 2, 48.0), point("hall", "cycle", 1, 9.0),
+                  point("room", "cycle", 4, 50.0),    point("room", "cycle", 1, 100.0),
+                  point("room", "cycle", 2, 48.0),    point("hall", "cycle", 1, 9.0),
                   point("hall", "sampled", 1, 9.0),   point("room", "cycle", 8, 1.0, "failed")};
   const std::vector<ModeAgreement> list = mode_agreements(sweep);
   ASSERT_EQ(list.size(), 1u);  // one point says nothing of a ranking

@@ -118,7 +118,8 @@ TEST_F(SearchProgram, WhatIsTooDearIsNotSimulated) {
     simulated += std::stod(area) <= bound ? 1 : 0;
   }
   EXPECT_EQ(simulated, found.at("counts").at("screened"));
-  EXPECT_EQ(simulated + 1, rows("a.sqlite", "SELECT id FROM point WHERE mode = 'sampled'").size());  // and the reference
+  EXPECT_EQ(simulated + 1,
+            rows("a.sqlite", "SELECT id FROM point WHERE mode = 'sampled'").size());  // and the reference
   for (const json& at : found.at("front")) {
     EXPECT_LE(found.at("candidates").at(at.get<std::size_t>()).at("confirming").at("ratios").at(1).get<double>(), 0.98);
   }

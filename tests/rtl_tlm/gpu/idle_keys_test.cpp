@@ -38,7 +38,8 @@ TEST(IdleKeys, OfSamplingAreIdleWhereNothingIsSampled) {
 
 std::vector<std::string> idle(const std::vector<std::string>& settings) {
   std::vector<std::string> all;
-  for (const IdleKey& each : idle_keys(load_config("", settings), SimulationMode::cycle)) all.push_back(each.key + ": " + each.because);
+  for (const IdleKey& each : idle_keys(load_config("", settings), SimulationMode::cycle))
+    all.push_back(each.key + ": " + each.because);
   return all;
 }
 

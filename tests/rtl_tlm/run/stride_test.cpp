@@ -172,8 +172,11 @@ TEST_F(Stride, APartWithoutAFunctionalEntryIsRefusedByName) {
 }
 
 TEST_F(Stride, AnOffsetIsBelowTheStride) {
-  EXPECT_THAT([] { (void)load_config("", {"sample.stride=4", "sample.offset=4"}); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("sample.offset: must be below the stride")));
+  EXPECT_THAT(
+      [] {
+        (void)load_config("", {"sample.stride=4", "sample.offset=4"});
+      },
+      ::testing::ThrowsMessage<Error>(HasSubstr("sample.offset: must be below the stride")));
 }
 
 }  // namespace

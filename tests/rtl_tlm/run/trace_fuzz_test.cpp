@@ -93,8 +93,8 @@ std::string simulated(const std::string& path, SimulationMode mode) {
   ChildProcess child("simulation", [&] {
     SimulationOptions options;
     options.watchdog_cycles = 200'000;
-    const SimulationResult result =
-        simulate(path, test::in_mode(load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), mode), options);
+    const SimulationResult result = simulate(
+        path, test::in_mode(load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), mode), options);
     return result.violations.empty() ? std::string() : result.violations.front();
   });
   try {

@@ -188,18 +188,19 @@ TEST_F(WindowSimulation, CommandLineRefusesInOneLine) {
   const struct {
     const char* arguments;
     const char* says;
-  } rows[] = {{"--mode windows --vcd w.vcd", "--mode cycle"},
-              {"--mode windows --timeline t.json", "--mode cycle"},
-              {"--mode windows --heatmap cycles=h.png", "--mode cycle"},
-              {"--mode windows --share 0", "--share"},
-              {"--mode windows --share 1.01", "--share"},
-              {"--mode windows --target-error 2%%", "--target-error"},
-              {"--mode windows --target-error none", "--target-error"},
-              {"--mode windows --target-error 150%", "--target-error"},
-              {"--mode sampled --share 0.2", "needs --mode windows"},
-              {"--seed 2", "needs --mode windows"},
-              {"--mode model", "--mode: unknown value 'model', the nearest is 'cycle' (known: cycle, sampled, windows)"},
-              {"--mode windows --sample-model visits", "--sample-model"}};
+  } rows[] = {
+      {"--mode windows --vcd w.vcd", "--mode cycle"},
+      {"--mode windows --timeline t.json", "--mode cycle"},
+      {"--mode windows --heatmap cycles=h.png", "--mode cycle"},
+      {"--mode windows --share 0", "--share"},
+      {"--mode windows --share 1.01", "--share"},
+      {"--mode windows --target-error 2%%", "--target-error"},
+      {"--mode windows --target-error none", "--target-error"},
+      {"--mode windows --target-error 150%", "--target-error"},
+      {"--mode sampled --share 0.2", "needs --mode windows"},
+      {"--seed 2", "needs --mode windows"},
+      {"--mode model", "--mode: unknown value 'model', the nearest is 'cycle' (known: cycle, sampled, windows)"},
+      {"--mode windows --sample-model visits", "--sample-model"}};
   for (const auto& row : rows) {
     const auto [code, text] = command("'" + file_.path() + "' " + row.arguments);
     EXPECT_EQ(code, 2) << row.arguments;
