@@ -106,7 +106,7 @@ std::string line_of(const StatisticDifference& difference) {
 }  // namespace
 
 StatisticUnit unit_of_statistic(const std::string& statistic) {
-  if (statistic.starts_with("gpu.sm") && statistic.find(".rt.") != statistic.npos) return unit_of_statistic("gpu.rt.");
+  if (statistic.starts_with("gpu.sm") && statistic.find(".rt") != statistic.npos) return unit_of_statistic("gpu.rt.");
   const std::size_t place = *place_of(statistic, &UnitNames::prefixes);  // "" fits all
   return {place, units()[place].unit};
 }

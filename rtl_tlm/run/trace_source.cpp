@@ -11,16 +11,6 @@
 #include "grtx/traces/codec/decoded_size.h"
 
 namespace grtx::sim {
-namespace {
-
-std::vector<std::uint64_t> all_indices(const traces::Reader& reader) {
-  std::vector<std::uint64_t> indices(reader.group_count());
-  std::iota(indices.begin(), indices.end(), std::uint64_t{0});
-  return indices;
-}
-
-}  // namespace
-
 void check_group(const traces::RayGroup& group, const traces::Header& header, const std::string& file) {
   const auto refuse = [&](std::size_t lane, std::size_t round, const std::string& rule) {
     throw Error(file, fmt::format("group {} lane {} round {}", group.index, lane, round), rule);
@@ -51,7 +41,7 @@ void check_group(const traces::RayGroup& group, const traces::Header& header, co
 }
 
 TraceSource::TraceSource(const traces::Reader& reader, unsigned decode_ahead)
-    : TraceSource(reader, all_indices(reader), decode_ahead) {}
+    : TraceSource(reader, all_groups(reader), decode_ahead) {}
 
 TraceSource::TraceSource(const traces::Reader& reader, std::vector<std::uint64_t> indices, unsigned decode_ahead)
     : reader_(reader), indices_(std::move(indices)), depth_(decode_ahead) {
