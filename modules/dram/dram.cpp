@@ -106,7 +106,7 @@ Cycle Dram::tick(Cycle now) {
   return due;
 }
 
-// What the queue never sees: malformed requests, and all requests of a perfect memory.
+// Answers requests that never enter the queue: malformed ones, and all requests of a perfect memory.
 void Dram::answer_unqueued(Channel& channel, Port& port, Cycle now) {
   if (port.arriving == nullptr || port.arrival > now) return;
   const ::tlm::tlm_generic_payload& payload = *port.arriving;
@@ -118,7 +118,7 @@ void Dram::answer_unqueued(Channel& channel, Port& port, Cycle now) {
   end_request(port, status);
 }
 
-// One a clock. Ports take turns; one whose request finds no room keeps its turn.
+// Accepts one request per clock. Ports take turns; a port whose request finds no room keeps its turn.
 void Dram::take_arrival(Channel& channel, Cycle now) {
   const auto arrived = [now](const Port& port) { return port.arriving != nullptr && port.arrival <= now; };
   const std::size_t ports = channel.ports.size();
@@ -180,8 +180,8 @@ void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
 
 Cycle Dram::next_due(Channel& channel, Cycle now) {
   if (channel.held && channel.ports[channel.turn].arrival <= now) {
-    // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
-    // not be looked at before that clock, because the channel is already there.
+    // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request cannot be
+    // accepted before that clock, because the channel has already been simulated up to it.
     Port& port = channel.ports[channel.turn];
     port.arrival = channel.channel.run_until_room(port.arriving->get_data_length()) + 1;
     channel.full_clocks += port.arrival - now;
@@ -240,7 +240,7 @@ bool Dram::idle() const {
 }
 
 Inventory Dram::inventory() const {
-  // The memory controllers' part; the DRAM chips are not on the die.
+  // Only the memory controllers; the DRAM chips are not on the die.
   const unsigned entry_bits = 40 - 5 + 1 + 8 * config_.channel.burst_bytes;
   const unsigned bank_bits = 16 + 1 + 4 * 8 + channels_.front().channel.scheduling_bits_per_bank();
   Inventory inventory;

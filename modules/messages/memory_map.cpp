@@ -8,12 +8,11 @@
 namespace grtx::modules {
 namespace {
 
-// Regions start on DRAM row boundaries, so that no burst straddles two of them.
+// Regions start on DRAM row boundaries, so that no burst straddles two regions.
 constexpr std::uint64_t kAlignment = 4096;
 
-// An eviction buffer holds at most the any-hit calls of one round that did not fit; a header does not know how many
-// that are, so the region is sized as the checkpoint buffer is (the paper gives both together) unless the config says
-// more.
+// An eviction buffer holds at most the any-hit calls of one round that did not fit into the k-buffer. Their number is
+// not in the header, so the default is the capacity of a checkpoint buffer (the paper sizes both together).
 constexpr std::uint64_t kMinimumEvictions = 256;
 
 constexpr std::uint64_t kCacheLine = 128;
@@ -28,8 +27,8 @@ std::uint64_t checked_entries(std::uint64_t entries, const char* name) {
 
 constexpr std::uint64_t round_up(std::uint64_t bytes, std::uint64_t unit) { return (bytes + unit - 1) / unit * unit; }
 
-// The rays of a warp fill their buffers in step. With a stride of an even number of lines their current entries would
-// all fall into the same few cache sets and DRAM banks; an odd number of lines spreads them.
+// The rays of a warp fill their buffers at the same pace. With a stride of an even number of lines their current
+// entries would map to the same few cache sets and DRAM banks; an odd number of lines spreads them.
 constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
   const std::uint64_t lines = (bytes + kCacheLine - 1) / kCacheLine;
   return (lines | 1) * kCacheLine;

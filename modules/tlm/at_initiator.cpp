@@ -103,7 +103,7 @@ void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& del
   make_visible(end_cycle_);
 }
 
-// At the first edge after BEGIN_RESP: not later than one clock after it, so the rest of that clock is the delay.
+// Called at the first edge after BEGIN_RESP, at most one clock after it; the rest of that clock is annotated as delay.
 void AtInitiator::end_response(Cycle now) {
   AtPayload& payload = *std::exchange(responding_, nullptr);
   end_cycle_ = kNever;
@@ -132,7 +132,7 @@ void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
   payload.responded = true;
   --outstanding_;
   Cycle visible = clock_.edge_after(delay.value());
-  // Annotated delays may overtake; the queue hands completions over in the order of their calls.
+  // A call with a shorter annotated delay may overtake an earlier one; completions stay in the order of the calls.
   if (!completions_.empty() && visible < last_visible_) visible = last_visible_;
   last_visible_ = visible;
   completions_.push(
