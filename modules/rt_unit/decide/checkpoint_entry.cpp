@@ -14,7 +14,7 @@ constexpr unsigned kNumberBits = 32;   ///< of an entry of 8 B; 32 more are t
 constexpr unsigned kSceneBits20 = 24;  ///< of an entry of 20 B: above the instance leaf's address of 40
 constexpr unsigned kSceneBits16 = 12;  ///< of an entry of 16 B: between the siblings' masks and the run flag
 
-/// How many bits number all node units in so many bytes.
+/// Number of bits to number all node units in `bytes`.
 unsigned bits_of(const traces::Header& header, std::uint64_t bytes) {
   const std::uint64_t unit = header.node_sizes().unit();
   const std::uint64_t units = (bytes + unit - 1) / unit;
