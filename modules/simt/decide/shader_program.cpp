@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
 
-// Lanes of `lanes` whose loop runs longer than `iteration`.
+// The lanes whose loop runs beyond `iteration`.
 template <typename Counts>
 LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) {
   LaneMask still = 0;
@@ -22,7 +22,7 @@ LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) 
   return still;
 }
 
-// Most distinct sectors of one warp instruction: every lane reads a record of its own.
+// Most distinct sectors of one warp instruction, when every lane reads a different record.
 std::size_t most_sectors(const traces::Header& header) {
   const std::uint64_t bytes =
       std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes, MemoryMap::kShapeBytes});
@@ -105,7 +105,7 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
   for_each_bit(warp.active, [&](unsigned lane) {
     most_entries = std::max(most_entries, warp.evictions[lane]);
     preloaded[lane] = std::min<std::uint32_t>(round_of(warp, lane).preloaded, k_);
-    // A trace that moves more than was evicted is refused by trace-check; here it must only stay inside the buffer.
+    // trace-check rejects a trace that moves more than was evicted; here the access must only stay inside the buffer.
     remaining[lane] = warp.evictions[lane] - std::min(warp.evictions[lane], preloaded[lane]);
     if (preloaded[lane] > 0) moving |= bit(lane);
   });
@@ -148,8 +148,8 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   if (single_ || list_) return any_hit_single(batch, phase);
 
-  // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
-  // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+  // The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
+  // and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one.
   using Entries = std::array<std::uint32_t, kMaxLanes>;
   LaneCounts reads{};
   LaneCounts writes{};
@@ -204,7 +204,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   }
 }
 
-// Below an instance leaf the RT unit has transformed the ray, and hands it over; else the shader does it.
+// Below an instance leaf the RT unit has already transformed the ray; in a monolithic BVH the shader transforms it.
 void ShaderProgram::intersection(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.intersection_batches;
   counters_.intersection_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
@@ -223,7 +223,7 @@ AnyHitBatch ShaderProgram::hits_of(AnyHitBatch batch) {
   return batch;
 }
 
-// The last step takes what loads are left, and the instructions that the others leave.
+// The last step gets all remaining loads and instructions.
 void ShaderProgram::close_steps(ShaderPhase& phase) const {
   const LoadStep all{static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads};
   if (!phase.steps.empty() && phase.steps.back() != all) phase.steps.push_back(all);
