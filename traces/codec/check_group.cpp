@@ -235,7 +235,7 @@ class GroupChecker {
     require(has_bins_ || read_ == source_.size(), "every source entry must be read");
   }
 
-  // The first event that visits the root tells what it is.
+  // The first event that visits the root determines its kind.
   void learn_root(EventKind kind) {
     CheckedNode& parent = nodes_[kRootParent];
     root_known_ =
@@ -244,7 +244,7 @@ class GroupChecker {
     parent.instance_mask = kind == EventKind::visit_instance ? 1 : 0;
   }
 
-  // The next event, for a node taken from the source buffer that lies below `instance`.
+  // Checks the event after the take of a source entry below `instance`: it must be the visit of that instance leaf.
   void check_transform(std::span<const Event> events, std::uint32_t instance) {
     ++event_;
     require(event_ < events.size(), "visit_instance must follow the take of a node inside an instance");
@@ -256,7 +256,7 @@ class GroupChecker {
     ++totals_.visits_instance;
   }
 
-  // An entry read from the source buffer; returns what is pushed.
+  // Checks the read of a source entry. Returns the frame that it pushes.
   StackFrame check_read(const Event& event) {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
@@ -279,7 +279,7 @@ class GroupChecker {
     return {};
   }
 
-  // Returns what is pushed.
+  // Returns the frame that the visit pushes.
   StackFrame check_instance(const Event& event, const NodeReference& popped) {
     require(header_->two_level, "an instance leaf needs a two-level structure");
     require((nodes_[popped.parent].instance_mask >> popped.slot & 1) != 0,
@@ -334,7 +334,7 @@ class GroupChecker {
     }
   }
 
-  // How the header's tracing collects hits, beyond what holds for each outcome.
+  // Rules of the header's tracing mode on collected hits, in addition to those of each outcome.
   void check_collection(const Event& event, LeafOutcome outcome) const {
     if (closest_) {
       require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
@@ -355,8 +355,8 @@ class GroupChecker {
             "a leaf must lie in the node image");
   }
 
-  // A node beyond t_max that was on the stack or in the source buffer: without checkpointing, or once the destination
-  // has overflowed, it is found again from the root; otherwise dropping it would lose it.
+  // A node beyond t_max from the stack or the source buffer may be dropped only without checkpointing or after an
+  // overflow of the destination, because then the next round finds it again from the root.
   void check_dropped_or_written(const Event& event, const NodeReference& node) {
     require(event.checkpoints <= 1, "a single node writes at most one checkpoint");
     require(event.checkpoints == 1 || !lossless_, "a node beyond t_max may not be dropped");
@@ -411,7 +411,7 @@ class GroupChecker {
 }  // namespace
 
 Totals check_group(const std::string& file, const Header& header, const RayGroup& group) {
-  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  // On the heap, because every member access of a thread_local object would go through the thread pointer.
   thread_local const std::unique_ptr<GroupChecker> checker = std::make_unique<GroupChecker>();
   return checker->check(file, header, group);
 }

@@ -13,12 +13,12 @@
 namespace grtx::traces {
 namespace {
 
-// What the columns hold is already predicted: short matches that zstd finds in them cost more than the Huffman codes of
-// the same bytes. A fast level that soon stops looking for them is both smaller and faster than level 1, as long as it
-// does not leave out Huffman codes, which fast levels do unless told otherwise.
+// The columns hold prediction residuals, in which short zstd matches cost more than Huffman codes of the same bytes. A
+// fast level that soon gives up searching for matches is both smaller and faster than level 1, if Huffman coding is
+// enabled explicitly, which fast levels otherwise leave out.
 constexpr int kCompressionLevel = -50;
 constexpr std::size_t kStoreBelow = 24;  ///< shorter columns do not repay zstd's frame header
-// A zstd block of up to 128 KiB takes at least four bytes (run-length block).
+// A zstd block of up to 128 KiB takes at least 4 bytes (run-length block).
 constexpr std::uint64_t kMaxExpansion = (128ULL << 10) / 4;
 
 struct FreeContext {

@@ -7,7 +7,7 @@
 
 namespace grtx::traces {
 
-// A cell for each kind and detail: what an event is follows no pattern that a branch could learn.
+// Counts in one cell per kind and detail, without branches, since the sequence of events is unpredictable.
 void RoundCounts::count(std::span<const Event> events) {
   constexpr std::size_t kDetails = 8;
   std::array<std::uint32_t, 16 * kDetails> cells{};

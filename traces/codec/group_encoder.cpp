@@ -162,7 +162,7 @@ void GroupEncoder::Impl::write(const NodeReference& entry) {
   bins_ = bins_.subspan(1);
 }
 
-// For a node taken from the source buffer that lies below the instance leaf at `leaf`.
+// Handles the event after the take of a node below the instance leaf at `leaf`: the visit of that leaf.
 void GroupEncoder::Impl::take_instance(const Event* event, std::uint32_t leaf) {
   out_.instance_of_taken();
   require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == leaf &&
@@ -185,7 +185,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, const Insta
   out_.leaf(at, event->outcome(), event->checkpoints, event->shifts());
 }
 
-/// Returns what is pushed: maybe nothing.
+/// Returns the pushed frame, which may be empty.
 StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, const InstancePath& path) {
   const unsigned slot = at.slot();
   if (event->kind() == EventKind::visit_internal) {
@@ -218,7 +218,7 @@ StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, cons
   return {root, levels_.below(path, event->node), 1};
 }
 
-/// Returns whether the entry was pushed: `taken` is its frame.
+/// Returns whether the entry was taken; if so, its frame is in `taken`.
 bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
   const bool take = event->kind() == EventKind::replay_take;
   require(take || event->kind() == EventKind::replay_forward, event,
