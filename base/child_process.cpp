@@ -21,7 +21,7 @@
 namespace grtx::sim {
 namespace {
 
-// First byte of what the child sends.
+// First byte of the child's message.
 constexpr char kResult = 'r';
 constexpr char kBadInput = 'e';  // followed by file \0 place \0 rule
 constexpr char kFailure = 'x';   // followed by the message

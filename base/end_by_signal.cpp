@@ -21,8 +21,8 @@ constexpr std::array kSignals{Signal{SIGHUP, "SIGHUP"}, Signal{SIGINT, "SIGINT"}
 
 constexpr int kMostTries = 1'000'000;  ///< for the list; only a child that was forked at a bad moment needs so many
 
-// The handler may run at any instruction of any thread, so the list has no lock that a handler could wait for in vain:
-// who changes it has signals blocked, allocates nothing, and is soon done.
+// The handler may run at any instruction of any thread. To avoid a deadlock with it, the list is changed only with
+// signals blocked, without allocation and briefly.
 std::atomic_flag list_taken = ATOMIC_FLAG_INIT;
 RemovedBySignal* list_begin = nullptr;
 std::atomic<const char*> advice_text{""};
@@ -60,7 +60,7 @@ EndHeld::~EndHeld() {
   ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-/// Async-signal-safe. Nobody changes the list afterwards.
+/// Async-signal-safe. Never releases the list, so that nobody changes it afterwards.
 void remove_by_signal() {
   for (int i = 0; i < kMostTries && list_taken.test_and_set(std::memory_order_acquire); ++i) ::sched_yield();
   for (const RemovedBySignal* file = list_begin; file != nullptr; file = file->next_) {
@@ -73,7 +73,7 @@ namespace {
 void end(int signal) {
   remove_by_signal();
   if (::getpid() == main_process) print_line(signal);
-  // As by the signal, so that a shell's loop ends, too.
+  // End by the signal itself, so that a shell loop that called this program also ends.
   struct sigaction plain {};
   plain.sa_handler = SIG_DFL;
   ::sigaction(signal, &plain, nullptr);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t kMostQuoted = 200;  ///< bytes of a path, a place or a rule that a message shows
 
-/// The two ends of a text that may be input of any length.
+/// Shortens input of any length to its beginning and end.
 std::string shortened(const std::string& text) {
   if (text.size() <= kMostQuoted) return text;
   return text.substr(0, kMostQuoted / 2) + " ... " + text.substr(text.size() - kMostQuoted / 2);

@@ -7,7 +7,7 @@
 namespace grtx {
 namespace {
 
-/// Byte, from 1, at which a text goes deeper than kMostJsonLevels; 0 when it does not.
+/// Position (from 1) of the byte at which the nesting exceeds kMostJsonLevels; 0 if it does not.
 std::size_t too_deep_at(std::string_view text) {
   int level = 0;
   bool in_string = false;

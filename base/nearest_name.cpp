@@ -7,8 +7,8 @@
 namespace grtx {
 namespace {
 
-/// Insertions, deletions, substitutions and swaps of neighbours; `limit`, when it is no less than that: known as soon
-/// as two whole rows are.
+/// Edit distance with insertions, deletions, substitutions and swaps of neighbours. Returns `limit` if the distance is
+/// not less, as soon as two successive rows show it.
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
   if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= limit) return limit;
   std::vector<std::size_t> before(b.size() + 1), row(b.size() + 1), next(b.size() + 1);
