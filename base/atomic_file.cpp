@@ -52,7 +52,7 @@ class Targets {
 
  private:
   std::mutex mutex_;
-  std::map<std::string, std::optional<RemovedBySignal>> partial_files_;  ///< by target
+  std::map<std::string, std::optional<RemovedBySignal>> partial_files_;  ///< target -> partial file
 };
 
 /// Whether a path leads to an open descriptor, like /dev/stdout and /dev/fd/3.
@@ -64,7 +64,7 @@ bool is_descriptor(const fs::path& path) {
 
 /// Follows symbolic links in the last component of a path, whether or not the target exists.
 std::string followed(const std::string& path) {
-  constexpr int kMostLinks = 40;  // as Linux
+  constexpr int kMostLinks = 40;  // as in Linux
   fs::path at = path;
   std::error_code none;
   for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(at, none)) && !is_descriptor(at); ++i) {
@@ -84,7 +84,7 @@ std::string beside(const fs::path& target, const std::string& ending) {
   if (name.size() + ending.size() <= most) return target.string() + ending;
   const std::string end = "-" + hex(xxh3(name)) + ending;
   std::size_t kept = most - std::min(most, end.size());
-  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // whole characters of UTF-8
+  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // keep whole UTF-8 characters
   return (folder / (name.substr(0, kept) + end)).string();
 }
 
@@ -134,7 +134,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
   if (!Targets::all().add(target_)) throw Error(path_, "", "is written already: two outputs have one name");
   int descriptor = -1;
   if (is_descriptor(target_)) {
-    std::fflush(stdout);  // what was printed before comes before
+    std::fflush(stdout);  // so that earlier output precedes this file
     descriptor = ::fcntl(std::atoi(fs::path(target_).filename().c_str()), F_DUPFD_CLOEXEC, 3);
   } else if (exists && !S_ISREG(status.st_mode)) {
     descriptor = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
@@ -152,7 +152,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
 
 AtomicFile::~AtomicFile() {
   if (file_ == nullptr) return;
-  if (!partial_.empty()) std::remove(partial_.c_str());  // while it is locked: then it is nobody else's
+  if (!partial_.empty()) std::remove(partial_.c_str());  // while locked, so that it is still our file
   std::fclose(file_);
   Targets::all().remove(target_);
 }
@@ -175,7 +175,7 @@ void AtomicFile::commit() {
   if (done && regular) then(std::rename(partial_.c_str(), target_.c_str()) == 0);
   if (!done && regular) std::remove(partial_.c_str());
   const bool closed = std::fclose(file_) == 0;
-  if (!regular) then(closed);  // else all of it is on the disk already
+  if (!regular) then(closed);  // a regular file is already synced
   file_ = nullptr;
   Targets::all().remove(target_);
   errno = why;

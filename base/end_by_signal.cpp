@@ -19,7 +19,7 @@ struct Signal {
 };
 constexpr std::array kSignals{Signal{SIGHUP, "SIGHUP"}, Signal{SIGINT, "SIGINT"}, Signal{SIGTERM, "SIGTERM"}};
 
-constexpr int kMostTries = 1'000'000;  ///< for the list; only a child that was forked at a bad moment needs so many
+constexpr int kMostTries = 1'000'000;  ///< to lock the list; reached only in a child forked while it was locked
 
 // The handler may run at any instruction of any thread. To avoid a deadlock with it, the list is changed only with
 // signals blocked, without allocation and briefly.
@@ -35,7 +35,7 @@ void print_line(int signal) {
     const std::size_t used = std::strlen(line.data());
     std::strncpy(line.data() + used, text, line.size() - 1 - used);
   };
-  if (on_terminal) append("\r\033[K");  // over a progress bar
+  if (on_terminal) append("\r\033[K");  // overwrites a progress bar
   append("grtx: ended by ");
   for (const Signal& known : kSignals) {
     if (known.number == signal) append(known.name);
@@ -82,7 +82,7 @@ void end(int signal) {
   ::sigaddset(&one, signal);
   ::pthread_sigmask(SIG_UNBLOCK, &one, nullptr);
   ::raise(signal);
-  ::_exit(128 + signal);  // process 1 of a container survives that
+  ::_exit(128 + signal);  // process 1 of a container survives the signal
 }
 
 }  // namespace

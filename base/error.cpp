@@ -5,7 +5,7 @@
 namespace grtx {
 namespace {
 
-constexpr std::size_t kMostQuoted = 200;  ///< bytes of a path, a place or a rule that a message shows
+constexpr std::size_t kMostQuoted = 200;  ///< most bytes of a path, place or rule in a message
 
 /// Shortens input of any length to its beginning and end.
 std::string shortened(const std::string& text) {

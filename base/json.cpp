@@ -82,7 +82,7 @@ template <typename Json>
 std::string json_text(const Json& json, int indent) {
   try {
     return json.dump(indent);
-  } catch (const nlohmann::json::type_error&) {  // a text that is no UTF-8
+  } catch (const nlohmann::json::type_error&) {  // a text is not UTF-8
     Json made = json;
     make_utf8(made);
     return made.dump(indent);

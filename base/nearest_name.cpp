@@ -33,7 +33,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
 }  // namespace
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
-  constexpr std::size_t kLongest = 200;  // beyond any known name: the time is the product of both lengths
+  constexpr std::size_t kLongest = 200;  // longer than any known name; bounds the time, the product of both lengths
   name = name.substr(0, kLongest);
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();

@@ -24,7 +24,7 @@ std::string at(std::uint64_t offset) { return "byte " + std::to_string(offset); 
 
 struct Reader::Impl {
   explicit Impl(const std::string& p) : path(p) {
-    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait
+    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // so that opening a FIFO does not block
     if (descriptor < 0) throw Error(path, "", std::string("cannot be read: ") + std::strerror(errno));
   }
   ~Impl() {
@@ -147,7 +147,7 @@ struct Reader::Impl {
   Header header;
   Totals totals;
   std::string content_hash;
-  std::vector<std::uint64_t> offsets;  ///< of the chunks, then of the footer
+  std::vector<std::uint64_t> offsets;  ///< file offsets of the chunks, then of the footer
 };
 
 Reader::Reader(const std::string& path) : impl_(std::make_unique<Impl>(path)) { impl_->open(); }

@@ -35,7 +35,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   }
   if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  const AddressInterleave& map = config_.interleave;  // by the address a response finds its socket
+  const AddressInterleave& map = config_.interleave;  // a response finds its socket by the address
   const bool shared = map.slices_a_channel() > 1;
   if (shared && map.slice(payload.get_address()) != socket) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   return ::tlm::TLM_OK_RESPONSE;
@@ -57,7 +57,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     port.responding = nullptr;
     port.response_free = edge;
     payload.release();
-    if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // the clock in which one may be ready is booked
+    if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // next_due() has booked the clock of the next response
     const Cycle next = std::max(edge, port.responses.front().due);
     channel.due = std::min(channel.due, next);
     alarm_.request(next);
@@ -172,7 +172,7 @@ void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
   ++channel.responded;
   --port.outstanding;
   const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
-  if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
+  if (!ended || port.responding == nullptr) return;  // END_RESP will come, or came, as a forward call
   port.responding = nullptr;
   port.response_free = clock_.edge_after(delay.value());
   payload.release();
@@ -188,7 +188,7 @@ Cycle Dram::next_due(Channel& channel, Cycle now) {
     collect_completions(channel);
   }
   Cycle due = kNever;
-  bool answered = true;  // all that is queued has a response before what is queued in the channel
+  bool answered = true;  // all ports have waiting responses, which precede the channel's completions
   for (const Port& port : channel.ports) {
     if (port.arriving != nullptr && !(channel.held && port.arrival <= now)) due = std::min(due, port.arrival);
     if (port.responses.empty()) {

@@ -17,8 +17,9 @@ constexpr std::uint64_t kMinimumEvictions = 256;
 
 constexpr std::uint64_t kCacheLine = 128;
 
-constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< as AddressIndex can tell sectors apart
-constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 32;  ///< of a ray's buffer; products stay within 64 bits
+constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< 128 GiB, the limit of AddressIndex for sectors
+constexpr std::uint64_t kMostEntries = std::uint64_t{1}
+                                       << 32;  ///< most entries of a ray's buffer, so that products fit 64 bits
 
 std::uint64_t checked_entries(std::uint64_t entries, const char* name) {
   if (entries > kMostEntries) throw Error("memory map", name, "a ray's buffer has at most 2^32 entries");

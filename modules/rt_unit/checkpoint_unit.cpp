@@ -15,7 +15,7 @@ namespace grtx::modules {
 
 namespace {
 
-constexpr unsigned kBinNumberBits = 11;  ///< of t as fp32, those that frontend/tracer/bin_number.h takes
+constexpr unsigned kBinNumberBits = 11;  ///< bits of an fp32 t that form a bin number (frontend/tracer/bin_number.h)
 
 /// Adds the hardware for bins: per lane the heads, tails and readable entries of each ring, and the open sectors. The
 /// bin number is taken from the bits of a distance.
@@ -296,7 +296,7 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   operators.push_back({"mux", entry_bits + config.entry_bytes, shifts * (config.lanes + 1ull)});
   operators.push_back({"match", 48, places});  // a read waits for a write of its sector
   operators.push_back({"mux", 48, 2});         // a request is a read or a write
-  operators.push_back({"mux", 1, 5 * lanes});  // the bit a ray is set, cleared and read
+  operators.push_back({"mux", 1, 5 * lanes});  // set, clear and read the bit of each ray
   operators.push_back({"increment", static_cast<unsigned>(control - lanes - places), 1});
   return inventory;
 }

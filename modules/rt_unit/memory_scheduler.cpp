@@ -99,7 +99,7 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   const std::uint64_t key = merge_key(node.address, node.header);
   AddressIndex& merge = merge_[entry_of(id)];
   if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
-    if (fetches_[under_way].node.kind != node.kind) {  // only a trace that contradicts itself says so
+    if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
       throw std::runtime_error("the node at byte " + std::to_string(address) + " is of two kinds");
     }
     fetches_[under_way].lanes |= lane;

@@ -219,7 +219,7 @@ void RtUnit::end_of_elaboration() {
 }
 
 void RtUnit::restart(Caches) {
-  make_anew(traffic_, context_.header, config_.memory.traffic);  // before those that refer to it
+  make_anew(traffic_, context_.header, config_.memory.traffic);  // before the parts that refer to it
   for (RtPart* part : parts_) part->restart();
   due_ = kNever;
   accounted_ = settled_ = 0;

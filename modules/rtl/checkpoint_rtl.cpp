@@ -31,8 +31,8 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kEntryBytes = 28;                        ///< most
-static_assert(std::endian::native == std::endian::little);  // wide pins are words, the lowest first
+constexpr unsigned kEntryBytes = 28;                        ///< largest entry size
+static_assert(std::endian::native == std::endian::little);  // wide pins are arrays of words, lowest first
 constexpr std::uint32_t kInfinity = 0x7f800000;
 
 /// t values as fp32 bits.
@@ -90,7 +90,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         model_("checkpoint_unit"),
         noise_(options.disturbance) {
     require_allowed("rt.checkpoint", config_);
-    CheckpointLayout(config_, rt.header);  // refuses what cannot be
+    CheckpointLayout(config_, rt.header);  // throws Error for an impossible configuration
     if (rt.map.checkpoint_entry_bytes() != config_.entry_bytes) {
       throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
     }
@@ -128,7 +128,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.begin_valid = 0;
   }
 
-  bool needs_source_entries() const override { return false; }  // read from the front
+  bool needs_source_entries() const override { return false; }  // the RTL reads buffers from the front
 
   bool submit(LaneId id, unsigned entries, bool last) override {
     Model& pins = disturbed();
@@ -159,7 +159,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     if (pins.read_refused) CheckpointLayout::refuse("reads");
     ++counters_.entries_read;
     if (pins.read_straddles) ++counters_.straddling_read;
-    look();  // this read may be the next at the front
+    look();  // this read may be the next in the queue
     model_.settle();
     const bool done = pins.read_done;
     if (done) take_part();
@@ -218,7 +218,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = model_.pins();
     const bool submitted = pins.submitted_level != 0;
     if (!submitted && !requested_) return;
-    if (stuck_ && !requested_) {  // as in the cycle before: nothing moves, so this cycle has no edge
+    if (stuck_ && !requested_) {  // nothing can move, as in the previous cycle, so no clock edge is needed
       ++counters_.blocked_cycles;
       return;
     }
@@ -227,7 +227,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     look();
     pins.req_ready = requested_;
     const unsigned items = offer();
-    if (submitted) {  // else no output is looked at
+    if (submitted) {  // otherwise no output is read
       model_.settle();
       check_validation();
     }
@@ -315,14 +315,14 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
 
   struct Ray {
-    std::uint64_t offset = 0;  ///< of its buffers, from the bases
+    std::uint64_t offset = 0;  ///< byte offset of its buffers from the base addresses
     bool parity = false;
-    std::uint64_t source = 0, destination = 0;  ///< generations
-    std::uint32_t written = 0;                  ///< entries taken in the round
-    std::uint8_t pending = 0;                   ///< entries submitted, not taken
+    std::uint64_t source = 0, destination = 0;  ///< generations of the buffers' contents
+    std::uint32_t written = 0;                  ///< entries accepted in this round
+    std::uint8_t pending = 0;                   ///< entries submitted, not accepted yet
     bool last = false;
-    bool submitted = false;     ///< and not done
-    std::uint32_t arrived = 0;  ///< source entries
+    bool submitted = false;     ///< has items that are not accepted yet
+    std::uint32_t arrived = 0;  ///< source entries received
     std::uint32_t part_mask = 0;
     std::array<std::uint8_t, kEntryBytes> part{};
   };
@@ -515,13 +515,13 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::vector<Ray> rays_;
   ClockedModel<Model> model_;
   std::uint64_t noise_;
-  std::vector<std::uint64_t> generations_;  ///< by warp slot, lane and buffer: what was written into it last
+  std::vector<std::uint64_t> generations_;  ///< [warp slot, lane, buffer] generation last written
   std::uint64_t last_generation_ = 0;
-  std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
-  std::array<LaneId, kLanes> items_{};                ///< whose items are offered
+  std::unordered_map<std::uint64_t, Sector> memory_;  ///< address -> contents written by the block
+  std::array<LaneId, kLanes> items_{};                ///< [item] lane of the offered item
   std::array<EntryTimes, kLanes> times_{};
-  bool requested_ = false;  ///< this cycle
-  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
+  bool requested_ = false;  ///< a request is sent in this cycle
+  bool stuck_ = false;      ///< the write queue is full for the first item, and nothing has left it since
   Cycle shown_in_ = kNever;
   std::array<std::uint64_t, 9> shown_{};
   CheckpointCounters counters_;

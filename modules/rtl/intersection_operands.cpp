@@ -162,7 +162,7 @@ BoxOperands made_box_operands(std::uint64_t seed, unsigned boxes) {
       operands.lower[slot][axis] = a;
       operands.upper[slot][axis] = b;
     }
-    if (slot > 0 && numbers.below(6) == 0) {  // the same box again: the order is the slots'
+    if (slot > 0 && numbers.below(6) == 0) {  // repeat the previous box: a tie, resolved by slot
       operands.lower[slot] = operands.lower[slot - 1];
       operands.upper[slot] = operands.upper[slot - 1];
     }
@@ -192,7 +192,7 @@ TransformOperands made_transform_operands(std::uint64_t seed) {
   for (Float3* vector : {&operands.translation, &operands.origin, &operands.direction}) {
     for (float& x : *vector) x = number();
   }
-  if (numbers.below(4) == 0) {  // products that cancel, and a direction along an axis
+  if (numbers.below(4) == 0) {  // products that cancel, and a direction parallel to an axis
     operands.rows[0][1] = operands.rows[0][0];
     operands.direction[1] = -operands.direction[0];
     operands.direction[2] = numbers.below(2) == 0 ? 0.0f : -0.0f;

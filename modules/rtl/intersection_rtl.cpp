@@ -276,9 +276,9 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   static constexpr unsigned kMostTests = 15, kRayBits = 10;
   static_assert(1u << kRayBits == IntersectionRtlLimits::kWarps * kMaxLanes);
   struct Lane {
-    std::uint32_t visit = 0;  ///< how often it has asked
+    std::uint32_t visit = 0;  ///< number of requests so far
     Cycle queued = 0;
-    std::uint64_t started = 0;  ///< as which one
+    std::uint64_t started = 0;  ///< number of its start, for ordering results
     std::uint8_t tests = 0;
   };
   struct Flight {
@@ -383,11 +383,11 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   std::vector<Lane> lanes_;
   ClockedModel<Model> model_;
   std::uint64_t noise_;
-  Cycle passed_ = 0;  ///< cycles that the block has seen
+  Cycle passed_ = 0;  ///< cycles that the block has been clocked through
   RingQueue<LaneId> order_;
   std::array<RingQueue<Flight>, kCount> flights_;
   std::array<Cycle, kCount> free_from_{};
-  std::vector<std::pair<std::uint64_t, LaneId>> results_;  ///< of this cycle
+  std::vector<std::pair<std::uint64_t, LaneId>> results_;  ///< results of this cycle: (start number, lane)
   std::vector<RtlSignal> signals_ = {{"clk_edges", 32},        {"level", 11},           {"in_flight", 11},
                                      {"busy", kCount},         {"start_valid", kCount}, {"test_valid", kCount},
                                      {"result_valid", kCount}, {"result_last", kCount}};

@@ -52,7 +52,7 @@ void AtInitiator::fill(AtPayload& payload) {
 void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
-  update(clock_.cycle());  // END_RESP of this cycle goes first: the target may answer within the call below
+  update(clock_.cycle());  // END_RESP of this cycle first, since the target may respond within the call below
   AtPayload& payload = pool_.acquire();
   payload.context = context;
   payload.origin.origin = origin;
@@ -80,7 +80,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
 
 ::tlm::tlm_sync_enum AtInitiator::nb_transport_bw(::tlm::tlm_generic_payload& transaction, ::tlm::tlm_phase& phase,
                                                   sc_core::sc_time& delay) {
-  AtPayload& payload = static_cast<AtPayload&>(transaction);  // only payloads of our own pool come back to us
+  AtPayload& payload = static_cast<AtPayload&>(transaction);  // the target only returns payloads of our pool
   if (phase == tlm::END_REQ) {
     end_request(payload, delay);
     return ::tlm::TLM_ACCEPTED;

@@ -117,7 +117,7 @@ class GroupChecker {
     if (round.overflow) {
       ++totals_.overflows;
       destination_.clear();
-      const bool unused = last && round.eviction_dropped == 0;  // a ray that ends needs no eviction buffer
+      const bool unused = last && round.eviction_dropped == 0;  // the last round needs no eviction buffer
       require(unused || round.eviction_dropped == evictions_, "an overflow must drop the whole eviction buffer");
       evictions_ -= round.eviction_dropped;
     } else {
@@ -151,7 +151,7 @@ class GroupChecker {
     }
     lossless_ = header_->checkpoint && !round.overflow;
     StackFrame top{kRootParent, {}, round.replay ? 0U : 1U};
-    std::size_t depth = 0;  // of the frames below
+    std::size_t depth = 0;  // frames below the top one
     CheckedNode* const nodes = nodes_.begin();
     const std::uint32_t first_node = nodes_.first_node();
     const std::uint32_t node_count = nodes_.dictionary_size();
@@ -387,24 +387,24 @@ class GroupChecker {
   std::size_t event_ = kNowhere;
   Totals totals_;
   CheckedNodes nodes_;
-  bool root_known_ = false;  ///< some event has visited the root
+  bool root_known_ = false;  ///< an event has visited the root
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   SourceAssignment assignment_;
-  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
-  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::vector<std::uint32_t> addresses_;                  ///< order nearest: addresses of the source entries
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< order nearest: position of each read
   std::size_t read_ = 0;                                  ///< source entries read in this round
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
-  PopOrder pop_order_;                                    ///< the header's words, looked at once
+  PopOrder pop_order_;                                    ///< the header's modes, decoded once
   ReadOrder read_order_;
   bool multi_ = false;
   bool closest_ = false;
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
   bool lossless_ = false;                ///< this round must keep every node beyond t_max
 };
 

@@ -40,7 +40,7 @@ void count_round(const Header& header, const Round& round, const RoundCounts& co
   totals.checkpoints_written += counts.written;
   totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, counts.written);
   if (round.overflow) ++totals.overflows;
-  if (!header.checkpoint) return;  // what does not fit is found again by the next round
+  if (!header.checkpoint) return;  // no eviction buffer: the next round finds these hits again
   const std::uint64_t evicted = counts.leaves[static_cast<std::size_t>(LeafOutcome::displaced)] +
                                 counts.leaves[static_cast<std::size_t>(LeafOutcome::rejected)];
   totals.evictions += evicted;

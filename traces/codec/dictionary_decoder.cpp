@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
 
-constexpr std::uint32_t kSkipped = 1U << 31;  ///< with an index: a child not in the dictionary lies before it
+constexpr std::uint32_t kSkipped = 1U << 31;  ///< flag in a node index: an unvisited child comes before it
 
 }  // namespace
 

@@ -414,20 +414,20 @@ class GroupDecoder {
   PopReader inner_;
   PopReader leaves_;
   ByteReader hits_;
-  std::uint64_t pops_left_ = 0;  ///< of the group
-  std::uint64_t replayed_ = 0;   ///< events of the ray that are no pops
+  std::uint64_t pops_left_ = 0;  ///< pops that the group may still have
+  std::uint64_t replayed_ = 0;   ///< events of the ray that are not pops
   const std::vector<NodeDefinition>* nodes_ = nullptr;
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
-  std::vector<Event> events_ = std::vector<Event>(1024);  ///< of the ray; from event_count_ on there is only room
+  std::vector<Event> events_ = std::vector<Event>(1024);  ///< events of the ray; only the first event_count_ are valid
   std::size_t event_count_ = 0;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round
-  std::int64_t last_taken_ = -1;  ///< position of the one read last
-  std::vector<bool> read_;        ///< nearest order: entries already read
+  std::int64_t last_taken_ = -1;  ///< position of the last entry read
+  std::vector<bool> read_;        ///< order nearest: entries already read
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::vector<std::uint8_t> bins_;       ///< of the ray's entries
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::vector<std::uint8_t> bins_;       ///< bins of the ray's entries
 };
 
 }  // namespace

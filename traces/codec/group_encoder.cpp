@@ -48,13 +48,13 @@ struct GroupEncoder::Impl {
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round
-  std::int64_t last_taken_ = -1;  ///< position of the one read last
+  std::int64_t last_taken_ = -1;  ///< position of the last entry read
   SourceAssignment assignment_;
-  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
-  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::vector<std::uint32_t> addresses_;                  ///< order nearest: addresses of the source entries
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< order nearest: position of each read
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
 };
 
 void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
@@ -110,7 +110,7 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     assigned_ = &assignment_.assign(addresses_, source_, events, levels_);
   }
   StackFrame top{GroupModel::kRootParent, {}, round.replay ? 0U : 1U};
-  frames_.clear();  // below the top
+  frames_.clear();  // frames below the top one
   const Event* const end = events.data() + events.size();
   for (const Event* event = events.data(); event != end; ++event) {
     if (top.remaining == 0) {

@@ -50,7 +50,7 @@ void DramChannel::restart(bool keep_rows) {
 void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write,
                           RequestOrigin origin) {
   assert(can_accept(bytes) && next_ >= now);
-  while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // of a channel without requests
+  while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // refreshes that were skipped while there were no requests
   count_queue(now);
   const std::uint32_t number = free_.back();
   free_.pop_back();
@@ -301,7 +301,7 @@ void DramChannel::remove(std::uint32_t number) {
   }
   (e.newer != kNone ? entries_[e.newer].older : bank.newest) = e.older;
   if (bank.oldest == kNone) queues_.busy &= ~(std::uint64_t{1} << e.bank);
-  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest of its row
+  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest for the open row
   free_.push_back(number);
   --queued_;
 }

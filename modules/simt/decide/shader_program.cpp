@@ -100,7 +100,7 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts preloaded{};
   LaneCounts remaining{};
-  LaneMask moving = 0;  // lanes that rewrite what stays in their eviction buffer
+  LaneMask moving = 0;  // lanes that rewrite the rest of their eviction buffer
   std::uint32_t most_entries = 0;
   for_each_bit(warp.active, [&](unsigned lane) {
     most_entries = std::max(most_entries, warp.evictions[lane]);
@@ -153,7 +153,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   using Entries = std::array<std::uint32_t, kMaxLanes>;
   LaneCounts reads{};
   LaneCounts writes{};
-  Entries last_read{};  // entry of the first read; the next ones lie before it
+  Entries last_read{};  // entry of the first read; further reads go downwards
   Entries last_written{};
   LaneMask evicting = 0;
   std::uint32_t most_shifts = 0;
@@ -241,7 +241,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
-  LaneCounts first{};  // where the sorted entries of a lane begin
+  LaneCounts first{};  // [lane] index of its first sorted entry
   const std::uint32_t before = warp.batch * costs_.list_batch;
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
@@ -258,7 +258,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     const auto entry = [&](unsigned lane) {
       return warp.group->rays[lane].processed[warp.first_processed[lane] + before + i];
     };
-    if (!closest_ && !list_) {  // these have it in registers
+    if (!closest_ && !list_) {  // with closest and list the entry is in registers
       access_k_buffer(
           warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
@@ -271,7 +271,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     });
     phase.instructions += costs_.blend_per_entry;
     counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
-    if (blending == 0) continue;  // no lane takes the branch that evaluates the colour
+    if (blending == 0) continue;  // no lane evaluates the colour
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
     load(Region::sh, phase);
     for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });

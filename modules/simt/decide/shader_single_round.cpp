@@ -88,7 +88,7 @@ void ShaderProgram::sort(unsigned slot, ShaderPhase& phase) {
     most = std::max(most, entries[lane]);
   });
   phase.reset(PhaseKind::sort, std::uint64_t{costs_.sort_per_entry} * most);
-  const unsigned from = warp.sort_pass % 2 * k_;  // the two halves of the buffer take turns
+  const unsigned from = warp.sort_pass % 2 * k_;  // the two halves of the buffer alternate as source
   const unsigned to = k_ - from;
   const auto read_at = [&](unsigned, std::uint32_t i) { return from + i; };
   const auto write_at = [&](unsigned, std::uint32_t i) { return to + i; };
