@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 int open_partial(const std::string& target, std::string& name);
 
-/// What this process is writing.
+/// The files that this process is writing.
 class Targets {
  public:
   static Targets& all() {
@@ -37,7 +37,7 @@ class Targets {
     const std::lock_guard lock(mutex_);
     return partial_files_.try_emplace(target).second;
   }
-  /// open_partial() of an added target, whose file a signal removes from the moment in which there is one.
+  /// open_partial() of an added target; from the moment the file exists, a signal removes it.
   int open(const std::string& target, std::string& name) {
     const std::lock_guard lock(mutex_);
     const EndHeld held;
@@ -52,19 +52,19 @@ class Targets {
 
  private:
   std::mutex mutex_;
-  std::map<std::string, std::optional<RemovedBySignal>> partial_files_;  ///< by target
+  std::map<std::string, std::optional<RemovedBySignal>> partial_files_;  ///< target -> partial file
 };
 
-/// /dev/stdout, /dev/fd/3 and the like lead there.
+/// Whether a path leads to an open descriptor, like /dev/stdout and /dev/fd/3.
 bool is_descriptor(const fs::path& path) {
   std::error_code none;
   const fs::path descriptors = fs::canonical("/proc/self/fd", none);
   return !none && fs::canonical(path.parent_path(), none) == descriptors;
 }
 
-/// Where a path leads when its last part is a symbolic link, whether or not there is something.
+/// Follows symbolic links in the last component of a path, whether or not the target exists.
 std::string followed(const std::string& path) {
-  constexpr int kMostLinks = 40;  // as Linux
+  constexpr int kMostLinks = 40;  // as in Linux
   fs::path at = path;
   std::error_code none;
   for (int i = 0; i < kMostLinks && fs::is_symlink(fs::symlink_status(at, none)) && !is_descriptor(at); ++i) {
@@ -75,7 +75,7 @@ std::string followed(const std::string& path) {
   return at.string();
 }
 
-/// target + ending, or, where the file system has no names as long, one with a hash in place of the name's end.
+/// target + ending; if that is too long for the file system, the end of the name is replaced by a hash.
 std::string beside(const fs::path& target, const std::string& ending) {
   const std::string name = target.filename().string();
   const fs::path folder = target.parent_path();
@@ -84,13 +84,12 @@ std::string beside(const fs::path& target, const std::string& ending) {
   if (name.size() + ending.size() <= most) return target.string() + ending;
   const std::string end = "-" + hex(xxh3(name)) + ending;
   std::size_t kept = most - std::min(most, end.size());
-  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // whole characters of UTF-8
+  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xc0U) == 0x80U) --kept;  // keep whole UTF-8 characters
   return (folder / (name.substr(0, kept) + end)).string();
 }
 
-/// Opens and locks the file that is written until it is complete and becomes `target`: "target.partial". A killed run
-/// may have left one. While another process writes it, or where there are no locks, the name has this process's number.
-/// Returns the descriptor, or -1 with errno.
+/// Opens and locks "target.partial", possibly one left by a killed run. If another process is writing it, or locks are
+/// not supported, the name contains this process's number. Returns the descriptor, or -1 with errno.
 int open_partial(const std::string& target, std::string& name) {
   name = beside(target, ".partial");
   for (;;) {
@@ -104,7 +103,7 @@ int open_partial(const std::string& target, std::string& name) {
       if (file >= 0) ::close(file);
       break;
     }
-    // Its writer may have given it its final name after it was opened here.
+    // Its writer may have renamed it to its final name after it was opened here.
     if (::stat(name.c_str(), &named) == 0 && named.st_ino == opened.st_ino && ::ftruncate(file, 0) == 0) return file;
     ::close(file);
   }
@@ -112,7 +111,7 @@ int open_partial(const std::string& target, std::string& name) {
   return ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 }
 
-/// So that a rename is on the disk, too. Not every file system can; then it is as good as it gets.
+/// Syncs the folder, so that a rename is also on disk. Errors are ignored, since not every file system supports it.
 void sync_folder_of(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   const int file = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -135,7 +134,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
   if (!Targets::all().add(target_)) throw Error(path_, "", "is written already: two outputs have one name");
   int descriptor = -1;
   if (is_descriptor(target_)) {
-    std::fflush(stdout);  // what was printed before comes before
+    std::fflush(stdout);  // so that earlier output precedes this file
     descriptor = ::fcntl(std::atoi(fs::path(target_).filename().c_str()), F_DUPFD_CLOEXEC, 3);
   } else if (exists && !S_ISREG(status.st_mode)) {
     descriptor = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
@@ -153,7 +152,7 @@ AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), target_(follo
 
 AtomicFile::~AtomicFile() {
   if (file_ == nullptr) return;
-  if (!partial_.empty()) std::remove(partial_.c_str());  // while it is locked: then it is nobody else's
+  if (!partial_.empty()) std::remove(partial_.c_str());  // while locked, so that it is still our file
   std::fclose(file_);
   Targets::all().remove(target_);
 }
@@ -172,11 +171,11 @@ void AtomicFile::commit() {
     if (done && !succeeded) why = errno;
     done = done && succeeded;
   };
-  // Renamed while it is locked: another process would take the partial file over, and this one's name would go to that.
+  // Rename while locked: otherwise another process could take over the partial file, and its file would be renamed.
   if (done && regular) then(std::rename(partial_.c_str(), target_.c_str()) == 0);
   if (!done && regular) std::remove(partial_.c_str());
   const bool closed = std::fclose(file_) == 0;
-  if (!regular) then(closed);  // else all of it is on the disk already
+  if (!regular) then(closed);  // a regular file is already synced
   file_ = nullptr;
   Targets::all().remove(target_);
   errno = why;

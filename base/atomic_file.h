@@ -1,4 +1,5 @@
-// Output files appear under their final name only when complete: a killed run leaves the old file or the new one.
+// Atomic file output: a file appears under its final name only when complete, so a killed run leaves the old or the new
+// file.
 #pragma once
 
 #include <cstddef>
@@ -8,12 +9,11 @@
 
 namespace grtx {
 
-/// Writes to "path.partial" (or a like name: long ones are cut) and renames to `path` on commit(), when all of it is on
-/// the disk. Removes the partial file when destroyed uncommitted or ended by a signal (end_by_signal.h); takes over
-/// what a killed run has left. A symbolic link is followed: its target is replaced. A device, a FIFO and what is open
-/// already
-/// (/dev/stdout) are written directly. Throws Error when the folder is missing or not writable, when the disk is full,
-/// and when this process is writing the same file already.
+/// Writes to "path.partial" (long names are shortened). commit() syncs it to disk and renames it to `path`. The partial
+/// file is removed if the object is destroyed uncommitted or a signal ends the process (end_by_signal.h); one left by a
+/// killed run is taken over. Symbolic links are followed: their target is replaced. Devices, FIFOs and open descriptors
+/// (/dev/stdout) are written directly. Throws Error if the folder is missing or not writable, if the disk is full, or
+/// if this process is already writing the same file.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
@@ -26,15 +26,15 @@ class AtomicFile {
   /// Bytes written so far.
   std::size_t size() const { return size_; }
   const std::string& path() const { return path_; }
-  /// Flushes, renames to the final name. Call once.
+  /// Flushes and renames to the final name. Call once.
   void commit();
 
  private:
   [[noreturn]] void fail(const std::string& place) const;
 
   std::string path_;     ///< as given
-  std::string target_;   ///< where it ends up
-  std::string partial_;  ///< "": written directly
+  std::string target_;   ///< final path, with symbolic links followed
+  std::string partial_;  ///< "" if written directly
   std::FILE* file_ = nullptr;
   std::size_t size_ = 0;
 };
@@ -42,10 +42,10 @@ class AtomicFile {
 /// Writes a whole file atomically.
 void write_file(const std::string& path, std::string_view content);
 
-/// Inputs are regular files: a FIFO without a writer would be waited for without end. Throws Error when `path` is none.
+/// Throws Error if `path` is not a regular file: opening a FIFO without a writer, for example, would block forever.
 void check_regular_file(const std::string& path);
 
-/// Reads a whole file. Throws Error when it cannot be opened or read, or is no regular file.
+/// Reads a whole file. Throws Error if it cannot be opened or read, or is not a regular file.
 std::string read_file(const std::string& path);
 
 }  // namespace grtx

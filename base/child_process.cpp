@@ -21,7 +21,7 @@
 namespace grtx::sim {
 namespace {
 
-// First byte of what the child sends.
+// First byte of the child's message.
 constexpr char kResult = 'r';
 constexpr char kBadInput = 'e';  // followed by file \0 place \0 rule
 constexpr char kFailure = 'x';   // followed by the message
@@ -46,7 +46,7 @@ std::string message_of(const std::function<std::string()>& body) {
 [[noreturn]] void run_child(int pipe, pid_t parent, const std::function<std::string()>& body) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a killed parent must not leave simulations behind
   if (::getppid() != parent) ::_exit(EXIT_FAILURE);
-  std::set_new_handler([] { ::_exit(kNoMemory); });  // the parent says so
+  std::set_new_handler([] { ::_exit(kNoMemory); });  // the parent reports it
   const std::string message = message_of(body);
   std::fflush(nullptr);
   for (std::size_t sent = 0; sent < message.size();) {
@@ -63,7 +63,7 @@ std::string message_of(const std::function<std::string()>& body) {
 ChildProcess::ChildProcess(std::string name, const std::function<std::string()>& body) : name_(std::move(name)) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) fail(name_, "cannot make a pipe");
-  std::fflush(nullptr);  // else the child would write this process's buffered text again
+  std::fflush(nullptr);  // otherwise the child would write this process's buffered text again
   const pid_t parent = ::getpid();
   pid_ = ::fork();
   if (pid_ < 0) {
@@ -91,7 +91,8 @@ ChildProcess::~ChildProcess() {
 
 bool ChildProcess::wait_for(std::chrono::milliseconds time) const {
   pollfd end{pipe_, POLLIN, 0};
-  return ::poll(&end, 1, static_cast<int>(time.count())) != 0;  // an interrupted wait is left to result()
+  return ::poll(&end, 1, static_cast<int>(time.count())) !=
+         0;  // an interrupted poll counts as ready; result() handles it
 }
 
 std::string ChildProcess::result() {

@@ -1,4 +1,5 @@
-// Runs work in a forked child: SystemC elaborates once a process, so every simulation beyond the first needs its own.
+// Runs work in a forked child process. SystemC can elaborate only once per process, so each further simulation needs
+// its own.
 #pragma once
 
 #include <sys/types.h>
@@ -9,19 +10,19 @@
 
 namespace grtx::sim {
 
-/// A child that computes a text. Errors come back as what they were: a grtx::Error in the child is thrown as the same
-/// grtx::Error here, any other exception as std::runtime_error, as is death by a signal.
+/// A child process that computes a text. A grtx::Error in the child is rethrown here as the same grtx::Error; any other
+/// exception, and death by a signal, as std::runtime_error.
 class ChildProcess {
  public:
-  /// Forks at once. Call while no other thread of this process holds locks that `body` needs (no thread pool running).
-  /// name: for messages. The child ends without running destructors of what it inherited.
+  /// Forks at once. No other thread of this process may hold locks that `body` needs (no thread pool running).
+  /// name: for messages. The child exits without running destructors of inherited objects.
   ChildProcess(std::string name, const std::function<std::string()>& body);
-  /// Kills the child if its result was not collected.
+  /// Kills the child if result() was not called.
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  /// Waits so long for the child to have something to say: its text, or its end. Then result() does not block for long.
+  /// Waits up to `time` for the child's text or end. Returns whether it came, so that result() will not block for long.
   bool wait_for(std::chrono::milliseconds time) const;
   /// Waits for the child and returns its text. Call once.
   std::string result();

@@ -19,10 +19,10 @@ struct Signal {
 };
 constexpr std::array kSignals{Signal{SIGHUP, "SIGHUP"}, Signal{SIGINT, "SIGINT"}, Signal{SIGTERM, "SIGTERM"}};
 
-constexpr int kMostTries = 1'000'000;  ///< for the list; only a child that was forked at a bad moment needs so many
+constexpr int kMostTries = 1'000'000;  ///< to lock the list; reached only in a child forked while it was locked
 
-// The handler may run at any instruction of any thread, so the list has no lock that a handler could wait for in vain:
-// who changes it has signals blocked, allocates nothing, and is soon done.
+// The handler may run at any instruction of any thread. To avoid a deadlock with it, the list is changed only with
+// signals blocked, without allocation and briefly.
 std::atomic_flag list_taken = ATOMIC_FLAG_INIT;
 RemovedBySignal* list_begin = nullptr;
 std::atomic<const char*> advice_text{""};
@@ -35,7 +35,7 @@ void print_line(int signal) {
     const std::size_t used = std::strlen(line.data());
     std::strncpy(line.data() + used, text, line.size() - 1 - used);
   };
-  if (on_terminal) append("\r\033[K");  // over a progress bar
+  if (on_terminal) append("\r\033[K");  // overwrites a progress bar
   append("grtx: ended by ");
   for (const Signal& known : kSignals) {
     if (known.number == signal) append(known.name);
@@ -60,7 +60,7 @@ EndHeld::~EndHeld() {
   ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
-/// Async-signal-safe. Nobody changes the list afterwards.
+/// Async-signal-safe. Never releases the list, so that nobody changes it afterwards.
 void remove_by_signal() {
   for (int i = 0; i < kMostTries && list_taken.test_and_set(std::memory_order_acquire); ++i) ::sched_yield();
   for (const RemovedBySignal* file = list_begin; file != nullptr; file = file->next_) {
@@ -73,7 +73,7 @@ namespace {
 void end(int signal) {
   remove_by_signal();
   if (::getpid() == main_process) print_line(signal);
-  // As by the signal, so that a shell's loop ends, too.
+  // End by the signal itself, so that a shell loop that called this program also ends.
   struct sigaction plain {};
   plain.sa_handler = SIG_DFL;
   ::sigaction(signal, &plain, nullptr);
@@ -82,7 +82,7 @@ void end(int signal) {
   ::sigaddset(&one, signal);
   ::pthread_sigmask(SIG_UNBLOCK, &one, nullptr);
   ::raise(signal);
-  ::_exit(128 + signal);  // process 1 of a container survives that
+  ::_exit(128 + signal);  // process 1 of a container survives the signal
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A user who stops the program finds no half of a file: what is being written is removed, and one line says so.
+// Clean end by a signal: when the user stops the program, partly written files are removed, and one line says so.
 #pragma once
 
 #include <sys/types.h>
@@ -8,7 +8,8 @@
 
 namespace grtx {
 
-/// While it lives no signal ends this process: a handler waits. Short, and without another of its kind on the thread.
+/// While it lives, signals do not end this process: the handlers are delayed. Hold it briefly and do not nest it in a
+/// thread.
 class EndHeld {
  public:
   EndHeld();
@@ -20,12 +21,11 @@ class EndHeld {
   sigset_t before_{};
 };
 
-/// A file that is to be removed should SIGHUP, SIGINT or SIGTERM end this process while the object lives. Does not
-/// remove it otherwise.
+/// A file that is removed if SIGHUP, SIGINT or SIGTERM ends this process while the object lives, and only then.
 class RemovedBySignal {
  public:
   explicit RemovedBySignal(std::string path);
-  /// Known from the moment in which it was made.
+  /// For a file created while `held` blocks the signals, so that there is no gap before it is registered.
   RemovedBySignal(std::string path, const EndHeld& held);
   ~RemovedBySignal();
   RemovedBySignal(const RemovedBySignal&) = delete;
@@ -35,16 +35,16 @@ class RemovedBySignal {
  private:
   friend void remove_by_signal();
   std::string path_;
-  pid_t owner_;  ///< a forked child leaves it alone
+  pid_t owner_;  ///< process that removes it; forked children do not
   RemovedBySignal* next_ = nullptr;
   RemovedBySignal* before_ = nullptr;
 };
 
-/// From now on the three signals, unless they are ignored, remove those files, print one line to stderr, and end the
-/// process as by the signal: a shell says 129, 130 or 143. Forked children do so without the line.
+/// Installs handlers for the three signals, unless ignored: they remove the files, print one line to stderr, and end
+/// the process by the same signal (exit status 129, 130 or 143 in a shell). Forked children do so without the line.
 void end_tidily_by_signals();
 
-/// What the line says of starting again; a string literal.
+/// Sets the advice on restarting that the line contains; must be a string literal.
 void say_when_ended_by_signal(const char* advice);
 
 }  // namespace grtx

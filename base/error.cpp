@@ -5,9 +5,9 @@
 namespace grtx {
 namespace {
 
-constexpr std::size_t kMostQuoted = 200;  ///< bytes of a path, a place or a rule that a message shows
+constexpr std::size_t kMostQuoted = 200;  ///< most bytes of a path, place or rule in a message
 
-/// The two ends of a text that may be input of any length.
+/// Shortens input of any length to its beginning and end.
 std::string shortened(const std::string& text) {
   if (text.size() <= kMostQuoted) return text;
   return text.substr(0, kMostQuoted / 2) + " ... " + text.substr(text.size() - kMostQuoted / 2);

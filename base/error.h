@@ -1,5 +1,5 @@
-// The one exception type for bad input: it names the file, the place in it and the rule that was broken.
-// Thrown at the boundary, printed as one line by main, which then exits with code 2.
+// The exception type for bad input: names the file, the place in it and the broken rule. Thrown at the boundary,
+// printed as one line by main, which then exits with code 2.
 #pragma once
 
 #include <stdexcept>
@@ -9,8 +9,7 @@ namespace grtx {
 
 class Error : public std::runtime_error {
  public:
-  /// file: path or option name; place: line, byte offset, key ... ("" when the whole file is meant); rule: what must
-  /// hold.
+  /// file: path or option name. place: line, byte offset, key ... ("" for the whole file). rule: what must hold.
   Error(std::string file, std::string place, std::string rule);
 
   const std::string& file() const { return file_; }

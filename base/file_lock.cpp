@@ -22,7 +22,7 @@ FileLock::FileLock(std::string path, const std::string& what, const std::string&
       ::close(file_);
       throw Error(what, "", why == EWOULDBLOCK ? busy : std::string("cannot be locked: ") + std::strerror(why));
     }
-    // The one before may have removed the file after it was opened here.
+    // The previous holder may have removed the file after it was opened here.
     struct stat opened {
     }, named{};
     const bool same =

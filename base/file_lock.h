@@ -1,4 +1,4 @@
-// Keeps a second process off what this one fills. The lock ends with the process, however that ends.
+// Lock file that keeps other processes from writing the same output. Released when the process ends, in whatever way.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@ namespace grtx {
 
 class FileLock {
  public:
-  /// path: of the lock's own file, empty, made here and removed at the end; a killed process leaves it. what: file or
-  /// folder that it stands for. busy: what is said of it when another process has the lock, thrown as
-  /// Error{what, "", busy}. Throws Error for a file that is no lock, or cannot be made.
+  /// path: the lock file, created empty and removed at the end; a killed process leaves it behind. what: file or folder
+  /// that it protects. busy: rule of the Error{what, "", busy} thrown if another process has the lock. Throws Error if
+  /// the file is not a lock file or cannot be created.
   FileLock(std::string path, const std::string& what, const std::string& busy);
   ~FileLock();
   FileLock(const FileLock&) = delete;

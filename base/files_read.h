@@ -1,5 +1,4 @@
-// What a reader opened: every file with the hash of the bytes that were taken from it. It is handed from reader to
-// reader, and says in the end what a result was made from.
+// List of the input files of a result, each with the hash of the bytes read. Readers pass it on and add to it.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +12,22 @@ namespace grtx {
 class FilesRead {
  public:
   struct File {
-    std::string path;  ///< as it was opened
-    std::string name;  ///< as whoever opened it calls it: says nothing about the folder that all lie in
+    std::string path;  ///< as opened
+    std::string name;  ///< name given by the reader, independent of the folder of the inputs
     std::uint64_t hash = 0;
   };
 
-  /// read_file(), and notes it. name: "" for that of the file alone.
+  /// read_file(), and adds the file. name: "" for the file name without its folder.
   std::string read(const std::string& path, const std::string& name = "");
-  /// A file of which these bytes alone were taken.
+  /// Adds a file of which only `bytes` were read.
   void note(const std::string& path, std::string_view bytes, const std::string& name = "");
 
-  /// What another reader opened, after what is here.
+  /// Appends the files of another reader.
   void add(const FilesRead& later) { files_.insert(files_.end(), later.files_.begin(), later.files_.end()); }
 
-  /// In the order of reading.
+  /// In reading order.
   const std::vector<File>& files() const { return files_; }
-  /// Hash of what all files said, hexadecimal. What they are called and where they lie is no part of it.
+  /// Hash of the contents of all files, in hexadecimal; independent of their names and folders.
   std::string hash() const;
   /// For the inputs of results: "files", each with its hash, and "files_hash".
   std::map<std::string, std::string> inputs() const;
@@ -37,7 +36,7 @@ class FilesRead {
   std::vector<File> files_;
 };
 
-/// The name of hash() among inputs().
+/// Key of hash() in inputs().
 inline constexpr const char* kFilesHash = "files_hash";
 
 }  // namespace grtx

@@ -12,9 +12,10 @@
 namespace grtx {
 namespace {
 
-constexpr std::uint64_t kNotAsked = std::uint64_t{8} << 20;  ///< bytes; asking takes some 20 us
+constexpr std::uint64_t kNotAsked = std::uint64_t{8}
+                                    << 20;  ///< bytes; smaller amounts are not checked, as a check takes about 20 us
 
-/// Bytes that a file of /proc gives for `key` ("MemAvailable:  123 kB").
+/// Value in bytes of `key` in a file of /proc ("MemAvailable:  123 kB").
 std::optional<std::uint64_t> proc_bytes(const char* path, const std::string& key) {
   std::ifstream file(path);
   std::string name;

@@ -1,5 +1,5 @@
-// What memory there is, asked before a great deal of it is taken: a small file may claim, or decode to, more than a
-// machine has, and a system that promises memory ends the process that uses it.
+// Checks of free memory before large allocations: a small file may claim, or decode to, more memory than the machine
+// has, and a system that overcommits memory kills the process that uses it.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace grtx {
 
-/// Bytes that this process may still take: what the machine has without swapping (MemAvailable), and what a limit of
-/// its own (RLIMIT_DATA) leaves. Nothing where the system (other than Linux) does not say.
+/// Bytes that this process can still allocate: the minimum of what the machine has without swapping (MemAvailable) and
+/// what RLIMIT_DATA leaves. nullopt if unknown (other systems than Linux).
 std::optional<std::uint64_t> free_memory();
 
-/// The rule that taking `bytes` would break; "" when so much is free, and for what is too little to ask.
+/// Error text if `bytes` are not free; "" if they are, and for amounts too small to check.
 std::string memory_fault(std::uint64_t bytes);
 
-/// Throws Error with memory_fault().
+/// Throws Error{file, place, memory_fault(bytes)} if `bytes` are not free.
 void require_memory(std::uint64_t bytes, const std::string& file, const std::string& place);
 
 }  // namespace grtx

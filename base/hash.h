@@ -1,4 +1,4 @@
-// XXH3 hashes that identify inputs and guard file chunks.
+// XXH3 hashes, which identify inputs and protect file chunks.
 #pragma once
 
 #include <cstddef>

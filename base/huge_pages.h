@@ -1,5 +1,5 @@
-// Memory of large arrays that are read all over the place: aligned to and asked for in 2 MiB pages, because a tree walk
-// otherwise spends its time on the page table. Falls back to ordinary pages where the system has no others.
+// Memory in 2 MiB pages for large arrays with random accesses: with small pages a tree walk spends its time on TLB
+// misses. Falls back to ordinary pages if the system has no others.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ struct HugePageAllocator {
     void* memory = std::aligned_alloc(alignment, bytes);
     if (memory == nullptr) throw std::bad_alloc();
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-    if (huge) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: what it returns changes nothing
+    if (huge) madvise(memory, bytes, MADV_HUGEPAGE);  // only a hint: errors do not matter
 #endif
     return static_cast<T*>(memory);
   }
@@ -48,8 +48,8 @@ struct HugePageAllocator {
 template <typename T>
 using HugePageVector = std::vector<T, HugePageAllocator<T>>;
 
-/// A large array of elements whose bytes are all zero at first. Its pages take memory only once they are written, so
-/// that one array can be filled while another one, from which it is made, shrinks (release_pages).
+/// A large array, initially all zero bytes. Pages take memory only when written, so one array can be filled while its
+/// source array shrinks (release_pages()).
 template <typename T>
 class ZeroedPages {
   static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kHugePageBytes);
@@ -66,7 +66,7 @@ class ZeroedPages {
     const auto begin = reinterpret_cast<std::uintptr_t>(memory_);
     data_ = reinterpret_cast<T*>((begin + kHugePageBytes - 1) / kHugePageBytes * kHugePageBytes);
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-    if (count * sizeof(T) >= 2 * kHugePageBytes) madvise(data_, count * sizeof(T), MADV_HUGEPAGE);  // a wish
+    if (count * sizeof(T) >= 2 * kHugePageBytes) madvise(data_, count * sizeof(T), MADV_HUGEPAGE);  // only a hint
 #endif
   }
   ZeroedPages(ZeroedPages&& other) noexcept { swap(other); }
@@ -102,8 +102,8 @@ class ZeroedPages {
   T* data_ = nullptr;
 };
 
-/// Gives the memory of [begin, end) back to the system, in whole pages; what it held is lost. For arrays that are read
-/// once from front to back.
+/// Returns the whole pages in [begin, end) to the system; their contents are lost. For arrays that are read once, from
+/// front to back.
 inline void release_pages(const void* begin, const void* end) {
 #if defined(__linux__)
   constexpr std::uintptr_t kPage = 4096;

@@ -7,7 +7,7 @@
 namespace grtx {
 namespace {
 
-/// Byte, from 1, at which a text goes deeper than kMostJsonLevels; 0 when it does not.
+/// Position (from 1) of the byte at which the nesting exceeds kMostJsonLevels; 0 if it does not.
 std::size_t too_deep_at(std::string_view text) {
   int level = 0;
   bool in_string = false;
@@ -82,7 +82,7 @@ template <typename Json>
 std::string json_text(const Json& json, int indent) {
   try {
     return json.dump(indent);
-  } catch (const nlohmann::json::type_error&) {  // a text that is no UTF-8
+  } catch (const nlohmann::json::type_error&) {  // a text is not UTF-8
     Json made = json;
     make_utf8(made);
     return made.dump(indent);

@@ -1,5 +1,4 @@
-// JSON of others and JSON for others: read with errors that name the file and the place, written as UTF-8 whatever a
-// path in it holds.
+// JSON input with errors that name file and place, and output that is always valid UTF-8, even for paths that are not.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,25 +7,25 @@
 
 namespace grtx {
 
-/// Lists and objects inside each other in what is read: a document is copied and written level by level of the stack.
+/// Deepest nesting of lists and objects in input. Limited because copying and writing a document recurse per level.
 inline constexpr int kMostJsonLevels = 128;
-/// The rule of a text that has more.
+/// Error text for deeper nesting.
 std::string json_levels_rule();
 
-/// file and place: of the text, for messages; place "" for a whole file. Throws Error for what is no JSON, for more
-/// than kMostJsonLevels and for numbers that no double can hold. Json: nlohmann::json or ordered_json.
+/// Parses `text`. file, place: for messages; place "" for a whole file. Throws Error for invalid JSON, for nesting
+/// beyond kMostJsonLevels and for numbers beyond the range of double. Json: nlohmann::json or ordered_json.
 template <typename Json = nlohmann::ordered_json>
 Json parse_json(std::string_view text, const std::string& file, const std::string& place = "");
-/// The whole file.
+/// Reads and parses a file.
 template <typename Json = nlohmann::ordered_json>
 Json read_json(const std::string& path);
 
-/// The document as text; indent: spaces a level, -1 for one line. A path may hold any bytes: those that are no UTF-8
-/// are written as \xNN, as in messages.
+/// The document as text. indent: spaces per level, -1 for one line. Bytes that are not UTF-8, as paths may contain, are
+/// written as \xNN, as in messages.
 template <typename Json>
 std::string json_text(const Json& json, int indent = -1);
 
-/// The same for another process that opens the paths in it. Throws Error that names a text that is no UTF-8.
+/// The same for another process that opens the paths in it: throws Error naming a text that is not UTF-8.
 template <typename Json>
 std::string exact_json_text(const Json& json);
 

@@ -1,4 +1,4 @@
-// What memory is asked for: so that a program that gets none can say more than that.
+// Records what memory is being allocated for, so that an out-of-memory message can say it.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace grtx {
 
-/// `what` is said when there is no memory left before this ends, or when an exception ends it. Of the main thread.
+/// Scope in which an out-of-memory message says `what`, also if the exception leaves the scope. Main thread only.
 class MemoryPurpose {
  public:
   explicit MemoryPurpose(const std::string& what);
@@ -14,7 +14,7 @@ class MemoryPurpose {
   MemoryPurpose(const MemoryPurpose&) = delete;
   MemoryPurpose& operator=(const MemoryPurpose&) = delete;
 
-  /// The purpose that began last; "" when there is none. Takes no memory.
+  /// The innermost purpose; "" if there is none. Does not allocate.
   static const char* latest();
 
  private:

@@ -7,8 +7,8 @@
 namespace grtx {
 namespace {
 
-/// Insertions, deletions, substitutions and swaps of neighbours; `limit`, when it is no less than that: known as soon
-/// as two whole rows are.
+/// Edit distance with insertions, deletions, substitutions and swaps of neighbours. Returns `limit` if the distance is
+/// not less, as soon as two successive rows show it.
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
   if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) >= limit) return limit;
   std::vector<std::size_t> before(b.size() + 1), row(b.size() + 1), next(b.size() + 1);
@@ -33,7 +33,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
 }  // namespace
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
-  constexpr std::size_t kLongest = 200;  // beyond any known name: the time is the product of both lengths
+  constexpr std::size_t kLongest = 200;  // longer than any known name; bounds the time, the product of both lengths
   name = name.substr(0, kLongest);
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();

@@ -7,7 +7,7 @@
 
 namespace grtx {
 
-/// The known name with the smallest edit distance (ties: first in the list); "" when `known` is empty.
+/// The known name with the smallest edit distance (ties: first in the list); "" if `known` is empty.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace grtx

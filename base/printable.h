@@ -1,5 +1,5 @@
-// Text of others in a message or a document: names that they chose neither break a line, nor steer a terminal, nor make
-// it anything else than UTF-8.
+// Escapes foreign text for messages and documents, so that it cannot break lines, send terminal control sequences or
+// make the output invalid UTF-8.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace grtx {
 
-/// `text` with the bytes that are no UTF-8 escaped: \xfc.
+/// `text` with bytes that are not valid UTF-8 escaped, e.g. \xfc.
 std::string utf8(std::string_view text);
 
-/// utf8() with control characters escaped, too: \n, \x1b.
+/// utf8() with control characters escaped as well, e.g. \n, \x1b.
 std::string printable(std::string_view text);
 
 }  // namespace grtx

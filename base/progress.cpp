@@ -38,7 +38,7 @@ Progress::Progress(std::string label, std::uint64_t total, std::string unit, boo
   if (quiet_) return;
   try {
     watcher_ = std::thread([this] { watch(); });
-  } catch (const std::exception&) {  // no thread to be had: the work matters, not what is said of it
+  } catch (const std::exception&) {  // no thread available: the work goes on without progress output
   }
 }
 
@@ -54,7 +54,7 @@ void Progress::watch() {
   while (!ended_.wait_for(lock, terminal_ ? kOnTerminal : kElsewhere, [this] { return finished_; })) {
     try {
       draw(false);
-    } catch (const std::exception&) {  // out of memory: the work says so when it needs some
+    } catch (const std::exception&) {  // out of memory: the work itself will report that
     }
   }
 }
@@ -65,7 +65,7 @@ void Progress::finish() {
     if (finished_) return;
     finished_ = true;
     try {
-      if (!quiet_ && drawn_) draw(true);  // what ends at once is not worth a line
+      if (!quiet_ && drawn_) draw(true);  // no output for work that ends before the first draw
     } catch (const std::exception&) {
     }
   }

@@ -1,4 +1,4 @@
-// Progress of long work: a bar with rate and time left on a terminal, plain lines every few seconds otherwise.
+// Progress of long work: a bar with rate and time left on a terminal, otherwise plain lines every few seconds.
 #pragma once
 
 #include <atomic>
@@ -11,12 +11,12 @@
 
 namespace grtx {
 
-/// Draws twice a second on a terminal and every five seconds elsewhere, also while nobody reports anything: a thread of
-/// its own looks at the clock.
+/// Draws twice per second on a terminal and every five seconds elsewhere, from a separate thread, so also while no
+/// progress is reported.
 class Progress {
  public:
-  /// label: what is being done; total: amount of work in `unit`s, 0: not known, so that only the time is shown; quiet
-  /// silences everything.
+  /// label: what is being done. total: amount of work in `unit`s; 0 if unknown, then only the time is shown. quiet:
+  /// print nothing.
   Progress(std::string label, std::uint64_t total, std::string unit, bool quiet);
   ~Progress();
   Progress(const Progress&) = delete;
@@ -24,11 +24,11 @@ class Progress {
 
   /// Adds finished work. Thread-safe and cheap.
   void add(std::uint64_t amount) { done_ += amount; }
-  /// Sets the finished work instead of adding. Thread-safe and cheap.
+  /// Sets the finished work. Thread-safe and cheap.
   void set(std::uint64_t done) { done_ = done; }
-  /// What is being done from now on. Thread-safe.
+  /// Changes the label. Thread-safe.
   void rename(std::string label);
-  /// Ends the bar with a newline. Called by the destructor when forgotten.
+  /// Ends the bar with a newline. The destructor calls it if needed.
   void finish();
 
  private:
@@ -42,7 +42,7 @@ class Progress {
   const bool terminal_;
   const std::chrono::steady_clock::time_point start_;
   std::atomic<std::uint64_t> done_{0};
-  std::mutex mutex_;  ///< of label_, finished_, drawn_ and the terminal's line
+  std::mutex mutex_;  ///< protects label_, finished_, drawn_ and the output
   std::condition_variable ended_;
   bool finished_ = false;
   bool drawn_ = false;

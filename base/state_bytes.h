@@ -1,5 +1,5 @@
-// State of a model as bytes, to be taken up by another process: numbers, least significant byte first, and texts. What
-// is written in some order is read in the same.
+// Model state as bytes, to be continued by another process: little-endian numbers and texts, read in the order in which
+// they were written.
 #pragma once
 
 #include <concepts>
@@ -32,13 +32,13 @@ class StateWriter {
   std::string bytes_;
 };
 
-/// Throws Error{path, "byte N", rule} for what no writer has written.
+/// Throws Error{path, "byte N", rule} for malformed bytes.
 class StateReader {
  public:
   /// path: for messages.
   StateReader(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {}
 
-  /// At most `most`.
+  /// Reads a number; throws Error if it exceeds `most`.
   template <std::unsigned_integral Number>
   Number get(Number most = std::numeric_limits<Number>::max()) {
     require(sizeof(Number) <= bytes_.size() - at_, "ends too early");

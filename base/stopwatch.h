@@ -1,4 +1,4 @@
-// Wall time since a point in it.
+// Wall-clock time measurement.
 #pragma once
 
 #include <chrono>

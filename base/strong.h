@@ -1,13 +1,13 @@
-// What whole numbers mean.
+// Names for integers with a meaning.
 #pragma once
 
 #include <cstdint>
 
 namespace grtx {
 
-/// One bit a lane.
+/// One bit per lane (or per warp buffer entry or warp slot).
 using LaneMask = std::uint64_t;
-/// Clock cycles of the domain that the context names (core unless said).
+/// Clock cycles of a domain; the core domain unless stated otherwise.
 using Cycle = std::uint64_t;
 
 }  // namespace grtx

@@ -16,7 +16,7 @@ std::string wrapped(std::string_view text, std::size_t indent) {
   std::string lines;
   std::size_t column = 0;
   while (!text.empty()) {
-    // A word with the spaces before it: columns of a first line stay where they are.
+    // A word together with the spaces before it, so that columns in the first line keep their positions.
     const std::size_t word = std::min(text.find_first_not_of(' '), text.size());
     const std::size_t end = std::min(text.find(' ', word), text.size());
     const std::size_t width = characters(text.substr(0, end));

@@ -1,4 +1,4 @@
-// Sentences on lines of a terminal's width.
+// Wraps sentences to the width of a terminal.
 #pragma once
 
 #include <string>
@@ -6,11 +6,11 @@
 
 namespace grtx {
 
-/// Characters of a line of every table and sentence that the program prints.
+/// Line width, in characters, of all tables and sentences that the program prints.
 inline constexpr std::size_t kLineWidth = 80;
 
-/// `text` with line breaks in place of spaces, so that no line is wider than kLineWidth characters where its words
-/// allow it; lines after the first begin with `indent` spaces. UTF-8: what goes on a character is not counted.
+/// Replaces spaces in `text` by line breaks, so that lines have at most kLineWidth characters unless a word is longer.
+/// Lines after the first begin with `indent` spaces. UTF-8: continuation bytes are not counted.
 std::string wrapped(std::string_view text, std::size_t indent = 2);
 
 }  // namespace grtx

@@ -17,8 +17,8 @@
 namespace grtx::traces {
 namespace {
 
-// Threads take groups in ascending order, so when one fails every group before it is done or in work: the failure with
-// the lowest index is the same for any number of threads.
+// Threads take groups in ascending order, so when one fails, all groups before it are done or in progress. Hence the
+// failure with the lowest index is the same for any number of threads.
 class GroupQueue {
  public:
   explicit GroupQueue(std::uint64_t count) : count_(count) {}
@@ -49,7 +49,7 @@ class GroupQueue {
   std::exception_ptr failure_;
 };
 
-/// What one thread has found.
+/// Results of one thread.
 struct Share {
   explicit Share(const Header& header) : places(header) {}
   Totals sum;

@@ -1,4 +1,4 @@
-// Proves a trace consistent.
+// Checks a trace for consistency.
 #pragma once
 
 #include "grtx/traces/header.h"
@@ -6,8 +6,8 @@
 
 namespace grtx::traces {
 
-/// Proves a trace consistent by replaying the rules on the file alone. Throws Error naming group, lane, round and event
-/// of the first violation; returns the totals it counted, which must equal the stored ones.
+/// Replays the whole trace against the rules of the format, using only the file. Throws Error naming group, lane, round
+/// and event of the first violation. Returns the counted totals, which equal the stored ones.
 Totals check(const Reader& reader, bool quiet);
 
 }  // namespace grtx::traces

@@ -1,8 +1,8 @@
-// A ray's checkpoint entries in bins of distance: so many near ones around a circle, and a far one for all that lies
-// beyond them. Each bin is a ring that is only appended to. A round reads the near bins from that on in which the last
-// round's t_max lay, and in between or behind them the far one; in each what was there when the round began. It may
-// stop at any entry, and what it has not read stays where it is. Tracer, trace codec, checker and hardware model ask
-// here which entry comes next and where it lies.
+// A ray's checkpoint entries sorted into bins by distance: near bins, used cyclically, and one far bin for everything
+// beyond them. Each bin is a ring buffer. A replay round reads the near bins starting with the one that contains the
+// last round's t_max, and the far bin between or after them; in each bin only the entries present when the round began.
+// It may stop at any entry; unread entries stay. Tracer, trace codec, checker and hardware model all use this class for
+// the next entry and its place.
 #pragma once
 
 #include <cassert>
@@ -14,38 +14,38 @@ namespace grtx::traces {
 
 inline constexpr unsigned kMaxCheckpointBins = 32;
 
-/// Where an entry lies: in which ring, and where in it.
+/// Place of an entry: bin, and position in its ring.
 struct BinPlace {
   std::uint32_t bin = 0;
   std::uint32_t position = 0;
 };
 
-/// The order in which a round reads: from near bin `first` on, the far one after `before_far` near ones.
+/// Read order of a round: from near bin `first` on, with the far bin after `before_far` near bins.
 struct BinOrder {
   std::uint8_t first = 0;
   std::uint8_t before_far = 0;
   friend bool operator==(const BinOrder&, const BinOrder&) = default;
 };
 
-/// The places.
+/// The places of the entries, without the entries themselves.
 class CheckpointBins {
  public:
-  /// near: bins, besides the far one; 0: there is none. capacity: places of a ring.
+  /// near: number of near bins; 0: no bins at all, not even the far one. capacity: entries per ring.
   explicit CheckpointBins(unsigned near = 0, std::uint64_t capacity = 0)
       : near_(near), rings_(rings_of(near)), capacity_(static_cast<std::uint32_t>(capacity)) {}
 
-  /// Rings that so many near bins need.
+  /// Number of rings for `near` near bins, including the far one.
   static constexpr unsigned rings_of(unsigned near) { return near != 0 ? near + 1 : 0; }
   unsigned near() const { return near_; }
   unsigned count() const { return static_cast<unsigned>(rings_.size()); }
   unsigned far_bin() const { return near_; }
   bool allows(const BinOrder& order) const { return order.first < near_ && order.before_far <= near_; }
 
-  /// replays: the round may read what there is, in this order. Else all is forgotten.
+  /// Begins a round. replays: it may read the present entries, in this order; otherwise all entries are discarded.
   void begin_round(bool replays, const BinOrder& order) {
     if (!replays) rings_.assign(rings_.size(), Ring{});
     for (Ring& ring : rings_) {
-      if (ring.read == ring.written) ring = {};  // few lines of memory are touched when rings begin anew
+      if (ring.read == ring.written) ring = {};  // restarting empty rings touches fewer lines of memory
       ring.limit = ring.written;
     }
     order_ = order;
@@ -66,14 +66,14 @@ class CheckpointBins {
     }
     return false;
   }
-  /// If there is more(): whether its bin is the far one, and how many near ones come before it.
+  /// Requires more(): whether the next entry is in the far bin, and how many near bins come before its bin.
   bool next_is_far() const { return step_ == order_.before_far; }
   unsigned near_before() const { return step_ <= order_.before_far ? step_ : step_ - 1; }
   BinPlace read() {
     const unsigned bin = reading();
     return {bin, rings_[bin].read++ % capacity_};
   }
-  /// Entries that are held.
+  /// Number of unread entries.
   std::uint64_t size() const {
     std::uint64_t sum = 0;
     for (const Ring& ring : rings_) sum += ring.written - ring.read;
@@ -81,10 +81,10 @@ class CheckpointBins {
   }
 
  private:
-  /// Counted since the ring was empty; places are these modulo the capacity.
+  /// Running counts since the ring was reset; positions are these modulo the capacity.
   struct Ring {
     std::uint32_t read = 0, written = 0;
-    std::uint32_t limit = 0;  ///< of what the round may read
+    std::uint32_t limit = 0;  ///< the round may read up to this count
   };
   unsigned reading() const { return next_is_far() ? near_ : (order_.first + near_before()) % near_; }
 
@@ -92,10 +92,10 @@ class CheckpointBins {
   std::vector<Ring> rings_;
   std::uint32_t capacity_ = 0;
   BinOrder order_;
-  unsigned step_ = 0;  ///< bins of which nothing is left to this round
+  unsigned step_ = 0;  ///< bins that the round has finished reading
 };
 
-/// The same with the entries.
+/// CheckpointBins together with the entries.
 template <typename Entry>
 class BinnedEntries {
  public:

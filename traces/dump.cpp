@@ -118,7 +118,7 @@ class Dumper {
   std::string text_;
 };
 
-/// What --warp names, or all.
+/// The group given by --warp, or all groups.
 class Groups {
  public:
   Groups(const Reader& reader, std::optional<std::uint64_t> group, std::optional<unsigned> lane)

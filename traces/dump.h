@@ -1,4 +1,4 @@
-// A trace as text, for people, and as JSON, for programs.
+// Prints a trace as text for people, or as JSON for programs.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace grtx::traces {
 
-/// As dumps and pages call them.
+/// Names as in dumps and documentation.
 constexpr auto enum_names(LeafOutcome) {
   return names_in_order<LeafOutcome>(
       {"miss", "behind", "beyond", "inserted", "displaced", "rejected", "ignored", "nearest"});
 }
 constexpr auto enum_names(RayKind) { return names_in_order<RayKind>({"primary", "glass", "mirror"}); }
 
-/// Prints the header and totals, then every round and event, one a line, with byte addresses in the node image.
-/// `group` and `lane` restrict it to one group and to one ray of each group. Throws Error when they are out of range.
+/// Prints the header and totals, then every round and event, one per line, with byte addresses in the node image.
+/// `group` and `lane` restrict it to one group and to one ray of each group. Throws Error if they are out of range.
 void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group, std::optional<unsigned> lane);
 
-/// The same as JSON Lines, with every decoded field: a line for the file, then one a group (docs/model/trace-format.md,
-/// "As JSON").
+/// The same as JSON Lines, with every decoded field: one line for the file, then one per group
+/// (docs/model/trace-format.md, "As JSON").
 void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
                std::optional<unsigned> lane);
 

@@ -1,11 +1,10 @@
-// Addresses of nodes are counted in units of the structure (NodeSizes::unit()).
+// The event model: the traversal of each ray as a sequence of events, independent of timing. The hardware model replays
+// nothing else. Node addresses are in units of the acceleration structure (NodeSizes::unit()).
 //
-// The event model: what one ray did, in order, independent of timing. This is all that the hardware model replays.
+// A ray's round is a list of events. The traversal stack is implied: an event that handles "the top of the stack" pops
+// it first. In a round that starts at the root (replay = false) the stack initially holds the root. In a replay round
+// the stack is initially empty, and entries are taken from the source checkpoint buffer whenever the stack is empty.
 //
-// A ray's round is a list of events. The traversal stack is implied: visit_internal pops nothing by itself, every
-// event that handles "the top of the stack" pops it first. In a round that starts at the root (replay = false) the
-// stack initially holds the root. In a replay round the stack is empty and entries are taken from the source
-// checkpoint buffer whenever the stack runs empty.
 //
 //   visit_internal   top of stack: internal node fetched, its child boxes tested. Children in `pushed()` are pushed
 //                    (the one that Header::child_order visits first ends on top); children in `checkpoints` (box hit, t
@@ -22,13 +21,13 @@
 //   replay_forward   next source entry read, beyond t_max: not fetched; `checkpoints` = 1 if written to the
 //                    destination.
 //
-// With Header::checkpoint_bins there are no two buffers: each entry written goes to the bin that Ray::bins names, and a
-// round may end before it has read what there was when it began.
+// With Header::checkpoint_bins there are bins instead of the two buffers: each written entry goes to the bin given in
+// Ray::bins, and a round may end before it has read all entries that were present when it began.
 //
 // Header::tracing says how a round collects hits. multi: sorted insertion into the k-buffer. single: hits are appended
-// to it unsorted (no shifts); the one that fills it makes a heap of it, whose largest entry later hits displace; it is
-// sorted when the round ends. list: the same, with a list in place of the buffer. closest: no any-hit shader, the only
-// entry is the nearest hit (LeafOutcome::nearest).
+// unsorted (no shifts); when the buffer is full it becomes a heap, whose largest entry is displaced by nearer hits; it
+// is sorted when the round ends. list: like single, with a list instead of the buffer. closest: no any-hit shader; the
+// only entry is the nearest hit (LeafOutcome::nearest).
 #pragma once
 
 #include <array>
@@ -49,13 +48,13 @@ enum class EventKind : std::uint8_t {
   replay_forward = 5
 };
 
-/// What the primitive test of a leaf gave. any_hit outcomes invoke the any-hit shader.
+/// Result of a leaf's primitive test. Outcomes marked any-hit invoke the any-hit shader.
 enum class LeafOutcome : std::uint8_t {
   miss = 0,       ///< not hit (or culled: back face, origin inside the proxy)
   behind = 1,     ///< hit, but t < t_min: already blended, no any-hit
   beyond = 2,     ///< hit, but t > t_max: leaf checkpointed (checkpoints = 1) or dropped
   inserted = 3,   ///< any-hit: k-buffer had room
-  displaced = 4,  ///< any-hit: inserted, the last entry fell out (evicted when checkpointing)
+  displaced = 4,  ///< any-hit: inserted, and the last entry dropped out (evicted when checkpointing)
   rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; reported, so t_max becomes t_hit
   ignored = 6,    ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
   nearest = 7  ///< tracing = closest, no any-hit: the nearest hit so far, replaces the one before; t_max becomes its t
@@ -81,7 +80,7 @@ struct Event {
 static_assert(sizeof(Event) == 8);
 inline constexpr unsigned kMaxShifts = 4095;
 
-/// An internal node that a ray group visited: where its children lie. Children are contiguous in slot order.
+/// An internal node that a ray group visited, and its children, which are contiguous in slot order.
 struct NodeDefinition {
   std::uint32_t address = 0;                      ///< in units
   std::uint32_t child_base = 0;                   ///< address of child 0 in units
@@ -90,10 +89,10 @@ struct NodeDefinition {
   friend bool operator==(const NodeDefinition&, const NodeDefinition&) = default;
 };
 
-/// A k-buffer entry that the ray generation shader looked at when blending, front to back.
+/// A k-buffer entry that the ray generation shader processed for blending, front to back.
 struct Processed {
   std::uint32_t gaussian : 31 = 0;
-  std::uint32_t blended : 1 = 0;  ///< 0: its alpha was below 1/255 or d2 > kappa2, nothing was added
+  std::uint32_t blended : 1 = 0;  ///< 0: not blended, because its alpha was below 1/255 or d2 > kappa2
   friend bool operator==(const Processed&, const Processed&) = default;
 };
 static_assert(sizeof(Processed) == 4);
@@ -103,32 +102,32 @@ struct Round {
   std::uint32_t event_count = 0;
   std::uint16_t preloaded = 0;        ///< entries moved from the eviction buffer into the k-buffer before tracing
   std::uint16_t k_count = 0;          ///< entries in the k-buffer when tracing ended
-  std::uint16_t processed_count = 0;  ///< of those, how many were looked at before early ray termination
+  std::uint16_t processed_count = 0;  ///< of those, entries processed before early ray termination
   bool replay = false;                ///< replay flag: false = started at the root
-  bool overflow = false;              ///< destination buffer ran full: written entries are dropped, next round restarts
-  bool terminated = false;            ///< transmittance fell below the threshold
+  bool overflow = false;  ///< destination buffer overflowed: its entries are dropped, the next round starts at the root
+  bool terminated = false;             ///< transmittance fell below the threshold
   std::uint32_t eviction_dropped = 0;  ///< eviction buffer entries dropped at the end of an overflowed round
-  BinOrder bins;                       ///< of a replay from Header::checkpoint_bins
+  BinOrder bins;                       ///< read order of a replay with Header::checkpoint_bins
   friend bool operator==(const Round&, const Round&) = default;
 };
 
-/// One ray: its rounds, with the events and processed entries of all rounds one after the other.
+/// One ray: its rounds, and the events and processed entries of all rounds in sequence.
 struct Ray {
   std::uint32_t pixel = 0;  ///< y * width + x
   std::vector<Round> rounds;
   std::vector<Event> events;
   std::vector<Processed> processed;
-  std::vector<std::uint8_t> bins;  ///< of each checkpoint entry written; empty without Header::checkpoint_bins
+  std::vector<std::uint8_t> bins;  ///< bin of each written checkpoint entry; empty without Header::checkpoint_bins
   friend bool operator==(const Ray&, const Ray&) = default;
 };
 
-/// What the rays of a group are.
+/// Kind of the rays of a group.
 enum class RayKind : std::uint8_t { primary = 0, glass = 1, mirror = 2 };
 
-/// The rays of one warp (as the tracer mapped them), one chunk of the file. Rays without rounds met nothing to trace.
+/// The rays of one warp (as mapped by the tracer); one chunk of the file. A ray without rounds had nothing to trace.
 struct RayGroup {
   std::uint32_t index = 0;  ///< position in the file
-  std::uint32_t frame = 0;  ///< of a sequence; the header says it, not the group
+  std::uint32_t frame = 0;  ///< frame of a sequence; follows from the header, not stored in the group
   RayKind kind = RayKind::primary;
   std::vector<NodeDefinition> nodes;  ///< distinct internal nodes visited, ascending address
   std::vector<Ray> rays;              ///< lane order; at most the header's warp_size

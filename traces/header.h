@@ -12,11 +12,11 @@
 
 namespace grtx::traces {
 
-/// Versions that a reader knows. A writer takes the oldest that can say what the header says.
+/// Versions that a reader supports. A writer uses the oldest that can express the header (format_version()).
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
 inline constexpr std::uint32_t kFormatVersion = 10;
 
-/// An instance leaf of a scene TLAS: an object's place.
+/// An instance leaf of a scene TLAS, which places an object.
 struct SceneLeaf {
   std::uint64_t address = 0;  ///< bytes
   std::uint32_t object = 0;   ///< index into Header::object_roots
@@ -27,10 +27,10 @@ struct Header {
   // What was traced.
   AccelKind accel = AccelKind::tri20;
   Tracing tracing = Tracing::multi;
-  unsigned k = 8;  ///< entries of the k-buffer, or of the list; 1 when closest
+  unsigned k = 8;  ///< entries of the k-buffer or list; 1 for tracing = closest
   bool checkpoint = false;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
-  unsigned checkpoint_bins = 0;  ///< near ones, in place of two buffers (traces/checkpoint_bins.h); 0: none
+  unsigned checkpoint_bins = 0;  ///< number of near bins (traces/checkpoint_bins.h); 0: two buffers instead of bins
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   unsigned width = 0;   ///< image, pixels
@@ -38,28 +38,28 @@ struct Header {
   unsigned warp_size = 32;
   WarpMapping warp_mapping = WarpMapping::tile8x4;
   std::uint64_t groups = 0;
-  /// Number of groups of each frame of a sequence, frames one after the other; empty when there is one frame.
+  /// Number of groups of each frame of a sequence, in order; empty if there is only one frame.
   std::vector<std::uint64_t> frame_groups;
-  // Node image. Addresses in events count from its first byte.
+  // Node image. Addresses in events are relative to its first byte.
   NodeLayout layout = NodeLayout::vulkan_sim;
   unsigned bvh_width = 6;
   std::uint64_t node_image_bytes = 0;
   std::uint64_t root = 0;  ///< byte address of the (TLAS) root
   bool two_level = false;
-  std::uint64_t blas_base = 0;  ///< byte address of the BLAS header; 0 when monolithic
-  std::uint64_t blas_root = 0;  ///< byte address of the BLAS root; 0 when monolithic
+  std::uint64_t blas_base = 0;  ///< byte address of the BLAS header; 0 if monolithic
+  std::uint64_t blas_root = 0;  ///< byte address of the BLAS root; 0 if monolithic
   std::uint64_t blas_bytes = 0;
   bool blas_root_is_leaf = false;
-  // With three levels: a scene TLAS at the image's start, whose leaves lead to the TLAS of an object. Else empty.
-  std::vector<std::uint64_t> object_roots;  ///< byte addresses, ascending; a header lies right before each
+  // Three levels: a scene TLAS at the image's start, whose leaves lead to the TLASes of objects. Empty otherwise.
+  std::vector<std::uint64_t> object_roots;  ///< byte addresses, ascending; a header directly precedes each
   std::vector<SceneLeaf> scene_leaves;      ///< ascending addresses
   // Shader-side records.
   std::uint64_t gaussians = 0;
   unsigned sh_degree = 0;
   std::uint64_t gaussian_record_bytes = 48;  ///< mean, scale, rotation, opacity, padded (3DGRT's record)
   std::uint64_t sh_record_bytes = 12;        ///< 12 (degree + 1)^2
-  // Buffers a ray.
-  std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer, or bin; 0 when checkpointing is off
+  // Per-ray buffers.
+  std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer or bin; 0 if checkpointing is off
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).
   std::map<std::string, std::string> inputs;
 
@@ -72,13 +72,12 @@ struct Header {
 
   NodeSizes node_sizes() const { return {layout, bvh_width}; }
   bool three_level() const { return !object_roots.empty(); }
-  /// Byte address of the first object's TLAS, where the scene TLAS ends; 0 unless three_level().
+  /// Byte address of the first object's TLAS header, which is the end of the scene TLAS; 0 unless three_level().
   std::uint64_t objects_base() const { return three_level() ? object_roots.front() - node_sizes().header_bytes() : 0; }
 };
 
-/// Version of a file with this header. 4 knows neither pop_test nor the child order vulkan_sim, version 5 no scene
-/// TLAS, version 6 no sequence of frames, version 7 no structures of boxes, version 8 no checkpoint bins, version 9 no
-/// tracing list.
+/// Version of a file with this header. Each version adds to the previous one: 5 pop_test and child order vulkan_sim,
+/// 6 scene TLAS, 7 sequence of frames, 8 box leaves, 9 checkpoint bins, 10 tracing list.
 inline std::uint32_t format_version(const Header& header) {
   if (header.tracing == Tracing::list) return 10;
   if (header.checkpoint_bins != 0) return 9;
@@ -88,7 +87,7 @@ inline std::uint32_t format_version(const Header& header) {
   return header.pop_test == PopTest::on && header.child_order != ChildOrder::vulkan_sim ? 4 : 5;
 }
 
-/// Sums over the whole trace, computed by the writer from the events themselves.
+/// Sums over the whole trace, computed by the writer from the events.
 struct Totals {
   std::uint64_t rays = 0;
   std::uint64_t rounds = 0;

@@ -1,5 +1,5 @@
-// Through which instance leaves a node is reached, and where an instance leaf leads: to the shared BLAS, or with three
-// levels from the scene TLAS to an object's.
+// The levels of an acceleration structure: which instance leaves lead to a node, and where an instance leaf leads: to
+// the shared BLAS, or, with three levels, from the scene TLAS to an object's TLAS.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +12,14 @@
 
 namespace grtx::traces {
 
-/// The instance leaves above a node, by address in units; 0: there is none.
+/// Addresses of the instance leaves above a node, in units; 0 if there is none.
 struct InstancePath {
-  std::uint32_t scene = 0;     ///< leaf of the scene TLAS: inside an object
-  std::uint32_t instance = 0;  ///< leaf of the TLAS or of an object's: inside the BLAS
+  std::uint32_t scene = 0;     ///< leaf of the scene TLAS, for nodes inside an object
+  std::uint32_t instance = 0;  ///< leaf of the TLAS or of an object's TLAS, for nodes inside the BLAS
   friend bool operator==(const InstancePath&, const InstancePath&) = default;
 };
 
-/// Roots have numbers: 0 of the (scene) TLAS or the monolithic BVH, 1 of the BLAS, 2 and more of the objects' TLASes.
+/// Roots are numbered: 0 the (scene) TLAS or monolithic BVH, 1 the BLAS, 2 and up the objects' TLASes.
 class InstanceLevels {
  public:
   static constexpr std::uint32_t kRoot = 0;
@@ -37,20 +37,20 @@ class InstanceLevels {
 
   std::uint32_t roots() const { return kFirstObjectRoot + static_cast<std::uint32_t>(object_roots_.size()); }
   bool is_blas(std::uint32_t address) const { return address >= blas_begin_; }
-  /// A node of the scene TLAS; false for all without one.
+  /// Whether the node is in the scene TLAS; always false without one.
   bool is_scene(std::uint32_t address) const { return address < objects_begin_; }
-  /// Inside an object's TLAS or the BLAS below it.
+  /// Whether the node is in an object's TLAS or in the BLAS below it.
   bool is_object(std::uint32_t address) const { return objects_begin_ != 0 && address >= objects_begin_; }
-  /// Number of the root to which the instance leaf at `leaf` leads; kNoRoot: the header names no such leaf.
+  /// Number of the root to which the instance leaf at `leaf` leads; kNoRoot if the header lists no such leaf.
   std::uint32_t root_below(std::uint32_t leaf) const {
     if (!is_scene(leaf)) return kBlasRoot;
     const auto found = std::lower_bound(leaves_.begin(), leaves_.end(), leaf,
                                         [](const Leaf& l, std::uint32_t address) { return l.address < address; });
     return found != leaves_.end() && found->address == leaf ? kFirstObjectRoot + found->object : kNoRoot;
   }
-  /// Address of an object's root, by its number.
+  /// Address of the object root with number `root`, in units.
   std::uint32_t object_root(std::uint32_t root) const { return object_roots_[root - kFirstObjectRoot]; }
-  /// Path of the root below the instance leaf at `leaf`, itself reached by `path`.
+  /// Path of the root below the instance leaf at `leaf`, whose own path is `path`.
   InstancePath below(const InstancePath& path, std::uint32_t leaf) const {
     return is_scene(leaf) ? InstancePath{leaf, 0} : InstancePath{path.scene, leaf};
   }
@@ -68,7 +68,7 @@ class InstanceLevels {
   std::uint32_t blas_begin_ = kNoBlas;
   std::uint32_t objects_begin_ = 0;
   std::vector<std::uint32_t> object_roots_;
-  std::vector<Leaf> leaves_;  ///< of the scene TLAS, ascending
+  std::vector<Leaf> leaves_;  ///< leaves of the scene TLAS, ascending
 };
 
 }  // namespace grtx::traces

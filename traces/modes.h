@@ -1,4 +1,4 @@
-// What a trace was made with: the modes that its header names, and that tracer and hardware model both obey.
+// Modes of a trace, stored in its header and used by both tracer and hardware model.
 #pragma once
 
 #include <array>
@@ -15,25 +15,25 @@ constexpr auto enum_names(AccelKind) {
       {"tri20", "tri80", "ellipsoid", "box", "tlas-tri20", "tlas-tri80", "tlas-sphere", "tlas-box"});
 }
 constexpr bool is_two_level(AccelKind kind) { return kind >= AccelKind::tlas_tri20; }
-/// Its primitive leaves are boxes: a shader on the SM tests what lies in them, no unit does.
+/// Whether primitive leaves are boxes, whose contents a shader on the SM tests instead of an intersection unit.
 constexpr bool has_box_leaves(AccelKind kind) { return kind == AccelKind::box || kind == AccelKind::tlas_box; }
-/// Its primitive leaves are procedural, not triangles: the proxy is a sphere.
+/// Whether primitive leaves are procedural instead of triangles: the proxy is a sphere.
 constexpr bool has_procedural_leaves(AccelKind kind) {
   return kind == AccelKind::ellipsoid || kind == AccelKind::tlas_sphere || has_box_leaves(kind);
 }
 
-/// How nodes lie in memory, byte by byte (docs/model/node-image.md). vulkan_sim: a triangle a leaf, in lines of 64 B.
-/// compact: as shipped structures do, four triangles a leaf with shared vertices, in lines of 80 B. compressed:
-/// eight children in 64 B, and leaves of 64 B.
+/// Memory layout of nodes (docs/model/node-image.md). vulkan_sim: one triangle per leaf, in units of 64 B. compact:
+/// like production structures, four triangles per leaf with shared vertices, in units of 80 B. compressed: eight
+/// children in 64 B, leaves of 64 B.
 enum class NodeLayout : std::uint8_t { vulkan_sim, compact, compressed };
 constexpr auto enum_names(NodeLayout) { return names_in_order<NodeLayout>({"vulkan_sim", "compact", "compressed"}); }
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
-/// entries, sorted when the round ends. closest: the nearest one, without an any-hit shader. list: as single,
-/// in a list of k entries that stays unsorted; blending picks the nearest from it, a batch at a time.
+/// entries, sorted when the round ends. closest: only the nearest one, without an any-hit shader. list: like single,
+/// but in a list of k entries that stays unsorted; blending selects the nearest hits from it, a batch at a time.
 enum class Tracing : std::uint8_t { multi, single, closest, list };
 constexpr auto enum_names(Tracing) { return names_in_order<Tracing>({"multi", "single", "closest", "list"}); }
-/// Hits are appended as they come, and no hit that has room moves t_max.
+/// Whether hits are appended unsorted; t_max is unchanged while there is room.
 constexpr bool collects_unsorted(Tracing t) { return t == Tracing::single || t == Tracing::list; }
 
 /// Order in which a replay round reads the source buffer (traces/orders/checkpoint_order.h).
@@ -44,8 +44,8 @@ constexpr auto enum_names(CheckpointOrder) { return names_in_order<CheckpointOrd
 enum class ChildOrder : std::uint8_t { near_first, slot, vulkan_sim };
 constexpr auto enum_names(ChildOrder) { return names_in_order<ChildOrder>({"near_first", "slot", "vulkan_sim"}); }
 
-/// Whether a node on the stack is compared with t_max when it is popped, for which its stack entry holds its t. off:
-/// what was pushed is fetched, and only its children fail the test.
+/// Whether a popped node is compared with t_max, for which stack entries hold t. off: every pushed node is fetched, and
+/// only its children are tested.
 enum class PopTest : std::uint8_t { on, off };
 constexpr auto enum_names(PopTest) { return names_in_order<PopTest>({"on", "off"}); }
 

@@ -1,7 +1,6 @@
-// Sizes of the nodes of an image: what one node fetch reads. Those of layout vulkan_sim, and the type codes of all,
-// follow the Intel Xe / Vulkan-Sim layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which
-// reproduces the paper's BVH size table; those of layout compact the compressed wide BVH of Ylitie, Karras, Laine (HPG
-// 2017).
+// Node sizes in a node image, which determine what a node fetch reads. Layout vulkan_sim and all type codes follow the
+// Intel Xe / Vulkan-Sim layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which reproduces the
+// paper's BVH size table. Layout compact follows the compressed wide BVH of Ylitie, Karras, Laine (HPG 2017).
 #pragma once
 
 #include <cstdint>
@@ -20,12 +19,12 @@ inline constexpr std::uint64_t kInternalBytes = 64;  ///< up to six children; 12
 inline constexpr std::uint64_t kTriangleLeafBytes = 64;
 inline constexpr std::uint64_t kProceduralLeafBytes = 64;
 inline constexpr std::uint64_t kInstanceLeafBytes = 128;
-// Layout compact: a node of eight quantised boxes, four triangles with their six vertices, or what traversal needs of
-// an instance.
+// Layout compact: one unit holds an internal node of eight quantised boxes, four triangles with their six vertices, or
+// the part of an instance leaf that traversal needs.
 inline constexpr std::uint64_t kCompactUnit = 80;
-inline constexpr unsigned kTrianglesOfPatch = 4;  ///< a triangle leaf of layout compact holds as many at most
+inline constexpr unsigned kTrianglesOfPatch = 4;  ///< most triangles of a triangle leaf in layout compact
 
-// Layout compressed: whatever it is, a node is one unit of 64 B.
+// Layout compressed: every node is one unit of 64 B.
 inline constexpr std::uint64_t kCompressedBytes = kNodeUnit;
 
 inline constexpr unsigned kMaxWidth = 8;
@@ -49,14 +48,14 @@ constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
   return kNodeUnit;
 }
 
-/// Sizes of the nodes of one structure. Addresses of nodes are multiples of unit(), and events, definitions and tracer
-/// count them in units.
+/// Node sizes of one acceleration structure. Node addresses are multiples of unit(); events, node definitions and
+/// tracer give them in units.
 class NodeSizes {
  public:
   constexpr NodeSizes(NodeLayout layout, unsigned width) : layout_(layout), width_(width) {}
 
   constexpr NodeLayout layout() const { return layout_; }
-  constexpr unsigned width() const { return width_; }  ///< children of an internal node, at most
+  constexpr unsigned width() const { return width_; }  ///< most children of an internal node
   constexpr std::uint64_t unit() const { return compact() ? kCompactUnit : kNodeUnit; }  ///< bytes
   constexpr unsigned units(NodeKind kind) const {
     if (compact()) return kind == NodeKind::instance ? 2 : 1;
@@ -65,15 +64,15 @@ class NodeSizes {
   }
   constexpr std::uint64_t bytes(NodeKind kind) const { return units(kind) * unit(); }
   constexpr std::uint64_t header_bytes() const { return unit(); }
-  /// Boxes that an internal node has room for: 6 or 8.
+  /// Child boxes that fit an internal node: 6 or 8.
   constexpr unsigned slots() const { return compact() || compressed() || width_ > 6 ? 8 : 6; }
-  /// Bytes of a visited node that traversal reads: of a compact instance leaf, its first unit.
+  /// Bytes that a visit reads of a node; of a compact instance leaf only the first unit.
   constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact() ? unit() : bytes(kind); }
-  /// All that traversal needs of an instance is in what read_bytes() says, and no header is read below it.
+  /// Whether read_bytes() of an instance leaf suffice for traversal, and no BLAS header is read.
   constexpr bool short_instances() const { return compact() || compressed(); }
-  /// The price of the ray-box unit includes decoding the boxes' codes (docs/model/node-image.md).
+  /// Whether the cost of the ray-box unit includes decoding quantised boxes (docs/model/node-image.md).
   constexpr bool decoder_priced() const { return compact() || compressed(); }
-  /// Triangles that a visit of a triangle leaf tests.
+  /// Triangle tests per visit of a triangle leaf.
   constexpr unsigned triangles() const { return compact() ? kTrianglesOfPatch : 1; }
   friend constexpr bool operator==(const NodeSizes&, const NodeSizes&) = default;
 
@@ -85,7 +84,7 @@ class NodeSizes {
   unsigned width_;
 };
 
-/// Children of an internal node unless somebody says otherwise: as many as one unit of the layout holds.
+/// Default BVH width: the number of children that one unit of the layout holds.
 constexpr unsigned default_width(NodeLayout layout) {
   return layout == NodeLayout::compact || layout == NodeLayout::compressed ? 8 : 6;
 }

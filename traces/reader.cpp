@@ -24,7 +24,7 @@ std::string at(std::uint64_t offset) { return "byte " + std::to_string(offset); 
 
 struct Reader::Impl {
   explicit Impl(const std::string& p) : path(p) {
-    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would wait
+    descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // so that opening a FIFO does not block
     if (descriptor < 0) throw Error(path, "", std::string("cannot be read: ") + std::strerror(errno));
   }
   ~Impl() {
@@ -95,7 +95,7 @@ struct Reader::Impl {
       fail(trailer + 8, "the trailer's magic bytes are missing; the file was cut off");
     }
     footer = load_u64(end.data());
-    // Group count, offsets, totals length, content hash, footer hash.
+    // Sizes of: group count, offsets, totals length, content hash, footer hash.
     const std::uint64_t fixed = 8 + 8 * header.groups + 4 + 8 + 8;
     if (footer < chunks_begin || footer > trailer || trailer - footer < fixed) {
       fail(trailer, "the footer offset does not fit the file");
@@ -121,7 +121,7 @@ struct Reader::Impl {
     content_hash = hex(load_u64(&bytes[hash_at - 8]));
   }
 
-  // Chunks must lie end to end between header and footer.
+  // Chunks must be contiguous between header and footer.
   void read_index(const Bytes& bytes) {
     offsets.reserve(static_cast<std::size_t>(header.groups) + 1);
     for (std::uint64_t i = 0; i < header.groups; ++i) {
@@ -147,7 +147,7 @@ struct Reader::Impl {
   Header header;
   Totals totals;
   std::string content_hash;
-  std::vector<std::uint64_t> offsets;  ///< of the chunks, then of the footer
+  std::vector<std::uint64_t> offsets;  ///< file offsets of the chunks, then of the footer
 };
 
 Reader::Reader(const std::string& path) : impl_(std::make_unique<Impl>(path)) { impl_->open(); }

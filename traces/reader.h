@@ -10,8 +10,8 @@
 
 namespace grtx::traces {
 
-/// Random access to the groups of a file. Never holds more than the group asked for. Thread-safe for concurrent read().
-/// Throws Error{path, offset, rule} on anything that does not obey the format, including a wrong hash or version.
+/// Random access to the groups of a file. Holds only the requested group in memory. read() is thread-safe.
+/// Throws Error{path, offset, rule} on any violation of the format, including a wrong hash or version.
 class Reader {
  public:
   explicit Reader(const std::string& path);
@@ -23,12 +23,12 @@ class Reader {
   const Totals& totals() const;
   const std::string& path() const;
   std::uint64_t bytes() const;
-  /// XXH3 of the whole file content except the footer's own hash, hexadecimal: identifies the trace in results.
+  /// XXH3 of the file content except the footer's own hash, in hexadecimal; identifies the trace in results.
   const std::string& content_hash() const;
   std::uint64_t group_count() const;
-  /// Decodes group `index` into `group` (reusing its memory).
+  /// Decodes group `index` into `group`, reusing its memory.
   void read(std::uint64_t index, RayGroup& group) const;
-  /// Reads the whole file once and compares it with content_hash().
+  /// Reads the whole file and throws Error if its hash is not content_hash().
   void verify_content() const;
 
  private:

@@ -48,14 +48,14 @@ struct Writer::Impl {
   }
 
   Header header;
-  StreamHash hash;  ///< of everything written so far
+  StreamHash hash;  ///< hash of everything written so far
   std::optional<AtomicFile> file;
   std::mutex mutex;
   std::condition_variable progress;
-  std::map<std::uint64_t, Bytes> waiting;  ///< chunks whose predecessors are not written yet
-  std::vector<std::uint64_t> offsets;      ///< of the chunks written
+  std::map<std::uint64_t, Bytes> waiting;  ///< chunks that wait for an earlier one
+  std::vector<std::uint64_t> offsets;      ///< file offsets of the chunks written
   Totals totals;
-  std::uint64_t largest_group = 0;  ///< bytes, decoded
+  std::uint64_t largest_group = 0;  ///< decoded size, bytes
   bool stopped = false;             ///< a write failed or cancel() was called: nothing can be appended any more
   bool finished = false;
 };

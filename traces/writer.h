@@ -12,7 +12,7 @@ namespace grtx::traces {
 
 struct EncodedGroup;  // traces/codec/encoded_group.h
 
-/// Streams groups to a file. append() may be called from many threads in any order of index; chunks land in the file in
+/// Streams groups to a file. append() may be called from many threads in any order of index; chunks are written in
 /// index order, so the file is byte-identical for any number of threads. Memory is bounded by the groups in flight.
 class Writer {
  public:
@@ -24,19 +24,19 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
 
   /// Encodes and stores one group. Thread-safe. Encoding runs in the caller's thread.
-  /// Blocks while `group` is more than 1024 groups ahead of the first one missing. Throws std::logic_error, naming
-  /// group, lane, round and event, when the events contradict each other, and Error when the file cannot be written.
+  /// Blocks while `group` is more than 1024 groups ahead of the first missing one. Throws std::logic_error, naming
+  /// group, lane, round and event, if the events are inconsistent, and Error if the file cannot be written.
   void append(const RayGroup& group);
-  /// Stores a group that GroupEncoder has encoded with the same header.
+  /// Stores a group that GroupEncoder encoded with the same header.
   void append(EncodedGroup&& group);
-  /// Wakes callers that wait in append(), with an Error. For a thread that will not append its group after all.
+  /// Makes callers that wait in append() throw Error. Call it if a group will not be appended after all.
   void cancel();
-  /// Writes the index and totals, gives the file its final name. All groups must have been appended.
+  /// Writes the index and totals and gives the file its final name. All groups must have been appended.
   void finish();
   const Header& header() const;
   const Totals& totals() const;
   std::uint64_t bytes() const;
-  /// What a reader of the whole trace holds when it has decoded it, and of that the largest group; bytes.
+  /// Bytes in memory of the whole decoded trace, and of its largest group.
   std::uint64_t decoded_bytes() const;
   std::uint64_t largest_group() const;
 

@@ -1,5 +1,5 @@
-// The counters of a unit, each named once: how it adds up over units, and what statistic it becomes. A field is a
-// pointer to a member, or f(counters) that returns a reference to a field of a part.
+// The counters of a unit, each declared once: how it is combined over units, and which statistic it becomes. A field is
+// a pointer to a member, or f(counters) returning a reference to a nested field.
 //
 //   const CounterTable<Counters>& Counters::table() {
 //     static const auto table = CounterTable<Counters>()
@@ -29,7 +29,7 @@ namespace grtx::declare {
 /// `text` with "{}" replaced by `name`.
 std::string with_name(std::string_view text, std::string_view name);
 
-/// An array of counts by name: statistic "name.NAME", in whose description NAME stands for "{}".
+/// An array of counters indexed by an enumeration: statistics "name.NAME"; "{}" in the description is replaced by NAME.
 template <typename Field>
 struct CounterColumn {
   Field field;
@@ -41,24 +41,24 @@ struct CounterColumn {
 template <typename Counters>
 class CounterTable {
  public:
-  /// Adds up over units.
+  /// A counter that is summed over units.
   template <typename Field>
   CounterTable& sum(Field field, const char* name, const char* unit, const char* description) {
     sum(field);
     return value(field, name, unit, description);
   }
-  /// The same, for a count that is no statistic of its own.
+  /// The same, without a statistic.
   template <typename Field>
   CounterTable& sum(Field field) {
     return own(field, [](auto& total, const auto& more) { total += more; });
   }
-  /// The largest of the units'.
+  /// A counter whose maximum over units is taken.
   template <typename Field>
   CounterTable& largest(Field field, const char* name, const char* unit, const char* description) {
     own(field, [](auto& total, const auto& more) { total = std::max(total, more); });
     return value(field, name, unit, description);
   }
-  /// A Distribution: mean "name" and largest "name_max" of all units' values.
+  /// A Distribution, merged over units: statistics "name" (mean) and "name_max".
   template <typename Field>
   CounterTable& distribution(Field field, const std::string& name, const char* unit, const char* mean,
                              const char* max) {
@@ -66,8 +66,8 @@ class CounterTable {
     value([field](const Counters& c) { return std::invoke(field, c).mean(); }, name, unit, mean);
     return value([field](const Counters& c) { return std::invoke(field, c).max(); }, name + "_max", unit, max);
   }
-  /// Arrays of counts that add up, a place for each value of an enumeration; name after name, of each all columns.
-  /// keep: which of the values are statistics.
+  /// Arrays of summed counters, indexed by an enumeration. Statistics are ordered by enumeration value, then column.
+  /// keep: selects the values that become statistics; nullptr: all.
   template <NamedEnum Enum, typename... Fields>
   CounterTable& by_name(bool (*keep)(Enum), CounterColumn<Fields>... columns) {
     const auto elementwise = [](auto& total, const auto& more) {
@@ -84,7 +84,7 @@ class CounterTable {
   CounterTable& by_name(Field field, const char* name, const char* unit, const char* description) {
     return by_name<Enum>(nullptr, CounterColumn<Field>{field, name, unit, description});
   }
-  /// A statistic that follows from the counters. f(counters): a count or a real number.
+  /// A statistic derived from the counters. f(counters) returns an integer or a real number.
   template <typename F>
   CounterTable& value(F f, std::string name, const char* unit, std::string description) {
     return described([f, name = "." + std::move(name), unit, description = std::move(description)](
@@ -92,7 +92,7 @@ class CounterTable {
       list.add(prefix + name, std::invoke(f, c), unit, description);
     });
   }
-  /// A part with a table of its own, for the sum only.
+  /// A nested counter struct with its own table, combined over units but without statistics.
   template <typename Field>
   CounterTable& part(Field field) {
     return own(field, [](auto& total, const auto& more) { total.table().add(total, more); });
@@ -106,7 +106,7 @@ class CounterTable {
       inner.table().describe(inner, list, prefix + name);
     });
   }
-  /// OwnCounts.
+  /// An OwnCounts field: combined by name, with its statistics.
   template <typename Field>
   CounterTable& own_counts(Field field) {
     own(field, [](OwnCounts& total, const OwnCounts& more) { total.add(more); });
@@ -114,7 +114,7 @@ class CounterTable {
       std::invoke(field, c).describe(list, prefix);
     });
   }
-  /// A field that adds up by a rule of its own: rule(total, more).
+  /// A field with its own rule to combine units: rule(total, more).
   template <typename Field, typename F>
   CounterTable& own(Field field, F rule) {
     bytes_ += sizeof(std::remove_cvref_t<std::invoke_result_t<Field, Counters&>>);
@@ -122,7 +122,7 @@ class CounterTable {
         [field, rule](Counters& total, const Counters& c) { rule(std::invoke(field, total), std::invoke(field, c)); });
     return *this;
   }
-  /// Statistics by a rule of their own: rule(counters, list, prefix).
+  /// Statistics appended by rule(counters, list, prefix).
   template <typename F>
   CounterTable& described(F rule) {
     describes_.push_back(
@@ -131,7 +131,7 @@ class CounterTable {
         });
     return *this;
   }
-  /// Statistics from here on are only there when the counters say so: shown(counters).
+  /// All following statistics are listed only if shown(counters) is true.
   template <typename F>
   CounterTable& when(F shown) {
     shown_ = std::move(shown);
@@ -146,7 +146,7 @@ class CounterTable {
   void describe(const Counters& counters, StatisticList& list, const std::string& prefix) const {
     for (const auto& one : describes_) one(counters, list, prefix);
   }
-  /// Bytes of all fields in the table: sizeof(Counters) when none was forgotten.
+  /// Total size of the fields in the table; equals sizeof(Counters) if none was forgotten.
   std::size_t bytes() const { return bytes_; }
 
  private:
@@ -157,7 +157,7 @@ class CounterTable {
   }
 
   std::size_t bytes_ = 0;
-  std::function<bool(const Counters&)> shown_;  ///< of what is described next; none: always
+  std::function<bool(const Counters&)> shown_;  ///< condition of the statistics added next; empty: always
   std::vector<std::function<void(Counters&, const Counters&)>> adds_;
   std::vector<std::function<void(const Counters&, StatisticList&, const std::string&)>> describes_;
 };

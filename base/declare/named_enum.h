@@ -1,4 +1,4 @@
-// Enumerations with names: one table an enumeration, beside it, for configuration, command line, files and messages.
+// Enumerations with names: one table per enumeration, next to it, for configuration, command line, files and messages.
 //
 //   enum class Order : std::uint8_t { fifo, lifo };
 //   constexpr auto enum_names(Order) { return names_in_order<Order>({"fifo", "lifo"}); }
@@ -22,7 +22,7 @@ struct EnumName {
   std::string_view name;
 };
 
-/// The table of an enumeration whose values are 0, 1, 2 ...: their names in that order.
+/// Makes the table of an enumeration with the values 0, 1, 2 ... from their names in that order.
 template <typename Enum, std::size_t count>
 constexpr std::array<EnumName<Enum>, count> names_in_order(const std::string_view (&names)[count]) {
   std::array<EnumName<Enum>, count> table{};
@@ -30,13 +30,13 @@ constexpr std::array<EnumName<Enum>, count> names_in_order(const std::string_vie
   return table;
 }
 
-/// An enumeration with a table, which enum_names(Enum) in its own namespace returns.
+/// An enumeration with a table, returned by enum_names(Enum) in the enumeration's namespace.
 template <typename Enum>
 concept NamedEnum = std::is_enum_v<Enum> && requires(Enum value) {
   enum_names(value);
 };
 
-/// The value's name; "?" for what is no value of the enumeration.
+/// The name of a value; "?" if it is not in the table.
 template <NamedEnum Enum>
 constexpr std::string_view name_of(Enum value) {
   for (const EnumName<Enum>& entry : enum_names(Enum{})) {
@@ -53,11 +53,11 @@ constexpr std::optional<Enum> from_name(std::string_view name) {
   return std::nullopt;
 }
 
-/// How many values there are: the size of an array with a place for each, if they are 0, 1, 2 ...
+/// Number of values: the size of an array indexed by the enumeration, if its values are 0, 1, 2 ...
 template <NamedEnum Enum>
 inline constexpr std::size_t kCountOf = enum_names(Enum{}).size();
 
-/// The name of the value with that place in such an array.
+/// The name of the value with index `place` in such an array.
 template <NamedEnum Enum>
 constexpr std::string_view name_at(std::size_t place) {
   return enum_names(Enum{})[place].name;
@@ -71,13 +71,13 @@ std::vector<std::string> names_of() {
   return names;
 }
 
-/// "a, b, c".
+/// The names as "a, b, c".
 std::string joined_names(const std::vector<std::string>& names);
 
-/// The rule that `name` breaks when it is none of `known`: lists them and the nearest.
+/// Error text for a name that is not in `known`: lists the known names and suggests the nearest.
 std::string unknown_name(std::string_view name, const std::vector<std::string>& known);
 
-/// from_name(), or Error{file, place, unknown_name()}.
+/// Like from_name(), but throws Error{file, place, unknown_name()} for an unknown name.
 template <NamedEnum Enum>
 Enum value_of(std::string_view name, const std::string& file, const std::string& place) {
   const std::optional<Enum> value = from_name<Enum>(name);

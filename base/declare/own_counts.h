@@ -1,5 +1,5 @@
-// Counts of a unit that no table here knows: of somebody else, or one that not every machine has. It names each where
-// it counts; units of one kind add up by name, and what is counted becomes a statistic like any other.
+// Counters of a unit without a CounterTable here: user-supplied, or not in every machine. The unit names each counter
+// when it counts; units are combined by name, and each counter becomes a statistic like any other.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace grtx::declare {
 
 class OwnCounts {
  public:
-  /// name: behind the prefix of the statistics among which they appear, e.g. ray_box.waits. picojoules: energy of each
-  /// that is counted; 0: priced by nobody, or with something else.
+  /// Adds `count` to counter `name`, e.g. ray_box.waits, to which the enclosing statistics' prefix is added.
+  /// picojoules: energy per count; 0: none, or accounted for elsewhere.
   void add(const std::string& name, std::uint64_t count, const std::string& unit, const std::string& description,
            double picojoules = 0.0) {
     const auto found = std::find_if(counts_.begin(), counts_.end(), [&](const Statistic& s) { return s.name == name; });
@@ -37,7 +37,7 @@ class OwnCounts {
       list.add(std::move(s));
     }
   }
-  /// 0 where nobody has counted it.
+  /// Value of a counter; 0 if it was never counted.
   std::uint64_t of(const std::string& name) const {
     const auto found = std::find_if(counts_.begin(), counts_.end(), [&](const Statistic& s) { return s.name == name; });
     return found == counts_.end() ? 0 : std::get<std::uint64_t>(found->value);
@@ -45,7 +45,7 @@ class OwnCounts {
   bool empty() const { return counts_.empty(); }
 
  private:
-  std::vector<Statistic> counts_;  ///< integers
+  std::vector<Statistic> counts_;  ///< values are integers
 };
 
 }  // namespace grtx::declare

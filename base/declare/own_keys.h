@@ -1,6 +1,6 @@
-// Keys that a unit brings along. Its configuration is registered once, before configurations are read: by a program
-// whose unit it is, or by the source file of a unit that not every machine has. Its keys are then keys of every
-// machine, and its values travel with the machine's.
+// Configuration keys that a unit registers itself, once, before configurations are read: by a program for its own unit,
+// or by the source file of an optional unit. The keys then exist for every machine, and their values are part of the
+// machine's configuration.
 #pragma once
 
 #include <map>
@@ -12,10 +12,10 @@
 
 namespace grtx::declare {
 
-/// A value: copies hold configurations of their own.
+/// Values of all registered keys. A value type: each copy has its own configurations.
 class OwnKeys {
  public:
-  /// Those that are registered, at their defaults.
+  /// All registered configurations with their default values.
   OwnKeys() {
     for (const auto& [prefix, held] : registered()) held_.emplace(prefix, held->copy());
   }
@@ -31,8 +31,9 @@ class OwnKeys {
   OwnKeys& operator=(OwnKeys&&) = default;
   ~OwnKeys() = default;
 
-  /// Config: a value with parameters(ParameterList&). prefix: of its keys, e.g. rt.my_box. Throws std::logic_error when
-  /// there are such keys already. Returns true, so that a constant of a source file can register.
+  /// Registers a configuration. Config: a value type with parameters(ParameterList&). prefix: of its keys, e.g.
+  /// rt.my_box. Throws std::logic_error if the prefix is taken. Returns true, so that a constant's initialiser can
+  /// register.
   template <typename Config>
   static bool add(const std::string& prefix, const Config& defaults = {}) {
     if (!registered().emplace(prefix, std::make_unique<Of<Config>>(defaults)).second) {
@@ -40,7 +41,7 @@ class OwnKeys {
     }
     return true;
   }
-  /// Throws std::logic_error when nothing of this type is registered.
+  /// The configuration of this type. Throws std::logic_error if none is registered.
   template <typename Config>
   const Config& get() const {
     for (const auto& [prefix, held] : held_) {
@@ -67,7 +68,7 @@ class OwnKeys {
     void parameters(ParameterList& list) override { config.parameters(list); }
     Config config;
   };
-  /// By prefix, in whatever order they were registered.
+  /// Ordered by prefix, independent of the order of registration.
   using All = std::map<std::string, std::unique_ptr<Held>>;
   static All& registered() {
     static All all;

@@ -17,7 +17,7 @@ std::string number_text(double value) {
   return fmt::format("{}", value);
 }
 
-/// What kind of value the key takes, for messages.
+/// The type of the key's value, for messages.
 std::string type_text(const Parameter& key) {
   if (std::holds_alternative<double*>(key.value)) return "a number";
   if (std::holds_alternative<bool*>(key.value)) return "true or false";
@@ -35,7 +35,7 @@ bool parse(const std::string& text, T& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// A key that takes any text takes other values as their text. False: it does not.
+/// A key that accepts any text also accepts other values, as text. Returns false for all other keys.
 bool assign_as_text(const Parameter& key, const std::string& text) {
   const auto* names = std::get_if<Choice>(&key.value);
   if (names == nullptr || !names->names.empty()) return false;

@@ -1,6 +1,6 @@
-// One parameter of the model: its key, where its value lives, what it may be, what it means and where its default comes
-// from. A unit lists its parameters beside its Config; loading, checking, --set, the resolved JSON, the hash and the
-// reference of all keys follow from the list. Free of SystemC.
+// Declaration of model parameters: key, location of the value, allowed range, meaning, and source of the default. A
+// unit lists its parameters next to its Config; loading, checking, --set, the resolved JSON, the hash and the key
+// reference all use this list. Free of SystemC.
 //
 //   struct Config {
 //     unsigned entries = 8;
@@ -22,11 +22,11 @@
 
 namespace grtx::declare {
 
-/// How well a default is known. The one scale of the project: A = stated in the paper, B = taken from a public
-/// simulator, product or publication, C = assumption of this project, to be swept.
+/// Confidence in a default, on the project's only scale: A = stated in the paper, B = taken from a public simulator,
+/// product or publication, C = assumption of this project, to be varied in sweeps.
 enum class Confidence : char { paper = 'A', public_source = 'B', assumption = 'C' };
 
-/// Where a default comes from.
+/// Source of a default.
 struct Origin {
   const char* source;
   Confidence confidence;
@@ -41,46 +41,46 @@ inline constexpr Origin kGpgpuSim = from_public("GPGPU-Sim as in Vulkan-Sim");
 inline constexpr Origin kTreeTraversal = from_public("UBC 2024, generalized tree traversal accelerator");
 inline constexpr Origin kOurs = assumed("this project");
 
-/// Allowed numbers, both ends included.
+/// Allowed numbers, inclusive.
 struct Range {
   double min = 0.0;
   double max = std::numeric_limits<double>::infinity();
 };
-inline constexpr double kMaxLatency = 10000;             ///< cycles: far beyond hardware, short enough to count with
-inline constexpr double kMaxEntries = 4096;              ///< of a queue or table
-inline constexpr double kMinMhz = 100, kMaxMhz = 10000;  ///< of a clock
+inline constexpr double kMaxLatency = 10000;             ///< cycles; far beyond real hardware
+inline constexpr double kMaxEntries = 4096;              ///< entries of a queue or table
+inline constexpr double kMinMhz = 100, kMaxMhz = 10000;  ///< clock frequency
 
-/// A value that is one of a few names, or any text.
+/// A text value: one of a few names, or any text.
 struct Choice {
   std::vector<std::string> names;  ///< empty: any text
   std::function<std::string()> get;
   std::function<void(const std::string&)> set;
-  std::string hint = {};  ///< to a user whose name is not among them
+  std::string hint = {};  ///< added to the error message for an unknown name
 };
 
 struct Parameter {
   std::string name;  ///< dotted, as in the TOML tables: table.key
   std::variant<unsigned*, std::uint64_t*, double*, bool*, Choice> value;
-  Range range;  ///< of numbers
+  Range range;  ///< for numbers
   std::string unit;
   std::string description;
   Origin origin;
   bool later = false;
 
-  /// It came after hashes of configurations were on record: it counts in them only where it is not at its default,
-  /// which is what was there before.
+  /// For parameters added later: the configuration hash includes the parameter only if it differs from its default (the
+  /// behaviour before it existed), so that earlier hashes stay valid.
   void came_later() { later = true; }
 };
 
-/// What no range of one parameter says.
+/// A constraint that a range of a single parameter cannot express.
 struct ParameterRule {
   std::string name;  ///< of the parameter to change
   std::function<bool()> holds;
   std::string rule;
 };
 
-/// The parameters of a unit and their rules, or of a whole machine with each unit's under its prefix. They point into
-/// the Config, which must outlive them.
+/// The parameters and rules of a unit, or of a whole machine with each unit's under its prefix. They point into the
+/// Config, which must outlive them.
 class ParameterList {
  public:
   template <typename Number>  // unsigned, std::uint64_t, double
@@ -91,8 +91,8 @@ class ParameterList {
   Parameter& add(const char* key, bool& value, std::string description, Origin origin) {
     return items_.emplace_back(Parameter{prefix_ + key, &value, {}, "", std::move(description), origin});
   }
-  /// A text that must be one of `names`, which are registered for what the key selects; without names any text. hint:
-  /// for a user whose name is not among them.
+  /// A text that must be one of `names`, for example the registered policies; any text if there are no names. hint:
+  /// added to the error message for an unknown name.
   Parameter& add(const char* key, std::string& value, std::vector<std::string> names, std::string description,
                  Origin origin, std::string hint = {}) {
     return choice(key,
@@ -109,11 +109,11 @@ class ParameterList {
                    {}},
                   description, origin);
   }
-  /// What must hold of values that are each in their range: looked at by require_rules().
+  /// A condition on values that are each within their range; checked by require_rules().
   void rule(const char* key, std::function<bool()> holds, std::string rule) {
     rules_.push_back({prefix_ + key, std::move(holds), std::move(rule)});
   }
-  /// All that list(*this) adds, under "prefix.".
+  /// Puts everything that list(*this) adds under "prefix.".
   template <typename List>
   void under(const std::string& prefix, List&& list) {
     const std::string outer = prefix_;
@@ -121,7 +121,7 @@ class ParameterList {
     list(*this);
     prefix_ = outer;
   }
-  /// The parameters of a part, under "prefix.".
+  /// Adds the parameters of a part under "prefix.".
   template <typename Config>
   void part(const std::string& prefix, Config& config) {
     under(prefix, [&](ParameterList& list) { config.parameters(list); });
@@ -139,14 +139,14 @@ class ParameterList {
   std::vector<ParameterRule> rules_;
 };
 
-/// Present value as text: integers and bools plainly, doubles in the shortest form that reads back, names unquoted.
+/// Current value as text: doubles in the shortest form that reads back exactly, names unquoted.
 std::string value_text(const Parameter& parameter);
 /// Allowed values as text, e.g. "1 to 64" or "true, false".
 std::string range_text(const Parameter& parameter);
 
-/// Assigns from text (for --set). Returns "" or the rule that was broken.
+/// Assigns a value given as text (for --set). Returns "" or the broken rule.
 std::string assign_text(const Parameter& parameter, const std::string& text);
-/// Assign from a typed TOML value. Each returns "" or the rule that was broken.
+/// Assign a typed TOML value. Return "" or the broken rule.
 std::string assign_integer(const Parameter& parameter, std::int64_t value);
 std::string assign_real(const Parameter& parameter, double value);
 std::string assign_bool(const Parameter& parameter, bool value);
@@ -154,8 +154,8 @@ std::string assign_string(const Parameter& parameter, const std::string& value);
 
 /// Throws Error{origin, key, rule} for the first rule that does not hold.
 void require_rules(const ParameterList& list, const std::string& origin);
-/// The same with "configuration" as origin, for the first value out of its range, or the first rule: a unit's own guard
-/// against configurations that were not read from a file.
+/// Throws Error{"configuration", key, rule} for the first value out of range or the first rule that does not hold.
+/// Called by units, whose configuration may not come from a checked file.
 void require_allowed(const ParameterList& list);
 template <typename Config>
 void require_allowed(const std::string& prefix, Config config) {

@@ -1,5 +1,5 @@
-// Things that a configuration chooses by a name: the project's own first, those that a program registers after them.
-// What is registered is there for the program's whole life.
+// Registry of things that a configuration selects by name: first the project's own, then those registered by a program.
+// Entries are never removed.
 #pragma once
 
 #include <algorithm>
@@ -21,11 +21,11 @@ class Registry {
     std::string name;
     Thing thing;
   };
-  /// what, key: of the things, in messages.
+  /// what: kind of the things; key: configuration key; both for messages. own: the project's entries.
   Registry(std::string what, std::string key, std::vector<Entry> own)
       : what_(std::move(what)), key_(std::move(key)), entries_(std::move(own)) {}
 
-  /// Throws std::logic_error for a name that is taken.
+  /// Throws std::logic_error if the name is taken.
   void add(const std::string& name, Thing thing) {
     if (find(name) != entries_.end()) throw std::logic_error("the " + what_ + " " + name + " exists already");
     entries_.push_back({name, std::move(thing)});
@@ -36,7 +36,7 @@ class Registry {
     for (const Entry& entry : entries_) names.push_back(entry.name);
     return names;
   }
-  /// Throws Error that lists the names for an unknown one.
+  /// Throws Error for an unknown name and lists the known ones.
   const Thing& at(std::string_view name) const {
     const auto found = find(name);
     if (found == entries_.end()) throw Error("configuration", key_, unknown_name(name, names()));

@@ -1,4 +1,4 @@
-// Statistics with a name, a unit and a description. Modules count in plain integers and describe them once, at the end.
+// Statistics with name, unit and description. Modules count in plain integers and describe them once, at the end.
 #pragma once
 
 #include <bit>
@@ -15,10 +15,10 @@ struct Statistic {
   std::variant<std::uint64_t, double> value;
   std::string unit;
   std::string description;
-  double picojoules = 0.0;  ///< energy of each that is counted; 0: it is priced by nobody, or elsewhere
+  double picojoules = 0.0;  ///< energy per count; 0: none, or accounted for elsewhere
 };
 
-/// part / whole, 0 of nothing.
+/// part / whole; 0 if whole is 0.
 inline double ratio(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -27,7 +27,7 @@ inline double ratio(std::uint64_t part, std::uint64_t whole) {
 class StatisticList {
  public:
   StatisticList() = default;
-  /// A list for the documentation: rows that there are several of, alike, appear once, with a name in <>.
+  /// A list for the documentation: a group of similar statistics appears once, with a placeholder name in <>.
   static StatisticList of_kinds() {
     StatisticList list;
     list.kinds_ = true;
@@ -49,7 +49,7 @@ class StatisticList {
   std::vector<Statistic> items_;
 };
 
-/// Exact mean with an integer sum, and a power-of-two histogram (bin b counts values in [2^(b-1), 2^b), bin 0 zeros).
+/// Count, sum, maximum and power-of-two histogram (bin b counts values in [2^(b-1), 2^b), bin 0 zeros).
 class Distribution {
  public:
   void add(std::uint64_t value, std::uint64_t times = 1) {
@@ -66,7 +66,7 @@ class Distribution {
     if (other.max_ > max_) max_ = other.max_;
     for (unsigned i = 0; i < kBins; ++i) bins_[i] += other.bins_[i];
   }
-  /// The distribution of 2^doublings times each value.
+  /// The distribution with each value multiplied by 2^doublings.
   Distribution stretched(unsigned doublings) const {
     Distribution d;
     d.count_ = count_;

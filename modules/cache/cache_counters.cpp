@@ -27,7 +27,7 @@ RegionCounters sum_of(const CacheRegions& regions, Keep&& keep) {
 
 }  // namespace
 
-// Observers sum regions while a simulation runs, so not through a table.
+// Direct, not through a CounterTable: observers sum regions while a simulation runs.
 RegionCounters& RegionCounters::operator+=(const RegionCounters& r) {
   reads += r.reads;
   hits += r.hits;

@@ -1,4 +1,4 @@
-// What L1 and L2 count alike: accesses by memory region.
+// Counters that L1 and L2 share: accesses per memory region.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct RegionCounters {
   RegionCounters& operator+=(const RegionCounters& other);
 };
 
-/// How a level names what its regions count, in descriptions.
+/// Descriptions of the region counters in the statistics; L1 and L2 word them differently.
 struct RegionWords {
   const char* reads;
   const char* hits;
@@ -33,8 +33,7 @@ struct CacheRegions {
   std::array<RegionCounters, kRegionCount> region{};
 
   RegionCounters all() const;
-  /// Reads of node regions only.
-  RegionCounters nodes() const;
+  RegionCounters nodes() const;        ///< node regions only
   RegionCounters shader_data() const;  ///< Gaussian and SH records, pixels
 };
 
@@ -43,7 +42,7 @@ inline void add_regions(RegionArray& total, const RegionArray& more) {
   for (std::size_t i = 0; i < kRegionCount; ++i) total[i] += more[i];
 }
 
-/// ".all", ".node", ".shader_data" and each region that was accessed.
+/// Appends prefix + ".all", ".node", ".shader_data" and one group per accessed region.
 void describe_regions(const CacheRegions& regions, const RegionWords& words, StatisticList& list,
                       const std::string& prefix);
 

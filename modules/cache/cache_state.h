@@ -1,4 +1,4 @@
-// What caches keep beside their tags when a run is taken up by another process.
+// Saves and restores the cache state beside the tags, for a run that another process continues.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ inline void load_regions(std::vector<Region>& regions, StateReader& state) {
   for (Region& region : regions) region = static_cast<Region>(state.get(kLast));
 }
 
-/// For a cache of somebody else that has not overridden save() and load().
+/// Default of save() and load(): throws Error, because this user-supplied cache does not override them.
 template <typename Cache>
 [[noreturn]] void refuse_state(const Cache& cache) {
   throw Error("state", cache.name(), "does not say what it keeps");

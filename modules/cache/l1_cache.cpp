@@ -76,9 +76,9 @@ void L1Cache::load(StateReader& state) {
   dirty_at_start_ = tags_.count_dirty();
 }
 
-// Flattened: nothing in the model is called as often.
+// Flattened: the most frequently called function of the model.
 [[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
-  take_response(now);  // before the requests: a sector filled in this cycle hits in this cycle
+  take_response(now);  // before the requests, so that a sector filled in this cycle hits in this cycle
   take_requests(now);
   if (!late_.empty()) push_late(now);
   send_miss(now);
@@ -92,7 +92,7 @@ void L1Cache::load(StateReader& state) {
   return next_due(now);
 }
 
-// The fill port: one sector or acknowledgement a cycle.
+// The fill port: one sector or acknowledgement per cycle.
 void L1Cache::take_response(Cycle now) {
   const MemoryResponse* arrived = up_.front(now);
   if (arrived == nullptr) return;
@@ -112,7 +112,7 @@ void L1Cache::take_response(Cycle now) {
 void L1Cache::install(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   SectorCacheTags::Slot slot = tags_.find(address);
   if (slot == SectorCacheTags::kNone) {
-    // A fill never waits for the way out: that way may end at this cache's own way in.
+    // A fill never waits for a write-back: the write-back's path may depend on this fill port, a deadlock.
     const SectorCacheTags::Slot place =
         room_for_victim(address) ? tags_.victim_slot(address) : tags_.clean_victim(address);
     if (place != SectorCacheTags::kNone) slot = allocate(now, address, place);
@@ -142,8 +142,8 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   mshrs_.release(mshr);
 }
 
-// A client's port takes `width` requests a cycle, a bank one; clients are tried in priority order, so a bank goes to
-// the first.
+// A port accepts up to `width` requests per cycle, a bank one. Clients are tried in priority order, so the first one
+// wins a contested bank.
 void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
@@ -187,12 +187,12 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
 
 bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   assert(access.address % kSectorBytes == 0);
-  // A blocked response port backs the hit pipeline up to the access port.
+  // A blocked response port backs up the hit pipeline as far as the request port.
   if (client.hits.size() >= std::size_t{config_.latency} * client.width) return stall(L1Stall::response_port);
   const std::uint64_t sector = access.address / kSectorBytes;
   const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
-  // A request that was refused is refused again as long as nothing has changed inside.
+  // A refused request is refused again until something inside has changed.
   if (client.refused.at == version_) return stall(client.refused.reason);
   const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
   if (accepted) {
@@ -264,7 +264,7 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
   if (effect.forward && !room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
   if (effect.keep && !present && !room_for_victim(access.address)) {
-    return stall(L1Stall::miss_queue_full);  // for this cycle: any access may change whose turn to go it is
+    return stall(L1Stall::miss_queue_full);  // not refuse(): any access may change which line is the victim
   }
   ++region.writes;
   if (slot != SectorCacheTags::kNone) {
@@ -301,7 +301,7 @@ SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address, Sector
   const SectorCacheTags::Slot slot = tags_.insert_at(place, address, &victim);
   if (victim.valid) ++counters_.evictions;
   counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
-  if (victim.dirty != 0) push_dirty(now, victim, written_by_[slot]);  // the line's place is the victim's
+  if (victim.dirty != 0) push_dirty(now, victim, written_by_[slot]);  // the slot still holds the victim's region
   return slot;
 }
 
@@ -408,7 +408,7 @@ void L1Cache::send_miss(Cycle now) {
   ++version_;
 }
 
-// `width` responses per client a cycle; what has been due longest goes first, a hit before a fill of the same cycle.
+// Up to `width` responses per client and cycle: earliest due first, a hit before a fill of the same cycle.
 void L1Cache::send_responses(Cycle now) {
   if (next_response_ > now) return;
   const Cycle* const due = response_due_.data();
@@ -475,7 +475,7 @@ Inventory L1Cache::inventory() const {
   inventory.module = this->name();
   inventory.storage = {
       {"data", StorageKind::cache, lines * config_.geometry.line_bytes * 8, config_.banks, 1, false, 256},
-      // Hundreds of ways are searched at once, by comparators beside each tag.
+      // More than 16 ways are searched in parallel, with a comparator at each tag.
       {"tags", config_.geometry.ways > 16 ? StorageKind::flip_flop : StorageKind::cache_tags,
        tags_.tag_bits(kAddressBits, writes_back_), 1, 1, false},
       {"mshr", StorageKind::flip_flop,

@@ -1,6 +1,6 @@
-// L1 data cache of an SM: sectored, non-blocking with MSHRs, banked; written through without allocation, or back where
-// only one ray or warp reads (write_policy.h).
-// Paper Table I (128 KB, 128 B lines, 256-way, LRU, 20 cycles); facts of MSHRs and queues from Vulkan-Sim's GPGPU-Sim.
+// L1 data cache of an SM: sectored, banked, non-blocking with MSHRs. Write-through without allocation; optionally
+// write-back for data private to one ray or warp (write_policy.h).
+// Paper Table I (128 KB, 128 B lines, 256-way, LRU, 20 cycles); MSHRs and queues as in Vulkan-Sim's GPGPU-Sim.
 // Costs one tag probe per accepted request; sleeps when nothing is in flight.
 #pragma once
 
@@ -34,15 +34,15 @@ namespace grtx::modules {
 
 struct L1Counters;
 
-/// An L1 as an SM sees it: every request gets one response with its tag, in any order. A cache that has no use for our
-/// clock ignores it.
+/// An L1 as the SM sees it: every request gets exactly one response with its tag, in any order. An implementation that
+/// needs no clock may ignore it.
 class L1CacheModule : public ClockedModule {
  public:
   sc_core::sc_vector<LinkIn<MemoryRequest>> request;     ///< [client], consumed here
   sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
   LinkOut<MemoryRequest> to_memory{"to_memory"};         ///< misses and writes, with client and SM filled in
   LinkIn<MemoryResponse> from_memory{"from_memory"};     ///< fills and write acknowledgements
-  TouchPort<touch_if> touch_memory{"touch_memory"};      ///< what misses without time
+  TouchPort<touch_if> touch_memory{"touch_memory"};      ///< functional misses of a sampled run
 
   /// Counts so far.
   virtual L1Counters counters() const = 0;
@@ -50,7 +50,8 @@ class L1CacheModule : public ClockedModule {
   virtual bool idle() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
-  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
+  /// cache, load() a newly constructed one.
   virtual void save(StateWriter&) const { refuse_state(*this); }
   virtual void load(StateReader&) { refuse_state(*this); }
 
@@ -59,16 +60,16 @@ class L1CacheModule : public ClockedModule {
       : ClockedModule(name, clock), request("request", clients), response("response", clients) {}
 };
 
-/// Why the request at the head of a client's port was not accepted in a cycle.
+/// Why the request at the head of a client's port was not accepted in this cycle.
 enum class L1Stall : std::uint8_t { response_port, bank_conflict, mshr_full, merges_full, miss_queue_full };
 constexpr auto enum_names(L1Stall) {
   return names_in_order<L1Stall>({"response_port", "bank_conflict", "mshr_full", "merges_full", "miss_queue_full"});
 }
 
-/// Plain counts of one cache; the assembly adds those of several SMs. Demand and prefetch accesses are kept apart.
+/// Counters of one cache; the GPU sums them over its SMs. Demand and prefetch accesses are counted separately.
 struct L1Counters : CacheRegions {
   std::array<std::uint64_t, kCountOf<L1Stall>> stalls{};  ///< client-cycles
-  /// Accepted = redundant + fetched; fetched = useful + late + unused, once nothing is pending.
+  /// prefetches = redundant + fetched; fetched = useful + late + unused, once nothing is pending.
   std::uint64_t prefetches = 0, prefetches_redundant = 0, prefetches_fetched = 0;
   std::uint64_t prefetches_useful = 0, prefetches_late = 0, prefetches_unused = 0;
   std::uint64_t responses = 0, fills = 0, fills_bypassed = 0, evictions = 0;
@@ -76,7 +77,7 @@ struct L1Counters : CacheRegions {
   std::uint64_t sent_reads = 0, sent_writes = 0;  ///< to the crossbar
   std::uint64_t mshr_cycles = 0;
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
-  OwnCounts own;              ///< of a cache that is not the project's
+  OwnCounts own;              ///< extra counters of a user-supplied cache
 
   /// Demand and prefetch requests accepted.
   std::uint64_t accesses() const;
@@ -92,10 +93,10 @@ struct L1Counters : CacheRegions {
 class L1Cache final : public L1CacheModule, public touch_if {
  public:
   struct Config {
-    unsigned clients = 2;          ///< request/response port pairs; by the assembly
-    std::uint8_t sm = 0;           ///< number that requests carry into the crossbar; by the assembly
-    std::vector<unsigned> widths;  ///< sectors a cycle of each client's port; none: 1; by the assembly
-    Sampling sampling{};           ///< by the assembly
+    unsigned clients = 2;          ///< request/response port pairs; set by the assembly
+    std::uint8_t sm = 0;           ///< SM number that requests carry into the crossbar; set by the assembly
+    std::vector<unsigned> widths;  ///< [client] port width in sectors per cycle, 1 if absent; set by the assembly
+    Sampling sampling{};           ///< set by the assembly
     SectorCacheTags::Geometry geometry{};
     unsigned latency = 20;
     unsigned tag_latency = 1;
@@ -104,9 +105,9 @@ class L1Cache final : public L1CacheModule, public touch_if {
     unsigned mshr_merges = 8;
     unsigned miss_queue = 16;
     PrivateWrites private_writes;
-    unsigned write_back_buffer = 16;  ///< lines; there is none where nothing is ever dirty
-    bool rotating_priority = true;    ///< first client tried = one after the last first winner; false: client 0 first
-    bool perfect = false;             ///< nothing leaves the cache
+    unsigned write_back_buffer = 16;  ///< lines; unused unless private_writes is write_back
+    bool rotating_priority = true;    ///< start after the client that last won first; false: always start at client 0
+    bool perfect = false;             ///< every access hits; nothing is sent to the L2
     void parameters(ParameterList& list) {
       list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
       geometry.shape_parameters(list);
@@ -137,18 +138,18 @@ class L1Cache final : public L1CacheModule, public touch_if {
   Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
-  /// Counts so far; unused prefetches include sectors still resident, MSHR occupancy reaches to the last change.
+  /// Counters so far. Unused prefetches include sectors still resident; mshr_cycles is current up to the last change.
   L1Counters counters() const override;
-  /// Of a sampled run.
+  /// Sampled run: sectors that demand reads missed.
   const TimedMisses& timed_misses() const { return timed_misses_; }
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
-  /// kept_writes - rewrites - write_backs: they stay until their lines go.
-  std::uint64_t dirty_at_start() const { return dirty_at_start_; }  ///< left by the launch before
+  std::uint64_t dirty_at_start() const { return dirty_at_start_; }  ///< dirty sectors left by the previous launch
+  /// Without sampling = dirty_at_start + kept_writes - rewrites - write_backs.
   std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
-  const L1Counters& raw_counters() const { return counters_; }      ///< without what counters() adds at the end
+  const L1Counters& raw_counters() const { return counters_; }      ///< without the resident unused prefetches
   void dump_state(std::ostream& out) const override;
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
@@ -162,9 +163,9 @@ class L1Cache final : public L1CacheModule, public touch_if {
   struct Miss {
     MemoryRequest request;
     Cycle due = 0;
-    bool line_gone = false;  ///< the last sector of a line of the write-back buffer
+    bool line_gone = false;  ///< last sector of its line in the write-back buffer
   };
-  /// Why the cache refused a request, and its version_ then: as long as that stays it refuses it again.
+  /// Why a request was refused, and version_ at that time: while version_ is unchanged it would be refused again.
   struct Refusal {
     std::uint64_t at = kNever;
     L1Stall reason{};
@@ -173,10 +174,10 @@ class L1Cache final : public L1CacheModule, public touch_if {
     LinkReader<MemoryRequest> request;
     LinkWriter<MemoryResponse> response;
     RingQueue<Pending> hits;   ///< the hit pipeline
-    RingQueue<Pending> fills;  ///< released by fills and write acknowledgements
-    unsigned width = 1;        ///< sectors a cycle
-    unsigned hit_latency = 0;  ///< to entering the response link
-    Refusal refused;           ///< of the request at the head
+    RingQueue<Pending> fills;  ///< responses to fills and write acknowledgements
+    unsigned width = 1;        ///< sectors per cycle
+    unsigned hit_latency = 0;  ///< cycles from acceptance until a hit enters the response link
+    Refusal refused;           ///< last refusal of the head request
   };
 
   void end_of_elaboration() override;
@@ -213,7 +214,7 @@ class L1Cache final : public L1CacheModule, public touch_if {
   void send_miss(Cycle now);
   void send_responses(Cycle now);
   void send_response(Cycle now, std::size_t client);
-  /// A response of the client has joined its queue, to be sent at `due` or later.
+  /// A response was added to the client's queues, to be sent in cycle `due` or later.
   void respond_at(Cycle due, std::size_t client) {
     response_due_[client] = std::min(response_due_[client], due);
     next_response_ = std::min(next_response_, due);
@@ -225,10 +226,10 @@ class L1Cache final : public L1CacheModule, public touch_if {
   Config config_;
   LinkWriter<MemoryRequest> down_;
   LinkReader<MemoryResponse> up_;
-  touch_if* touched_ = nullptr;  ///< null where everything takes time
+  touch_if* touched_ = nullptr;  ///< null if the run is not sampled
   std::vector<Client> clients_;
-  WaitingLinks waiting_;             ///< requests of clients_
-  std::vector<Cycle> response_due_;  ///< by client: when its next response may enter the link; kNever: none waits
+  WaitingLinks waiting_;             ///< clients with waiting requests
+  std::vector<Cycle> response_due_;  ///< [client] cycle in which its next response may enter the link, or kNever
   SectorCacheTags tags_;
   MshrTable mshrs_;
   DilatedFills fills_;
@@ -236,22 +237,21 @@ class L1Cache final : public L1CacheModule, public touch_if {
     SectorCacheTags::Victim victim;
     Region region{};
   };
-  std::vector<Late> late_;  ///< in a sampled run: dirty lines that have left and wait for the write-back buffer
-  TimedMisses timed_misses_;
-  std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
+  std::vector<Late> late_;        ///< sampled run: evicted dirty lines that wait for the write-back buffer
+  TimedMisses timed_misses_;      ///< sampled run
+  std::uint64_t left_dirty_ = 0;  ///< sampled run: dirty lines evicted; one in `stride` is written back in time
   bool writes_back_;
-  std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
-  /// Misses, writes and sectors of the write-back buffer, in the order in which they leave: a read never overtakes the
-  /// data that it is for.
+  std::vector<Region> written_by_;  ///< [slot] region that last dirtied the line
+  /// Misses, writes and write-back sectors, in FIFO order: a read never overtakes an earlier write of its data.
   RingQueue<Miss> miss_queue_;
-  std::size_t leaving_sectors_ = 0;  ///< of miss_queue_, those whose place is in the write-back buffer
-  unsigned leaving_lines_ = 0;       ///< places taken there
-  unsigned bank_mask_;               ///< banks - 1 for a power of two of banks, else 0
+  std::size_t leaving_sectors_ = 0;  ///< entries of miss_queue_ that occupy the write-back buffer instead
+  unsigned leaving_lines_ = 0;       ///< write-back buffer lines occupied
+  unsigned bank_mask_;               ///< banks - 1 if a power of two, else 0
   unsigned first_client_ = 0;
-  std::uint64_t banks_taken_ = 0;  ///< in the present cycle
+  std::uint64_t banks_taken_ = 0;  ///< bit mask of the banks used in this cycle
   std::uint64_t writes_pending_ = 0;
-  std::uint64_t version_ = 0;     ///< of all that decides whether an access is refused: tags, MSHRs and miss queue
-  Cycle next_request_ = kNever;   ///< next cycle in which a client's head wants to be looked at
+  std::uint64_t version_ = 0;     ///< incremented when tags, MSHRs or the miss queue change (see Refusal)
+  Cycle next_request_ = kNever;   ///< next cycle with a request at the head of a client's port
   Cycle next_response_ = kNever;  ///< the earliest of response_due_
   Cycle mshr_counted_ = 0;
   std::uint64_t dirty_at_start_ = 0;

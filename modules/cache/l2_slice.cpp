@@ -65,7 +65,7 @@ bool L2Slice::work_at(Cycle now) const {
   if (!work_at(now)) return std::min(due_, next_arrival());
   prefetch_host(now);
   take_request(now);
-  take_completion(now);  // before the accesses: a sector filled in this cycle hits in this cycle
+  take_completion(now);  // before the accesses, so that a sector filled in this cycle hits in this cycle
   if (fills_.next_due() <= now) fills_.release(now, [&](const MemoryResponse& filled) { replies_.push(filled); });
   look_up(now);
   write_back_late();
@@ -84,8 +84,7 @@ void L2Slice::take_request(Cycle now) {
   ++counters_.requests_in;
 }
 
-// What the completion of this cycle and the access behind the present one will read: asks the host for it before it is
-// needed, once.
+// Prefetches into the host's cache what this cycle's completion and the next access in the pipeline will read.
 void L2Slice::prefetch_host(Cycle now) const {
   if (config_.perfect) return;
   if (const AtInitiator::Completion* completion = dram.front(now);
@@ -106,7 +105,7 @@ bool L2Slice::stall(L2Stall reason) {
   return false;
 }
 
-// The fill port: one completion a cycle.
+// The fill port: one completion per cycle.
 void L2Slice::take_completion(Cycle now) {
   const AtInitiator::Completion* completion = dram.front(now);
   if (completion == nullptr) return;
@@ -184,7 +183,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
   return true;
 }
 
-// A write covers its sector, so nothing is fetched; a fill that is still under way for the sector changes nothing.
+// A write covers its whole sector, so nothing is fetched. A pending fill of the same sector later changes nothing.
 bool L2Slice::write(const MemoryRequest& access) {
   if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
   RegionCounters& region = counters_.region[index(access.region)];
@@ -293,13 +292,13 @@ void L2Slice::send_reply(Cycle now) {
   ++counters_.replies_out;
 }
 
-// First cycle in which something from outside shows, or the socket is free for a request that waits.
+// First cycle in which a request or completion is visible, or the socket is free for a waiting DRAM request.
 Cycle L2Slice::next_arrival() const {
   const Cycle next = std::min(in_.next_visible(), dram.next_visible());
   return dram_queue_.empty() ? next : std::min(next, dram.next_send());
 }
 
-// While the socket is busy the end of its request phase wakes the slice, not this.
+// Ignores a busy socket: the end of its request phase wakes the slice.
 Cycle L2Slice::next_due(Cycle now) const {
   const Cycle soon = now + 1;
   if (in_.front(now) != nullptr || !replies_.empty() || dram.front(now) != nullptr) return soon;

@@ -33,21 +33,22 @@ namespace grtx::modules {
 
 struct L2Counters;
 
-/// A slice as the GPU sees it: every request gets one response with its tag, client and SM, in any order.
+/// A slice as the GPU sees it: every request gets exactly one response with its tag, client and SM, in any order.
 class L2SliceModule : public ClockedModule {
  public:
   LinkIn<MemoryRequest> request{"request"};
   LinkOut<MemoryResponse> response{"response"};
-  /// Addresses are global.
+  /// To the DRAM channel, with global addresses.
   virtual ::tlm::tlm_initiator_socket<32>& memory_socket() = 0;
 
   virtual const L2Counters& counters() const = 0;
-  /// Nothing under way. Dirty sectors may remain in the cache: they are written back on eviction only.
+  /// No request in flight. Dirty sectors may remain in the cache: they are written back only on eviction.
   virtual bool idle() const = 0;
   virtual std::uint64_t dirty_sectors() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
-  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
+  /// slice, load() a newly constructed one.
   virtual void save(StateWriter&) const { refuse_state(*this); }
   virtual void load(StateReader&) { refuse_state(*this); }
 
@@ -55,25 +56,25 @@ class L2SliceModule : public ClockedModule {
   using ClockedModule::ClockedModule;
 };
 
-/// Why the access at the head of the slice's queue, or a fill, had to wait in a cycle.
+/// Why the access at the head of the slice's queue, or a fill, had to wait in this cycle.
 enum class L2Stall : std::uint8_t { reply_queue, mshr_full, merges_full, dram_queue, fill };
 constexpr auto enum_names(L2Stall) {
   return names_in_order<L2Stall>({"reply_queue", "mshr_full", "merges_full", "dram_queue", "fill"});
 }
 
-/// Plain counts of one slice; the assembly adds those of all slices.
+/// Counters of one slice; the GPU sums them over its slices.
 struct L2Counters : CacheRegions {
   std::array<std::uint64_t, kCountOf<L2Stall>> stalls{};
   std::uint64_t requests_in = 0;
   std::uint64_t replies_out = 0;
   std::uint64_t dram_reads = 0;                              ///< sectors
   std::uint64_t dram_writes = 0;                             ///< dirty sectors written back
-  std::array<std::uint64_t, kRegionCount> dram_reads_of{};   ///< dram_reads by what they were for
-  std::array<std::uint64_t, kRegionCount> dram_writes_of{};  ///< dram_writes by who had written the line
+  std::array<std::uint64_t, kRegionCount> dram_reads_of{};   ///< dram_reads per region of the read
+  std::array<std::uint64_t, kRegionCount> dram_writes_of{};  ///< dram_writes per region that last dirtied the line
   std::uint64_t evictions = 0;                               ///< lines
   std::uint64_t mshr_cycles = 0;
   Distribution miss_latency;  ///< from MSHR allocation to fill, core cycles
-  OwnCounts own;              ///< of a slice that is not the project's
+  OwnCounts own;              ///< extra counters of a user-supplied slice
 
   std::uint64_t accesses() const;
   static const CounterTable<L2Counters>& table();
@@ -88,18 +89,18 @@ struct L2Counters : CacheRegions {
 class L2Slice final : public L2SliceModule, public touch_if {
  public:
   struct Config {
-    unsigned slice = 0;  ///< number of this slice; by the assembly
+    unsigned slice = 0;  ///< number of this slice; set by the assembly
     AddressInterleave interleave{};
-    Sampling sampling{};                                           ///< by the assembly
-    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};  ///< of this slice
-    unsigned latency = 165;  ///< tags are probed at its end, so a miss pays it too, as behind GPGPU-Sim's ROP delay
+    Sampling sampling{};                                           ///< set by the assembly
+    SectorCacheTags::Geometry geometry{1024 * 1024, 128, 32, 16};  ///< of one slice
+    unsigned latency = 165;  ///< tags are probed after it, so misses pay it too, as with GPGPU-Sim's ROP delay
     unsigned queue = 64;
     unsigned mshr_entries = 192;
     unsigned mshr_merges = 4;
     unsigned reply_queue = 64;
     unsigned dram_queue = 64;
-    bool perfect = false;  ///< DRAM is never asked
-    /// But for the size, which is that of all slices.
+    bool perfect = false;  ///< every access hits; DRAM is never accessed
+    /// All but the size, which the GPU declares for all slices together.
     void parameters(ParameterList& list) {
       geometry.shape_parameters(list);
       list.add("latency", latency, {1, kMaxLatency}, "cycles",
@@ -133,15 +134,14 @@ class L2Slice final : public L2SliceModule, public touch_if {
   AtInitiator dram;
   ::tlm::tlm_initiator_socket<32>& memory_socket() override { return dram.socket; }
 
-  /// All sectors are this slice's.
+  /// All sectors of `access` must belong to this slice.
   Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
   const L2Counters& counters() const override { return counters_; }
-  /// Dirty sectors may remain in the cache: they are written back on eviction only.
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }         ///< entries occupied now
-  std::size_t accesses_queued() const { return pipe_.size(); }    ///< on the way to the tags, or waiting there
+  std::size_t accesses_queued() const { return pipe_.size(); }    ///< in the pipeline or waiting at the tags
   std::size_t replies_queued() const { return replies_.size(); }  ///< waiting for the crossbar
   std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
   std::uint64_t dirty_sectors() const override { return tags_.count_dirty(); }
@@ -151,7 +151,7 @@ class L2Slice final : public L2SliceModule, public touch_if {
   const Config& config() const { return config_; }
 
  private:
-  static constexpr std::uint32_t kWriteBack = ~std::uint32_t{0};  ///< context of AT requests without an MSHR
+  static constexpr std::uint32_t kWriteBack = ~std::uint32_t{0};  ///< context of DRAM requests without an MSHR
 
   struct Access {
     MemoryRequest request;
@@ -193,9 +193,9 @@ class L2Slice final : public L2SliceModule, public touch_if {
   Config config_;
   LinkReader<MemoryRequest> in_;
   LinkWriter<MemoryResponse> out_;
-  SectorCacheTags tags_;            ///< of slice-local addresses
-  std::vector<Region> written_by_;  ///< by line of the tags: of its dirty sectors
-  MshrTable mshrs_;                 ///< of global sector addresses
+  SectorCacheTags tags_;            ///< by slice-local address
+  std::vector<Region> written_by_;  ///< [slot] region that last dirtied the line
+  MshrTable mshrs_;                 ///< by global sector address
   DilatedFills fills_;
   RingQueue<Access> pipe_;
   RingQueue<MemoryResponse> replies_;
@@ -204,8 +204,8 @@ class L2Slice final : public L2SliceModule, public touch_if {
     SectorCacheTags::Victim victim;
     Region region{};
   };
-  std::vector<Late> late_;        ///< in a sampled run: dirty lines that have left and wait for dram_queue_
-  std::uint64_t left_dirty_ = 0;  ///< of all that have left, one in `stride` takes time
+  std::vector<Late> late_;        ///< sampled run: evicted dirty lines that wait for dram_queue_
+  std::uint64_t left_dirty_ = 0;  ///< sampled run: dirty lines evicted; one in `stride` is written back in time
   Cycle due_ = kNever;
   Cycle mshr_counted_ = 0;
   L2Counters counters_;

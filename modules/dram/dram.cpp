@@ -35,7 +35,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   }
   if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  const AddressInterleave& map = config_.interleave;  // by the address a response finds its socket
+  const AddressInterleave& map = config_.interleave;  // a response finds its socket by the address
   const bool shared = map.slices_a_channel() > 1;
   if (shared && map.slice(payload.get_address()) != socket) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   return ::tlm::TLM_OK_RESPONSE;
@@ -57,7 +57,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     port.responding = nullptr;
     port.response_free = edge;
     payload.release();
-    if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // the clock in which one may be ready is booked
+    if (port.responses.empty()) return ::tlm::TLM_ACCEPTED;  // next_due() has booked the clock of the next response
     const Cycle next = std::max(edge, port.responses.front().due);
     channel.due = std::min(channel.due, next);
     alarm_.request(next);
@@ -106,7 +106,7 @@ Cycle Dram::tick(Cycle now) {
   return due;
 }
 
-// What the queue never sees: malformed requests, and all requests of a perfect memory.
+// Answers requests that never enter the queue: malformed ones, and all requests of a perfect memory.
 void Dram::answer_unqueued(Channel& channel, Port& port, Cycle now) {
   if (port.arriving == nullptr || port.arrival > now) return;
   const ::tlm::tlm_generic_payload& payload = *port.arriving;
@@ -118,7 +118,7 @@ void Dram::answer_unqueued(Channel& channel, Port& port, Cycle now) {
   end_request(port, status);
 }
 
-// One a clock. Ports take turns; one whose request finds no room keeps its turn.
+// Accepts one request per clock. Ports take turns; a port whose request finds no room keeps its turn.
 void Dram::take_arrival(Channel& channel, Cycle now) {
   const auto arrived = [now](const Port& port) { return port.arriving != nullptr && port.arrival <= now; };
   const std::size_t ports = channel.ports.size();
@@ -172,7 +172,7 @@ void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
   ++channel.responded;
   --port.outstanding;
   const bool ended = status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP);
-  if (!ended || port.responding == nullptr) return;  // END_RESP comes, or came, by a call
+  if (!ended || port.responding == nullptr) return;  // END_RESP will come, or came, as a forward call
   port.responding = nullptr;
   port.response_free = clock_.edge_after(delay.value());
   payload.release();
@@ -180,15 +180,15 @@ void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
 
 Cycle Dram::next_due(Channel& channel, Cycle now) {
   if (channel.held && channel.ports[channel.turn].arrival <= now) {
-    // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request must
-    // not be looked at before that clock, because the channel is already there.
+    // The queue is full, and nothing else can enter it: run ahead to the command that makes room. The request cannot be
+    // accepted before that clock, because the channel has already been simulated up to it.
     Port& port = channel.ports[channel.turn];
     port.arrival = channel.channel.run_until_room(port.arriving->get_data_length()) + 1;
     channel.full_clocks += port.arrival - now;
     collect_completions(channel);
   }
   Cycle due = kNever;
-  bool answered = true;  // all that is queued has a response before what is queued in the channel
+  bool answered = true;  // all ports have waiting responses, which precede the channel's completions
   for (const Port& port : channel.ports) {
     if (port.arriving != nullptr && !(channel.held && port.arrival <= now)) due = std::min(due, port.arrival);
     if (port.responses.empty()) {
@@ -240,7 +240,7 @@ bool Dram::idle() const {
 }
 
 Inventory Dram::inventory() const {
-  // The memory controllers' part; the DRAM chips are not on the die.
+  // Only the memory controllers; the DRAM chips are not on the die.
   const unsigned entry_bits = 40 - 5 + 1 + 8 * config_.channel.burst_bytes;
   const unsigned bank_bits = 16 + 1 + 4 * 8 + channels_.front().channel.scheduling_bits_per_bank();
   Inventory inventory;

@@ -1,7 +1,7 @@
-// The built-in DRAM: a TLM-2.0 AT target socket for each L2 slice, in a memory clock domain of its own (3500 MHz,
-// Table I); slices may share a channel. Channel model in dram_channel.h. Costs two calls into its initiator per
-// request; sleeps between commands' effects. An external DRAM simulator with 32-bit base-protocol sockets can take its
-// place without a source change.
+// The built-in DRAM: one TLM-2.0 AT target socket per L2 slice, in its own memory clock domain (3500 MHz, Table I);
+// slices may share a channel. Channel model in dram_channel.h. Costs two calls into the initiator per request; sleeps
+// while nothing changes at its sockets. An external DRAM simulator with 32-bit base-protocol sockets can replace it
+// without a source change.
 #pragma once
 
 #include <tlm_utils/simple_target_socket.h>
@@ -25,11 +25,11 @@ namespace grtx::modules {
 class Dram final : public ClockedModule {
  public:
   struct Config {
-    AddressInterleave interleave{};  ///< which socket an address comes to, whose channel that is; by the assembly
+    AddressInterleave interleave{};  ///< maps addresses to sockets and channels; set by the assembly
     DramChannelConfig channel{};
     Cycle fixed_latency = 256;
-    std::uint64_t bytes = 0;  ///< size of the memory; addresses beyond are refused; 0: unlimited; by the assembly
-    bool perfect = false;     ///< without banks or a data bus
+    std::uint64_t bytes = 0;  ///< memory size, 0: unlimited; addresses beyond are refused; set by the assembly
+    bool perfect = false;     ///< no banks and no data bus: every request takes fixed_latency
     void parameters(ParameterList& list) {
       channel.parameters(list);
       list.add("fixed_latency", fixed_latency, {0, 1e7}, "clocks", "added to every response (100 core cycles = 73 ns)",
@@ -43,7 +43,7 @@ class Dram final : public ClockedModule {
   Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
   using Socket = tlm_utils::simple_target_socket_tagged<Dram, 32>;
-  sc_core::sc_vector<Socket> sockets;  ///< [slice]; addresses are global, the interleave makes them channel-local
+  sc_core::sc_vector<Socket> sockets;  ///< [slice]; addresses are global, mapped to channel-local ones inside
 
   Inventory inventory() const;
   void statistics(StatisticList& list, const std::string& prefix) const;
@@ -52,9 +52,10 @@ class Dram final : public ClockedModule {
   DramChannelCounters channel_counters(unsigned channel) const;
   bool idle() const;
   unsigned channels() const { return static_cast<unsigned>(channels_.size()); }
-  std::uint64_t outstanding(unsigned channel) const;  ///< requests inside
+  std::uint64_t outstanding(unsigned channel) const;  ///< requests in flight
   void dump_state(std::ostream& out) const;
-  /// What restart(Caches::warm) keeps, for a run in another process; nothing is under way. load(): as built.
+  /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
+  /// DRAM, load() a newly constructed one.
   void save(StateWriter& state) const {
     for (const Channel& channel : channels_) channel.channel.save(state);
   }
@@ -68,22 +69,22 @@ class Dram final : public ClockedModule {
     ::tlm::tlm_generic_payload* payload = nullptr;
     Cycle due = 0;
   };
-  /// What is under way at a socket.
+  /// Transactions in progress at a socket.
   struct Port {
     unsigned socket = 0;
     ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
-    Cycle arrival = 0;                               ///< clock from which it is seen
+    Cycle arrival = 0;                               ///< first clock in which `arriving` is visible
     RingQueue<Response> responses;
     ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
-    Cycle response_free = 0;                           ///< clock from which the next response may begin
+    Cycle response_free = 0;                           ///< first clock in which the next response may begin
     std::uint64_t outstanding = 0;
   };
   struct Channel {
     Channel(const DramChannelConfig& config, std::size_t slices) : channel(config), ports(slices) {}
     DramChannel channel;
-    std::vector<Port> ports;  ///< of the slices that share it
-    std::size_t turn = 0;     ///< port that is asked first for a request
-    bool held = false;        ///< its request waits for room, and nobody passes it
+    std::vector<Port> ports;  ///< one per slice that shares the channel
+    std::size_t turn = 0;     ///< port with the first turn
+    bool held = false;        ///< the request of port `turn` waits for room; no other may pass it
     Cycle due = kNever;
     std::uint64_t responded = 0;  ///< responses begun
     std::uint64_t refused = 0;

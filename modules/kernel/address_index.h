@@ -1,6 +1,6 @@
-// Finds a small number by a line or sector number: open addressing of fixed capacity, so a 256-way set costs one probe,
-// not 256. Keys and values share an 8-byte entry, to touch one line of the host's cache. It stands for the parallel
-// comparators of a tag array or MSHR file; it has no timing of its own.
+// Hash map from a line or sector number to an index: open addressing, fixed capacity. A lookup in a 256-way set costs
+// one probe instead of 256 comparisons. Key and value share an 8-byte entry, so a probe touches one cache line of the
+// host. It stands for the parallel comparators of a tag array or MSHR file and has no timing of its own.
 #pragma once
 
 #include <bit>
@@ -15,8 +15,8 @@ class AddressIndex {
  public:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-  /// max_entries: keys held at a time; the table is kept at most half full. Keys are below 2^32 - 1: 128 B lines of 512
-  /// GB, 32 B sectors of 128 GB.
+  /// max_entries: most keys held at a time; the table is at most half full. Keys must be below 2^32 - 1, which covers
+  /// 512 GB in 128 B lines or 128 GB in 32 B sectors.
   explicit AddressIndex(std::size_t max_entries)
       : entries_(std::bit_ceil(2 * max_entries)),
         mask_(entries_.size() - 1),
@@ -28,7 +28,7 @@ class AddressIndex {
       if (entries_[i].key == kEmpty) return kNone;
     }
   }
-  /// Asks the host for what find(key) reads first.
+  /// Prefetches into the host's cache the entry that find(key) probes first.
   void prefetch(std::uint64_t key) const { __builtin_prefetch(&entries_[home(key)]); }
   /// The key must not be present.
   void insert(std::uint64_t key, std::uint32_t value) {
@@ -40,7 +40,7 @@ class AddressIndex {
     }
     entries_[i] = {static_cast<std::uint32_t>(key), value};
   }
-  /// The key must be present. Later keys of the probe sequence move up, so no tombstones pile up.
+  /// The key must be present. Later keys of the probe sequence are shifted back, so no tombstones are needed.
   void erase(std::uint64_t key) {
     std::size_t hole = home(key);
     while (entries_[hole].key != key) {

@@ -41,7 +41,7 @@ class BoundedQueue {
   void pop() {
     assert(size_ > 0);
     head_ = head_ + 1 == slots_.size() ? 0 : head_ + 1;
-    if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
+    if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
   }
 
  private:

@@ -13,7 +13,7 @@ namespace grtx::modules {
 
 namespace {
 
-/// Asking fixes it.
+/// Reading the resolution also fixes it.
 bool resolution_is_fs() { return std::abs(sc_core::sc_get_time_resolution().to_seconds() - 1e-15) < 1e-18; }
 
 }  // namespace
@@ -22,7 +22,7 @@ void set_time_resolution_to_fs() {
   try {
     sc_core::sc_set_time_resolution(1, sc_core::SC_FS);
   } catch (const sc_core::sc_report& report) {
-    if (resolution_is_fs()) return;  // somebody has set it before
+    if (resolution_is_fs()) return;  // already set
     throw Error("SystemC kernel", "time resolution",
                 "is " + sc_core::sc_get_time_resolution().to_string() +
                     " and can no longer become 1 fs, which the clocks need: call set_time_resolution_to_fs() first (" +
@@ -87,7 +87,7 @@ void ClockDomain::set(std::size_t alarm, Cycle cycle) {
   if (cycle < next_) schedule(cycle);
 }
 
-// Alarms and bookings that have come within reach of the wheel enter it.
+// Moves alarms and bookings that are now within the wheel's range into the wheel.
 void ClockDomain::bring_near() {
   while (!far_booked_.empty() && *far_booked_.begin() - cycle_ < kWheel) {
     booked_ |= bit_of(*far_booked_.begin());
@@ -103,7 +103,7 @@ void ClockDomain::bring_near() {
   }
 }
 
-// After the present cycle. Nothing beyond the wheel is earlier than what is in it.
+// The earliest alarm or booking after cycle_. Nothing beyond the wheel is earlier than what is in it.
 Cycle ClockDomain::earliest() const {
   const std::uint64_t near = busy_ | booked_;
   if (near != 0) {
@@ -128,7 +128,7 @@ Cycle ClockDomain::latest() const {
 }
 
 void ClockDomain::schedule(Cycle cycle) {
-  next_ = cycle;  // earlier than what was scheduled, which the kernel then drops
+  next_ = cycle;  // earlier than the pending notification, which the kernel then discards
   if (!followed_ && (ahead_ == nullptr || !ahead_->running_)) notify_kernel();
 }
 
@@ -152,14 +152,14 @@ void ClockDomain::restart(Caches caches) {
 }
 
 void ClockDomain::request_earlier(Cycle cycle) {
-  // An edge that has already fired cannot fire again; a past edge is the next one not before now.
+  // An edge that has ticked cannot tick again; a past cycle becomes the first edge at or after now.
   const Cycle earliest = edge_at_or_after_now();
   const Cycle target = std::max({cycle, earliest, soonest_});
   book(target);
   if (target < next_) schedule(target);
 }
 
-// Nothing was due up to this cycle, and it is over.
+// Skips to `cycle`, which is over: nothing was due up to it.
 void ClockDomain::advance(Cycle cycle) {
   if (cycle <= cycle_) return;
   cycle_ = cycle;
@@ -167,7 +167,7 @@ void ClockDomain::advance(Cycle cycle) {
   bring_near();
 }
 
-// What other threads send may come first: the kernel is to come back in the first cycle that is not done.
+// Other threads may send something before next_: books the first cycle that is not done, so that the kernel returns.
 void ClockDomain::stay_awake() {
   const Cycle first = threads_->pause(next_);
   book(first);
@@ -194,7 +194,7 @@ void ClockDomain::run_alarm(std::size_t alarm) {
   next_wanted_ |= observed_;
 }
 
-// One cycle: all modules run here, in the evaluation phase of the domain's process.
+// One cycle: calls all modules that are due, in the evaluation phase of the domain's process.
 void ClockDomain::step() {
   cycle_ = next_;
   soonest_ = cycle_ + 1;
@@ -203,7 +203,7 @@ void ClockDomain::step() {
   const std::size_t slot = cycle_ % kWheel;
   busy_ &= ~bit_of(slot);
   booked_ &= ~bit_of(slot);
-  next_ = cycle_ + 1;  // whatever is asked for meanwhile is not earlier
+  next_ = cycle_ + 1;  // requests made during this cycle cannot be earlier
   next_wanted_ = !idle_skip_;
   ++ticks_;
   if (!idle_skip_) {
@@ -219,7 +219,7 @@ void ClockDomain::step() {
       if (rest == 0) continue;
       Clocked* const* const clocked = &alarms_[word * 64];
       Cycle* const wanted = &wanted_[word * 64];
-      std::uint64_t next_cycle = 0;  // what nearly all ask for enters the wheel at once
+      std::uint64_t next_cycle = 0;  // alarms for the next cycle, the usual case: entered into the wheel together
       for (; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(rest));
         wanted[i] = kNever;

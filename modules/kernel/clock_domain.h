@@ -1,5 +1,5 @@
-// A clock domain: edges on an integer grid of time, no free-running clock. It ticks in the cycles that somebody asked
-// for, and in each of them wakes only the processes whose alarm is due.
+// A clock domain: edges on an integer time grid, without a free-running clock. It ticks only in requested cycles, and
+// in each of them calls only the modules whose alarm is due.
 #pragma once
 
 #include <algorithm>
@@ -24,30 +24,30 @@ class ClockThreads;
 /// What caches and open DRAM rows hold when a launch begins.
 enum class Caches : std::uint8_t {
   cold,  ///< nothing
-  warm,  ///< what the launch before has left
+  warm,  ///< what the previous launch left
 };
 
-/// What a clock domain calls, always in the same way: in unit tests, in the whole GPU and on a foreign platform.
+/// The interface through which a clock domain calls a module, the same in unit tests, in the GPU and on other
+/// platforms.
 class Clocked {
  public:
-  /// The present cycle's work. Returns the next cycle in which there is work, what is on its way on the input links
-  /// (next_visible()) included; kNever: none before something is sent from now on, which sets the alarm by itself. The
-  /// present cycle, or a past one, means the next cycle. Ticks in which nothing is due must change nothing.
+  /// Does the work of cycle `now`. Returns the next cycle with work, including items already on the input links (their
+  /// next_visible()). kNever: no work until something new is sent, which sets the alarm by itself. A value <= now means
+  /// the next cycle. A tick in which nothing is due must change nothing.
   virtual Cycle tick(Cycle now) = 0;
-  /// Another launch follows, with cycles counted from 0 again: back to the state as built, nothing counted. Called when
-  /// nothing is inside, alarms being unset.
+  /// Prepares for another launch, which counts cycles from 0 again: back to the constructed state with zero counters.
+  /// Called only when the unit is empty and its alarm is not set.
   virtual void restart(Caches /*caches*/) {}
 
  protected:
   ~Clocked() = default;
 };
 
-/// Clocked objects own an Alarm. Observers that want to see every cycle in which anything happens are sensitive to
-/// `tick()` instead. The domain jumps from one requested cycle to the next; while modules are busy that is one kernel
-/// notification a cycle, or none (RunAhead). Modules meet through registered links only, so the order in which a cycle
-/// calls them changes no result.
-/// Times are integers of the kernel's resolution (1 fs, set before elaboration): no floating-point time accumulates.
-/// Cycle 0 is at time 0, or at the last restart().
+/// Modules own an Alarm each; observers that need every active cycle are sensitive to tick() instead. The domain jumps
+/// from one requested cycle to the next, with one kernel notification per cycle, or none (RunAhead). Modules
+/// communicate only through registered links, so the order in which they are called within a cycle does not affect
+/// results. Times are integers in the kernel's resolution (1 fs, set before elaboration), so no rounding error
+/// accumulates. Cycle 0 is at time 0, or at the last restart().
 class ClockDomain final : public sc_core::sc_module {
  public:
   using SC_CURRENT_USER_MODULE = ClockDomain;  // SC_HAS_PROCESS, which SystemC 3 deprecates
@@ -59,42 +59,42 @@ class ClockDomain final : public sc_core::sc_module {
     observed_ = true;
     return tick_;
   }
-  /// Index of the current cycle (of the last tick that fired). Valid inside processes sensitive to tick().
+  /// The current cycle, that is, the cycle of the last tick. Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
   std::uint64_t period_fs() const { return period_fs_; }
-  /// Period of a clock of that frequency, as every domain rounds it.
+  /// Clock period in fs for a frequency in MHz, rounded as every domain rounds it.
   static std::uint64_t period_fs(double mhz);
-  /// Asks for a tick() at `cycle` (> cycle() when called from a tick process; an earlier one is moved to cycle() + 1).
-  /// May be called from outside the domain (TLM callbacks): the edge is the first one not before the present time.
-  /// A request stays booked until its cycle, whatever other cycles tick before it; kNever asks for nothing.
+  /// Requests a tick() in `cycle`. From a tick process an earlier cycle is moved to cycle() + 1; from outside the
+  /// domain (TLM callbacks) a past one is moved to the first edge at or after the current time. The request stays
+  /// booked until its cycle, even if earlier cycles tick before it. kNever requests nothing.
   void request(Cycle cycle) {
     if (cycle < next_) return request_earlier(cycle);
     book(cycle);
   }
-  /// The present: the kernel's time, or that of the last tick where the domain runs ahead of the kernel.
+  /// Current time: the kernel's, or that of the last tick if the domain runs ahead of the kernel.
   std::uint64_t now_fs() const {
     const std::uint64_t kernel = kernel_fs();
     return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
   }
-  /// How far a time `delay_fs` after that is ahead of the kernel: the delay to annotate in a TLM call.
+  /// now_fs() + delay_fs relative to the kernel's time: the delay to annotate in a TLM call.
   sc_core::sc_time ahead_of_kernel(std::uint64_t delay_fs = 0) const {
     return sc_core::sc_time::from_value(now_fs() - kernel_fs() + delay_fs);
   }
-  /// First edge at or after the present, for callers outside the domain.
+  /// First edge at or after now_fs(), for callers outside the domain.
   Cycle edge_at_or_after_now() const { return (now_fs() - begin_fs_ + period_fs_ - 1) / period_fs_; }
-  /// First edge strictly after the kernel's time + delay_fs: what a TLM call that annotates this delay becomes visible
-  /// at. Strict, so that it does not matter whether the caller or this domain runs first when both have an edge now.
+  /// First edge strictly after the kernel's time + delay_fs: the cycle in which a TLM call with this annotated delay
+  /// becomes visible. Strictly, so that the order of caller and domain does not matter if both have an edge now.
   Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() - begin_fs_ + delay_fs) / period_fs_ + 1; }
-  /// Time of the edge.
+  /// Time of the edge of `cycle`.
   std::uint64_t time_fs(Cycle cycle) const { return begin_fs_ + cycle * period_fs_; }
-  /// Cycle in which that time lies; 0 before cycle 0.
+  /// Cycle that contains `time_fs`; 0 for times before cycle 0.
   Cycle cycle_at(std::uint64_t time_fs) const { return time_fs <= begin_fs_ ? 0 : (time_fs - begin_fs_) / period_fs_; }
-  /// Begins anew, for another launch: cycle 0 is now, nothing is booked, and all units are as built.
+  /// Prepares for another launch: cycle 0 is now, nothing is booked, and restart() is called on all modules.
   void restart(Caches caches);
-  std::uint64_t ticks() const { return ticks_; }  ///< ticks that fired (cycles not skipped)
-  /// The last cycle that anybody waits for, as far as is known now; 0: nobody waits. Linear: for watchdogs.
+  std::uint64_t ticks() const { return ticks_; }  ///< cycles that were not skipped
+  /// The latest cycle for which an alarm is set; 0 if none is. Linear in the number of modules; for watchdogs.
   Cycle latest() const;
-  /// Lets this domain and those it shares a RunAhead with run ahead of the kernel, to before this time.
+  /// Allows this domain and the other one of its RunAhead to run ahead of the kernel, to before time `until_fs`.
   void allow_ahead(std::uint64_t until_fs);
 
  private:
@@ -102,12 +102,12 @@ class ClockDomain final : public sc_core::sc_module {
   friend class ClockThreads;
   friend class RunAhead;
 
-  // What the next cycles have to do: a bit for each alarm in a wheel of cycles. The few alarms and bookings that are
-  // farther away are looked at again when they come within reach.
+  // Timing wheel over the next 64 cycles with one bit per alarm. The few alarms and bookings farther away wait in far_
+  // and far_booked_ and enter the wheel when they come within its range.
   static constexpr Cycle kWheel = 64;
   static constexpr std::uint64_t bit_of(std::uint64_t i) { return std::uint64_t{1} << i % 64; }
   struct Wheel {
-    std::array<std::uint64_t, kWheel> at{};  ///< [cycle modulo kWheel]: alarms that are due
+    std::array<std::uint64_t, kWheel> at{};  ///< [cycle % kWheel]: bit mask of the alarms due
   };
   std::uint64_t kernel_fs() const {
     return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_fs_ : sc_core::sc_time_stamp().value();
@@ -144,35 +144,35 @@ class ClockDomain final : public sc_core::sc_module {
   bool idle_skip_;
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;
-  mutable bool observed_ = false;  ///< somebody has asked for tick_
+  mutable bool observed_ = false;  ///< tick() has been called
   RunAhead* ahead_ = nullptr;
-  ClockThreads* threads_ = nullptr;  ///< that follow this domain
-  bool followed_ = false;            ///< a thread of ClockThreads ticks this domain, not the kernel
+  ClockThreads* threads_ = nullptr;  ///< set if this domain is the leader of a ClockThreads
+  bool followed_ = false;            ///< a follower: ticked by a thread of ClockThreads, not by the kernel
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
-  bool next_wanted_ = false;  ///< something needs the cycle after the present one
+  bool next_wanted_ = false;  ///< the next cycle must tick
   std::uint64_t ticks_ = 0;
 
   std::vector<Clocked*> alarms_;
-  std::vector<Cycle> wanted_;       ///< by alarm; kNever: not set
-  Cycle soonest_ = 0;               ///< the first cycle that has not ticked: no alarm can be set for an earlier one
-  std::vector<Wheel> due_;          ///< by 64 alarms
-  std::uint64_t busy_ = 0;          ///< cycles of the wheel with an alarm
-  std::uint64_t booked_ = 0;        ///< cycles of the wheel that were asked for by request()
-  std::vector<std::uint64_t> far_;  ///< by 64 alarms: those beyond the wheel when they were set
-  Cycle far_from_ = kNever;         ///< none of them is due before
+  std::vector<Cycle> wanted_;       ///< [alarm] cycle it is set to; kNever if not set
+  Cycle soonest_ = 0;               ///< first cycle that has not ticked: the earliest that an alarm can be set to
+  std::vector<Wheel> due_;          ///< [alarm / 64]
+  std::uint64_t busy_ = 0;          ///< wheel slots with an alarm
+  std::uint64_t booked_ = 0;        ///< wheel slots booked by request()
+  std::vector<std::uint64_t> far_;  ///< [alarm / 64] alarms that were beyond the wheel when set
+  Cycle far_from_ = kNever;         ///< lower bound of the cycles of far_
   std::set<Cycle> far_booked_;
 };
 
-/// The wake-up call of a clocked object. It keeps the earliest request only: tick() says again what is left to do, and
-/// links set it when something is sent.
+/// The wake-up call of a clocked module. It keeps only the earliest request: tick() returns the next one, and links set
+/// the alarm when something is sent.
 class Alarm {
  public:
   Alarm(ClockDomain& domain, Clocked& clocked) : domain_(domain), index_(domain.add(clocked)) {}
   Alarm(const Alarm&) = delete;
   Alarm& operator=(const Alarm&) = delete;
 
-  /// tick() is called in `cycle`, or before. kNever asks for nothing. A past cycle is the next one.
+  /// Ensures that tick() is called in `cycle` or earlier. kNever requests nothing; a past cycle means the next one.
   void request(Cycle cycle) {
     if (cycle < domain_.wanted_[index_]) domain_.set(index_, cycle);
   }
@@ -182,7 +182,7 @@ class Alarm {
   std::size_t index_;
 };
 
-/// Call first in sc_main and in every test fixture.
+/// Must be called first in sc_main and in every test fixture. Throws Error if the resolution is already fixed.
 void set_time_resolution_to_fs();
 
 }  // namespace grtx::modules

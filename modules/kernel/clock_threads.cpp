@@ -7,7 +7,7 @@
 namespace grtx::modules {
 namespace {
 
-// Cycles by which a domain passes the next slowest of its thread before that has its turn.
+// Cycles by which a follower may pass the next slowest one of its thread before that one is stepped.
 constexpr Cycle kTurn = 8;
 
 }  // namespace
@@ -42,7 +42,7 @@ const ThreadProgress& ClockThreads::follow(ClockDomain& domain, unsigned thread)
   return followers_.back()->progress;
 }
 
-// Not before the simulation has started: until then the kernel's thread sets alarms of all domains.
+// Called once the simulation has started: before that the kernel's thread sets the alarms of all domains.
 void ClockThreads::start() {
   started_ = true;
   for (std::size_t t = 1; t < threads_.size(); ++t) {
@@ -58,7 +58,7 @@ void ClockThreads::check() const {
   if (failed_.load(std::memory_order_acquire)) std::rethrow_exception(failure_);
 }
 
-// Looks again at the threads that were last seen not to be beyond this cycle. Returns the slowest.
+// Rereads the progress of threads last seen at `up_to` or earlier. Returns the slowest progress.
 Cycle ClockThreads::look(Cycle up_to) {
   Cycle slowest = kNever;
   for (Thread& thread : threads_) {
@@ -80,7 +80,7 @@ Cycle ClockThreads::sure(Cycle wanted) {
   return horizon_ + lag_;
 }
 
-// What is the leader's thread's own may go on as long as the leader does not, and need not be asked again then.
+// The leader's own followers go on while the leader waits.
 void ClockThreads::wait() {
   publish(horizon_ + lag_);
   if (step(threads_[0], leader_.cycles(), limit_.load(std::memory_order_relaxed))) return;
@@ -94,7 +94,7 @@ void ClockThreads::wait() {
   if (long_wait && crowded()) rest();
 }
 
-// The workers stop after the step that they are in, and all that is theirs becomes the leader's thread's.
+// The workers stop after their current step, and the leader's thread takes over all their followers.
 void ClockThreads::rest() {
   Thread& leader = threads_[0];
   for (std::size_t t = 1; t < threads_.size(); ++t) threads_[t].rest.fetch_add(1);
@@ -112,13 +112,13 @@ void ClockThreads::rest() {
   leader.order = leader.own;
   std::sort(leader.order.begin(), leader.order.end(),
             [](const Follower* a, const Follower* b) { return a->progress.cycles() < b->progress.cycles(); });
-  for (const Follower* follower : leader.own) follower->coupling->collect_for_leader();  // what is seen is collected
+  for (const Follower* follower : leader.own) follower->coupling->collect_for_leader();  // as Thread::seen requires
   leader.seen = leader.order.front()->progress.cycles();
   leader.progress.set(leader.seen);
   rested_ = true;
 }
 
-// While all stand still.
+// Ends the rest. Called while all threads stand still.
 void ClockThreads::wake() {
   for (Thread& thread : threads_) thread.own.clear();
   for (auto& follower : followers_) threads_[follower->home].own.push_back(follower.get());
@@ -135,7 +135,7 @@ void ClockThreads::wake() {
 }
 
 void ClockThreads::stepped(Cycle cycle) {
-  // In this order: who sees the progress sees the limit.
+  // The limit first, then the progress: a thread that sees the progress also sees the limit.
   if (ended_ && ended_()) {
     ended_ = nullptr;
     limit_.store(cycle + 1, std::memory_order_release);
@@ -163,14 +163,14 @@ Cycle ClockThreads::pause(Cycle next) {
   return leader_.cycles();
 }
 
-// A thread may be past the limit when the end of the run has lowered it, and not know that yet.
+// Whether all workers have read the limit. The end of a run lowers it, so a thread may already be beyond it.
 bool ClockThreads::all_obey(Cycle limit) const {
   return resting() || std::all_of(threads_.begin() + 1, threads_.end(), [limit](const Thread& thread) {
            return thread.obeys.load(std::memory_order_acquire) == limit;
          });
 }
 
-// While all stand still. The leader's thread may be left without a domain, others are not.
+// Called while all threads stand still. A worker keeps at least one follower; the leader's thread may have none.
 void ClockThreads::balance() {
   if (resting()) {
     if (judge_ ? !judge_() : host_.may_try_again()) wake();
@@ -188,7 +188,7 @@ void ClockThreads::balance() {
     most->own.push_back(least->own.back());
     least->own.pop_back();
     for (Thread* thread : {most, least}) thread->order = thread->own;
-    most->progress.publish(horizon_);  // it may have had none
+    most->progress.publish(horizon_);  // its progress is stale if it had no follower
     most->seen = horizon_;
   }
   for (Thread& thread : threads_) thread.waited.store(0, std::memory_order_relaxed);
@@ -207,7 +207,7 @@ void ClockThreads::run(Thread& thread) {
   }
 }
 
-// Steps the follower to before `up_to`, or as far as is known.
+// Steps the follower through the cycles below `up_to`, as far as their input is complete.
 void ClockThreads::step(Follower& follower, Cycle leader, Cycle limit, Cycle up_to) {
   Cycle done = follower.progress.cycles();
   if (done >= up_to) return;
@@ -220,16 +220,16 @@ void ClockThreads::step(Follower& follower, Cycle leader, Cycle limit, Cycle up_
       if (next > done) follower.progress.publish(done = next);
       if (!follower.coupling->knows_room(next)) return;
       domain.step();
-      // What has happened may let others send to it sooner.
+      // This step may have changed how soon the leader can send to it.
       known = std::max(next + 1, std::min(known, leader + follower.coupling->reach()));
     }
     follower.progress.publish(done = std::min(domain.next_, known));
   }
 }
 
-// The slowest that may go on. Returns whether there was one.
+// Steps the slowest follower of the thread that can go on. Returns whether there was one.
 bool ClockThreads::step(Thread& thread, Cycle leader, Cycle limit) {
-  if (thread.progress.cycles() >= limit) return false;  // stands still: the leader's thread may look at everything
+  if (thread.progress.cycles() >= limit) return false;  // at the limit, the leader's thread may access all domains
   std::vector<Follower*>& order = thread.order;
   for (std::size_t i = 0; i < order.size(); ++i) {
     Follower* const follower = order[i];
@@ -258,7 +258,7 @@ void ClockThreads::work(Thread& thread) {
     }
     if (limit != thread.obeys.load(std::memory_order_relaxed)) thread.obeys.store(limit, std::memory_order_release);
     if (step(thread, leader, limit)) continue;
-    // Looked at only when nothing is left to do: the line of the host's cache is another thread's.
+    // The leader's progress is read only when no work is left, since its cache line belongs to another thread.
     std::uint64_t waited = 0;
     wait_until([&] {
       ++waited;

@@ -1,5 +1,5 @@
-// Clock domains on threads of their own beside the one that the kernel's thread ticks: the cores of the host for one
-// simulation. All have one frequency and one count of cycles.
+// Runs clock domains on several threads: the leader domain on the SystemC kernel's thread, follower domains on worker
+// threads. All have the same frequency and cycle count.
 #pragma once
 
 #include <atomic>
@@ -16,86 +16,87 @@
 
 namespace grtx::modules {
 
-/// No windows and no barriers: each thread publishes how far it has come, and works on a cycle as soon as everything
-/// that can be visible in it has been sent. So domains are apart by as much as the links' latencies allow, and results
-/// do not depend on who is faster. A thread steps the domains that are its in turn; the leader's thread does so when
-/// the leader has to wait. Whenever all stand still, a domain goes from the thread that waited least to the one that
-/// waited most. While other programs take the host's cores, the workers rest and the leader's thread steps all domains.
-/// The leading domain (ClockDomain, RunAhead) calls what is said to be its.
+/// No windows and no barriers: each thread publishes its progress, and processes a cycle as soon as everything that can
+/// be visible in it has been sent. Domains therefore drift apart by up to the links' latencies, and results do not
+/// depend on thread timing. A worker steps its followers in turn; the leader's thread steps its own while the leader
+/// has to wait. At each limit (allow()), when all threads stand still, one follower moves from the thread that waited
+/// least to the one that waited most. If other programs need the host's cores, the workers rest and the leader's thread
+/// steps all domains.
 class ClockThreads {
  public:
   /// The links between a following domain and the leader.
   class Coupling {
    public:
-    /// Takes note of what the leader has sent. By the thread that steps the domain, between two cycles.
+    /// Registers what the leader has sent. Called between two cycles by the thread that steps the follower.
     virtual void collect() = 0;
-    /// Takes note of what the domain has sent. By the leader's thread.
+    /// Registers what the follower has sent. Called by the leader's thread.
     virtual void collect_for_leader() = 0;
-    /// Cycles below (the leader's progress + reach) have all their input, if that progress was read before collect().
-    /// At least 1.
+    /// At least 1 cycle: all input of the cycles below (the leader's progress + reach) is there, if that progress was
+    /// read before collect().
     virtual Cycle reach() const = 0;
-    /// Whether what the domain may send in this cycle is known to find room, or to find none.
+    /// Whether it is already known if the links have room for what the follower may send in this cycle.
     virtual bool knows_room(Cycle cycle) const = 0;
 
    protected:
     ~Coupling() = default;
   };
 
-  /// lag: what a follower sends in a cycle is visible to the leader so many cycles later, or more.
-  /// workers: threads beside the leader's.
+  /// lag: least latency of the links from followers to the leader, in cycles. workers: threads beside the leader's.
   ClockThreads(ClockDomain& leader, Cycle lag, unsigned workers);
   ~ClockThreads();
   ClockThreads(const ClockThreads&) = delete;
   ClockThreads& operator=(const ClockThreads&) = delete;
 
-  /// Before the simulation starts. domain: of the leader's frequency, no longer ticked by the kernel. thread: whose it
-  /// is at first; 0: the leader's. Returns how far it has come. Followers are numbered from 0.
+  /// Adds a follower, numbered from 0; before the simulation starts. domain: must have the leader's frequency; the
+  /// kernel no longer ticks it. thread: initial owner, 0 is the leader's thread. Returns the follower's progress.
   const ThreadProgress& follow(ClockDomain& domain, unsigned thread);
   void couple(unsigned follower, Coupling& coupling) { followers_[follower]->coupling = &coupling; }
-  /// Asked in the place of the host's clocks whether workers had better rest, or go on resting: at long waits, and
-  /// where all stand still. Before the simulation starts; for tests.
+  /// For tests, before the simulation starts: `crowded` decides instead of CrowdedHost whether workers rest. Asked
+  /// after long waits and when all threads stand still.
   void judge_by(std::function<bool()> crowded) { judge_ = std::move(crowded); }
-  /// Whether workers have ever rested.
+  /// Whether the workers have ever rested.
   bool rested() const { return rested_; }
   const ThreadProgress& leader_progress() const { return leader_; }
-  /// Asked after each cycle of the leader until it says true: nobody works on a later cycle before allow().
+  /// `ended` is asked after each cycle of the leader until it returns true; then no domain goes beyond that cycle until
+  /// allow() is called.
   void stop_when(std::function<bool()> ended) { ended_ = std::move(ended); }
 
-  // The leader's thread.
-  /// Cycles below `limit` may be worked on.
+  // The rest is called by the leading domain (ClockDomain, RunAhead) on the leader's thread.
+  /// Allows all domains to process the cycles below `limit`.
   void allow(Cycle limit);
-  /// The leader's cycles below have all their input, which has been collected. Followers are looked at only when
-  /// `wanted` is not below.
+  /// Returns the first cycle of the leader whose input may still be incomplete; all input before it is collected. Reads
+  /// the followers' progress only if `wanted` is not below the last known value.
   Cycle sure(Cycle wanted);
-  /// Until more may be sure; the leader has nothing to do before. Throws what a follower has thrown.
+  /// Waits until sure() may return more; meanwhile steps the leader thread's own followers. Rethrows an exception of a
+  /// follower.
   void wait();
-  /// The leader's cycles below are done.
+  /// The leader has done all cycles below `cycles`.
   void publish(Cycle cycles) { leader_.publish(cycles); }
-  /// The leader has done this cycle.
+  /// The leader has done `cycle`.
   void stepped(Cycle cycle);
-  /// The leader has nothing to do below `next`. When all that is allowed has been done, waits for the others, which
-  /// then stand still. Returns the first cycle that is not done.
+  /// The leader has no work before `next`. If the leader has reached the limit, waits until all followers have, too.
+  /// Returns the first cycle that the leader has not done.
   Cycle pause(Cycle next);
 
  private:
   struct Follower {
     Follower(ClockDomain& of, unsigned thread) : domain(of), home(thread) {}
     ClockDomain& domain;
-    unsigned home;  ///< whose it is at first
+    unsigned home;  ///< thread that owns it at first and after a rest
     Coupling* coupling = nullptr;
     ThreadProgress progress;
   };
-  /// What is the thread's, what others look at and what is the leader's lie in different lines of the host's cache.
+  /// Aligned so that two threads' entries share no cache line of the host.
   struct alignas(64) Thread {
-    std::vector<Follower*> own;            ///< changed while all stand still
-    std::vector<Follower*> order;          ///< the same, the slowest first
-    std::atomic<std::uint64_t> waited{0};  ///< times that it found nothing to do since the last balance()
-    std::atomic<Cycle> obeys{0};           ///< the limit that it knows; not the leader's
-    std::atomic<unsigned> rest{0};         ///< odd: it is to rest
-    std::atomic<unsigned> rests{0};        ///< since it saw this value of rest, which was odd
-    ThreadProgress progress;               ///< the slowest of its own
-    Cycle seen = 0;                        ///< by the leader: up to which all has been collected
-    std::thread thread;                    ///< none: the leader's
+    std::vector<Follower*> own;            ///< its followers; changed only while all threads stand still
+    std::vector<Follower*> order;          ///< the same, slowest first
+    std::atomic<std::uint64_t> waited{0};  ///< polls without work since the last balance()
+    std::atomic<Cycle> obeys{0};           ///< the limit that the worker has read
+    std::atomic<unsigned> rest{0};         ///< odd: the worker shall rest
+    std::atomic<unsigned> rests{0};        ///< the odd value of `rest` that the worker last obeyed
+    ThreadProgress progress;               ///< of its slowest follower
+    Cycle seen = 0;                        ///< progress last read by the leader, which has collected all before it
+    std::thread thread;                    ///< empty for the leader's
     void waits(std::uint64_t times) { waited.fetch_add(times, std::memory_order_relaxed); }
     std::uint64_t waits_so_far() const { return waited.load(std::memory_order_relaxed); }
   };
@@ -118,14 +119,14 @@ class ClockThreads {
   Cycle lag_;
   std::function<bool()> ended_;
   std::vector<std::unique_ptr<Follower>> followers_;
-  std::vector<Thread> threads_;  ///< the leader's first
+  std::vector<Thread> threads_;  ///< [0]: the leader's
   ThreadProgress leader_;
-  Cycle horizon_ = 0;  ///< the slowest follower, when the leader last looked
+  Cycle horizon_ = 0;  ///< progress of the slowest follower, as last read by the leader
   bool started_ = false;
   bool rested_ = false;
   CrowdedHost host_;
-  std::function<bool()> judge_;  ///< in place of host_
-  std::exception_ptr failure_;   ///< of the worker that set failed_
+  std::function<bool()> judge_;  ///< replaces host_ if set
+  std::exception_ptr failure_;   ///< first exception of a worker
   alignas(64) std::atomic<Cycle> limit_{0};
   std::atomic<bool> failing_{false};
   std::atomic<bool> failed_{false};  ///< failure_ may be read

@@ -1,4 +1,4 @@
-// A hardware unit with a clock: an sc_module that its clock domain calls in the cycles in which it has work.
+// A clocked hardware unit: an sc_module that its clock domain calls in the cycles in which it has work.
 #pragma once
 
 #include <systemc>
@@ -10,7 +10,6 @@ namespace grtx::modules {
 /// Derived units implement tick() (see Clocked) and give the alarm to their input links: LinkReader::wake(&alarm_).
 class ClockedModule : public sc_core::sc_module, public Clocked {
  public:
-  /// The name of the unit in the hierarchy.
   using sc_core::sc_module::name;
 
  protected:

@@ -1,5 +1,5 @@
-// A registered link (link.h) whose producer and consumer run on different threads. Whatever the threads do, both sides
-// see what they would see on one.
+// A registered link (link.h) whose producer and consumer run on different threads. Both sides see exactly what they
+// would see on a single thread.
 #pragma once
 
 #include <atomic>
@@ -13,17 +13,17 @@
 
 namespace grtx::modules {
 
-/// The consumer sees items as of its last collect(): its thread works on a cycle only when all that can be visible in
-/// it has been sent (ClockThreads). Space is exact too: an item taken in cycle c is free from c + 1 on, in whatever
-/// order the threads come there, since each place remembers when it was left. When the link looks full, the producer
-/// waits until the consumer has come to its cycle.
-/// A message moves one line of the host's cache from thread to thread, that of its place: it says by itself whether it
-/// holds something. Counts are each thread's own.
+/// The consumer sees the items of its last collect(); its thread processes a cycle only when all items that can be
+/// visible in it have been sent (ClockThreads). Space is exact, too: a place that was emptied in cycle c is free from
+/// c + 1 on, whichever thread gets there first, because each place stores the cycle in which it was emptied. If the
+/// link looks full, the producer waits until the consumer has reached the producer's cycle. A message moves only the
+/// cache line of its place between threads: each place tells whether it holds an item, and the counts are private to
+/// one thread each.
 template <typename T>
 class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
  public:
-  /// consumer: its thread's. ahead: items that may be sent before their cycle, which needs a consumer that takes each
-  /// item in the cycle in which it becomes visible; 0: none.
+  /// consumer: progress of the consumer's thread. ahead: number of items that may be sent ahead of their cycle; if not
+  /// 0, the consumer must take every item in the cycle in which it becomes visible.
   CrossingLink(unsigned latency, std::size_t capacity, const ThreadProgress& consumer, std::size_t ahead = 0)
       : latency_(latency), capacity_(capacity), ahead_(ahead), consumer_(consumer), places_(capacity + 2 * ahead) {
     assert(latency >= 1 && capacity >= 1);
@@ -35,7 +35,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
     consumer_.wait_for(now);
     return room(now);
   }
-  /// can_push() need not wait.
+  /// Whether can_push(now) would return without waiting.
   bool knows_room(Cycle now) const { return ahead_ != 0 || room(now) || consumer_.cycles() >= now; }
   bool takes_ahead() const override { return ahead_ != 0; }
   void push(Cycle now, const T& item) override {
@@ -51,7 +51,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
 
   // Consumer side.
   void wake(Alarm* consumer) override { alarm_ = consumer; }
-  /// Takes note of what has arrived: the consumer's alarm is set. Between two cycles.
+  /// Registers newly sent items and sets the consumer's alarm. Called between two cycles.
   void collect() {
     const std::uint64_t before = collected_;
     while (collected_ - taken_ < places_.size() &&
@@ -69,7 +69,7 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
     announced_bit_ = std::uint64_t{1} << bit;
     return true;
   }
-  /// Items that collect() has seen so far.
+  /// Items that collect() has registered so far.
   std::uint64_t collected() const { return collected_; }
   const T* front(Cycle now) const override {
     return next_visible() <= now ? &places_[taken_ % places_.size()].item : nullptr;
@@ -84,17 +84,17 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
     return taken_ != collected_ ? places_[taken_ % places_.size()].visible.load(std::memory_order_relaxed) : kNever;
   }
 
-  /// While neither thread works.
+  /// Call only while neither thread works.
   std::size_t size() const override { return static_cast<std::size_t>(sent_ - taken_); }
   unsigned latency() const override { return latency_; }
 
  private:
   struct alignas(32) Place {
     T item{};
-    std::atomic<Cycle> visible{kNever};  ///< of the item; kNever: there is none
-    std::atomic<Cycle> left{0};          ///< the cycle in which the last one was taken; kNever: there is one
+    std::atomic<Cycle> visible{kNever};  ///< cycle in which the item becomes visible; kNever if empty
+    std::atomic<Cycle> left{0};          ///< cycle in which the last item was taken; kNever if occupied
   };
-  // By what was taken before `now`, as far as is known.
+  // Whether the places known to be emptied before `now` leave room.
   bool room(Cycle now) const {
     while (sent_ - freed_ >= capacity_) {
       if (places_[freed_ % places_.size()].left.load(std::memory_order_acquire) >= now) return false;
@@ -111,9 +111,9 @@ class CrossingLink final : public link_in_if<T>, public link_out_if<T> {
   Alarm* alarm_ = nullptr;
   std::uint64_t* announced_ = nullptr;
   std::uint64_t announced_bit_ = 0;
-  alignas(64) std::uint64_t sent_ = 0;   ///< the producer's
-  mutable std::uint64_t freed_ = 0;      ///< of these, places known to be free again
-  alignas(64) std::uint64_t taken_ = 0;  ///< the consumer's
+  alignas(64) std::uint64_t sent_ = 0;   ///< by the producer
+  mutable std::uint64_t freed_ = 0;      ///< items the producer knows to be taken
+  alignas(64) std::uint64_t taken_ = 0;  ///< by the consumer
   std::uint64_t collected_ = 0;
 };
 

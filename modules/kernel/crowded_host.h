@@ -1,4 +1,4 @@
-// Whether the threads of one simulation get the cores of the host that they ask for.
+// Detects whether the threads of a simulation get a core each, or compete with other programs for the host.
 #pragma once
 
 #include <chrono>
@@ -8,32 +8,32 @@
 
 namespace grtx::modules {
 
-/// Threads that wait for each other every few microseconds come on only while all of them have a core. Where other
-/// programs take cores for milliseconds, one thread alone is faster. A thread that works never sleeps, so what it lacks
-/// of the wall time in processor time, it was without a core.
+/// Threads that wait for each other every few microseconds make progress only while all of them have a core. If other
+/// programs take cores for milliseconds, a single thread is faster. Working threads spin instead of sleeping, so the
+/// difference between wall time and processor time is time without a core.
 class CrowdedHost {
  public:
-  /// The caller is one of the threads.
+  /// Also watches the calling thread.
   CrowdedHost();
   void watch(std::thread& worker);
-  /// The workers begin, or go on after a rest.
+  /// The workers start, or continue after a rest.
   void begin();
-  /// Whether they had better rest. By the time since the last answer, if that was long enough to judge.
+  /// Whether the workers should rest, judged over the time since the last judgement; false if that is under 20 ms.
   bool crowded();
-  /// Workers that rest are to try again. The time until then doubles while that is in vain.
+  /// Whether resting workers should try again. The rest doubles with each failed attempt, 1 s to 64 s.
   bool may_try_again() const { return Clock::now() >= again_; }
 
  private:
   using Clock = std::chrono::steady_clock;
   struct Thread {
     clockid_t clock;
-    Clock::duration had{};  ///< processor time when the look began
+    Clock::duration had{};  ///< its processor time at looking_since_
   };
   void watch(pthread_t thread);
   void look(Clock::time_point now);
 
   std::vector<Thread> threads_;
-  Clock::time_point began_;  ///< to work
+  Clock::time_point began_;  ///< last begin()
   Clock::time_point looking_since_;
   Clock::time_point again_;
   Clock::duration rest_ = Clock::duration::zero();

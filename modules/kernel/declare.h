@@ -1,5 +1,5 @@
-// What a unit declares beside its Config and its counters (base/declare): parameters, counter tables, statistics, and
-// what a configuration chooses by name.
+// Brings base/declare into this namespace: the parameters, counter tables, statistics and registries that a unit
+// declares beside its Config and counters.
 #pragma once
 
 #include "grtx/base/declare/counter_table.h"

@@ -1,4 +1,4 @@
-// Which of a few keys equal one: what a row of comparators does at once, several at a time on the host too.
+// Compares 16 keys with one key, like a row of parallel comparators; with SIMD on the host.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace grtx::modules {
 
-/// Bit i: keys[i] == key, of 16.
+/// Bit i of the result: keys[i] == key, for i < 16.
 inline unsigned equal_keys(const std::uint32_t* keys, std::uint32_t key) {
 #ifdef __SSE2__
   const __m128i wanted = _mm_set1_epi32(static_cast<int>(key));

@@ -1,4 +1,4 @@
-// Units that factories of a user's own make in place of the project's.
+// Lets a user's factory construct a unit in place of the project's own.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,14 @@
 
 namespace grtx::modules {
 
-/// factory: its name. Throws Error when it made nothing.
+/// Returns `part`. Throws Error if it is null; factory: its name for the message.
 template <typename Part>
 std::unique_ptr<Part> not_null(std::unique_ptr<Part> part, const char* factory) {
   if (part == nullptr) throw Error("parts", factory, "its factory made nothing");
   return part;
 }
 
-/// What the factory makes of `arguments` if there is one, else an Own of them.
+/// Constructs a part from `arguments`: by the factory if there is one, otherwise as the project's own class Own.
 template <typename Own, typename Part, typename... Parameters, typename... Arguments>
 std::unique_ptr<Part> made(const std::function<std::unique_ptr<Part>(Parameters...)>& factory, const char* name,
                            Arguments&&... arguments) {

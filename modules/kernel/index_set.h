@@ -1,4 +1,4 @@
-// A set of small numbers, one bit each: which of a module's ports have something to do.
+// A bit set of small numbers, for example the ports of a module that have work.
 #pragma once
 
 #include <bit>
@@ -16,10 +16,10 @@ class IndexSet {
   void insert(unsigned i) { words_[i / 64] |= std::uint64_t{1} << i % 64; }
   void erase(unsigned i) { words_[i / 64] &= ~(std::uint64_t{1} << i % 64); }
   bool contains(unsigned i) const { return (words_[i / 64] >> i % 64 & 1) != 0; }
-  /// The word that holds number `i`, in its bit i % 64. It does not move.
+  /// The word whose bit i % 64 stands for number `i`. Its address stays valid for the lifetime of the set.
   std::uint64_t* word_of(unsigned i) { return &words_[i / 64]; }
 
-  /// f(number) for each, lowest first. f may insert and erase; that counts from the next call on.
+  /// Calls f(number) for each number, lowest first. f may insert and erase; whether this call sees that is unspecified.
   template <typename F>
   void for_each(F&& f) const {
     for (std::size_t word = 0; word < words_.size(); ++word) for_each_bit_of(word, words_[word], f);

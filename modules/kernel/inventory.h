@@ -1,5 +1,5 @@
-// What a module is made of: storage bits and operators, stated from the parameters it simulates with. The cost model
-// only walks these.
+// Storage bits and operators of a module, derived from the parameters that it simulates with. The cost model
+// (explore/cost) reads only these.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ enum class StorageKind : std::uint8_t {
   flip_flop,
   ram,
   cache,      ///< data array of a cache; cost models of such arrays include their tags
-  cache_tags  ///< those tags, stated for their bits
+  cache_tags  ///< those tags, listed only for their number of bits
 };
 
 struct Storage {
@@ -20,14 +20,14 @@ struct Storage {
   StorageKind kind = StorageKind::flip_flop;
   std::uint64_t bits = 0;
   unsigned read_ports = 1;
-  unsigned write_ports = 1;    ///< 0: the read port writes, too
+  unsigned write_ports = 1;    ///< 0: the read port also writes
   bool added_by_grtx = false;  ///< part of the paper's hardware-cost table
-  unsigned word_bits = 32;     ///< of one access
-  unsigned banks = 1;          ///< that the bits are divided among, each with ports of its own
+  unsigned word_bits = 32;     ///< bits per access
+  unsigned banks = 1;          ///< the bits are split evenly; each bank has its own ports
 };
 
 struct Operators {
-  std::string name;     ///< a name of explore/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
+  std::string name;     ///< as in explore/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
   unsigned width = 32;  ///< bits
   std::uint64_t count = 0;
 };

@@ -1,9 +1,9 @@
 // A registered link between two modules: one producer, one consumer, latency >= 1 cycle, finite capacity.
 // Items sent in cycle c are visible from c + latency; space freed in cycle c is visible to the producer from c + 1.
-// So results never depend on the order in which the kernel runs the two processes within a cycle.
+// So results do not depend on the order in which producer and consumer are called within a cycle.
 //
-// Modules reach links through ports of link_in_if and link_out_if (link_if.h), in their hot loops by way of LinkReader
-// and LinkWriter (link_access.h). Tools find them by name, as any other object of SystemC (LinkObject).
+// Modules access links through ports of link_in_if and link_out_if (link_if.h), in hot loops through LinkReader and
+// LinkWriter (link_access.h). Tools find links by name in the SystemC hierarchy (LinkObject).
 #pragma once
 
 #include <algorithm>
@@ -19,13 +19,12 @@
 
 namespace grtx::modules {
 
-/// A link of the hierarchy, whatever it carries: what sc_find_object() and get_child_objects() give.
+/// A link in the SystemC hierarchy, independent of its message type; found by sc_find_object() and get_child_objects().
 class LinkObject : public sc_core::sc_object {
  public:
   const char* kind() const override { return "grtx_link"; }
   /// Items sent and not taken, visible or not.
   virtual std::size_t size() const = 0;
-  /// Items that it holds at most.
   virtual std::size_t capacity() const = 0;
   /// Cycles, at least 1.
   virtual unsigned latency() const = 0;
@@ -33,8 +32,8 @@ class LinkObject : public sc_core::sc_object {
   virtual std::uint64_t pushed() const = 0;
 
  protected:
-  /// A name that has dots or that its scope has already is changed without a warning: the kernel's would end a run of
-  /// whoever treats warnings as errors.
+  /// Silently replaces dots in the name and makes it unique: the kernel would warn, which ends runs that treat warnings
+  /// as errors.
   explicit LinkObject(const std::string& name) : sc_object(free_name(name).c_str()) {}
 
  private:
@@ -44,17 +43,18 @@ class LinkObject : public sc_core::sc_object {
   }
 };
 
-// A virtual base, as sc_interface is: it lies behind the members, so that what consumers read stays in one line.
+// LinkObject is a virtual base, like sc_interface: it is placed after the members, so that the members that consumers
+// poll stay in one cache line of the host.
 template <typename T>
 class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, public virtual LinkObject {
  public:
-  /// name: within the module that is being built, as for a port.
+  /// name: within the module under construction, as for a port.
   Link(const std::string& name, unsigned latency, std::size_t capacity)
       : LinkObject(name), latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity) {
     assert(latency >= 1 && capacity >= 1 && capacity <= ~std::uint32_t{0});
   }
 
-  /// The consumer's alarm, which every push sets to the cycle in which the item becomes visible.
+  /// Registers the consumer's alarm; every push sets it to the cycle in which the item becomes visible.
   void wake(Alarm* consumer) override { consumer_ = consumer; }
   bool announce(std::uint64_t* word, unsigned bit) override {
     announced_ = word;
@@ -89,7 +89,7 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
     ++popped_this_cycle_;
     head_ = next(head_);
     if (--size_ == 0) {
-      head_ = tail_ = 0;  // stays in the same few lines of the host's cache
+      head_ = tail_ = 0;  // reuses the same few cache lines of the host
       visible_ = kNever;
     } else {
       visible_ = slots_[head_].visible;
@@ -98,13 +98,13 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   /// Cycle at which the oldest item becomes visible; kNever when empty.
   Cycle next_visible() const override { return visible_; }
 
-  /// The item that was sent last, if that was in cycle `now`; for observers that look after the cycle.
+  /// The last item pushed if that was in cycle `now`, else nullptr. For observers that run after the cycle.
   const T* sent(Cycle now) const {
     const Slot& newest = slots_[tail_ == 0 ? capacity_ - 1 : tail_ - 1];
     return size_ != 0 && newest.visible == now + latency_ ? &newest.item : nullptr;
   }
 
-  /// Another launch: as built, but for who listens.
+  /// For another launch: back to the constructed state, but keeps the consumer's alarm and announce() bit.
   void restart() {
     assert(size_ == 0);
     last_pop_cycle_ = kNever;
@@ -124,12 +124,12 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
     Cycle visible = 0;
   };
   std::uint32_t next(std::uint32_t i) const { return i + 1 == capacity_ ? 0 : i + 1; }
-  // A slot popped in this very cycle still counts: the producer learns of it at the next edge.
+  // A slot popped in this cycle still counts: the producer sees it free from the next cycle on.
   std::uint32_t occupied(Cycle now) const { return size_ + (last_pop_cycle_ == now ? popped_this_cycle_ : 0); }
 
-  // Consumers look at their links in most cycles, mostly to find nothing: what they read then is one line of the host's
-  // cache, without the slots.
-  Cycle visible_ = kNever;  ///< of the oldest item
+  // Consumers poll their links in most cycles and mostly find nothing; the poll reads one cache line of the host and
+  // not the slots.
+  Cycle visible_ = kNever;  ///< cycle in which the oldest item becomes visible
   std::uint32_t size_ = 0;
   std::uint32_t popped_this_cycle_ = 0;
   Cycle last_pop_cycle_ = kNever;

@@ -1,5 +1,5 @@
-// How a module's hot loops use what its ports are bound to: our own Link without virtual calls, any other channel
-// through the interface. Made from a port once elaboration has ended.
+// Fast access to the channel bound to a port: the project's Link without virtual calls, any other channel through its
+// interface. Construct these from a port at the end of elaboration.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ class LinkReader {
  public:
   LinkReader() = default;
   explicit LinkReader(link_in_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
-  LinkReader(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: a link is what it reads
-  /// Whether there is a link.
+  LinkReader(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: implicit conversion intended
+  /// Whether a channel is bound.
   explicit operator bool() const { return any_ != nullptr; }
 
   void wake(Alarm* consumer) const { any_->wake(consumer); }
@@ -51,7 +51,7 @@ class LinkWriter {
  public:
   LinkWriter() = default;
   explicit LinkWriter(link_out_if<T>* link) : own_(dynamic_cast<Link<T>*>(link)), any_(link) {}
-  LinkWriter(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: a link is what it writes
+  LinkWriter(Link<T>& link) : own_(&link), any_(&link) {}  // NOLINT: implicit conversion intended
   explicit operator bool() const { return any_ != nullptr; }
 
   bool can_push(Cycle now) const {
@@ -72,7 +72,7 @@ class LinkWriter {
   link_out_if<T>* any_ = nullptr;
 };
 
-/// Reader of a port, whether it is bound or not.
+/// Reader or writer of a port; tests false if the port is unbound.
 template <typename T, int N, sc_core::sc_port_policy P>
 LinkReader<T> reader_of(sc_core::sc_port<link_in_if<T>, N, P>& port) {
   return LinkReader<T>(port.size() > 0 ? port.operator->() : nullptr);

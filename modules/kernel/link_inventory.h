@@ -1,4 +1,4 @@
-// What a link between modules stores: its capacity in messages of a memory packet's width, and what is in it now.
+// Capacity of links for the cost model, and their contents for dumps of a stalled run.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace grtx::modules {
 
 inline constexpr unsigned kPacketBits = 40 * 8;  ///< one flit: 32 B of data and 8 B of header
 
-/// Messages that all these links hold.
+/// Sum of the links' capacities, in messages.
 template <typename T>
 std::uint64_t total_capacity(const std::vector<std::unique_ptr<Link<T>>>& links) {
   std::uint64_t sum = 0;
@@ -20,7 +20,7 @@ std::uint64_t total_capacity(const std::vector<std::unique_ptr<Link<T>>>& links)
   return sum;
 }
 
-/// A line of a link that is not empty, for a run that stands still.
+/// Prints one line if the link is not empty, for the dump of a stalled run.
 template <typename T>
 void dump_link(std::ostream& out, const Link<T>& link) {
   if (link.empty()) return;

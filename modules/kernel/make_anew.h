@@ -1,4 +1,4 @@
-// A value that another launch begins as its constructor makes it.
+// Reconstructs an object in place, for the start of another launch.
 #pragma once
 
 #include <memory>
@@ -6,8 +6,8 @@
 
 namespace grtx::modules {
 
-/// Also for classes that hold references and cannot be assigned to. Whoever refers to `object` refers to the new value.
-/// The arguments made one before, so the constructor does not throw.
+/// Also for classes that hold references and cannot be assigned to. References to `object` stay valid. Pass the
+/// arguments of the first construction, so that the constructor does not throw.
 template <typename T, typename... Arguments>
 void make_anew(T& object, Arguments&&... arguments) {
   std::destroy_at(&object);

@@ -1,4 +1,4 @@
-// A FIFO in a growable ring: no allocation once it has seen its largest size. The queues inside the memory modules.
+// A FIFO in a growable ring buffer: no allocation once it has reached its largest size. Used inside the memory modules.
 #pragma once
 
 #include <cassert>
@@ -27,7 +27,7 @@ class RingQueue {
     assert(size_ > 0);
     return slots_[head_];
   }
-  /// i counts from the oldest item.
+  /// i = 0 is the oldest item.
   T& operator[](std::size_t i) {
     assert(i < size_);
     return slots_[(head_ + i) & mask_];
@@ -44,7 +44,7 @@ class RingQueue {
   void pop() {
     assert(size_ > 0);
     head_ = (head_ + 1) & mask_;
-    if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
+    if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
   }
 
  private:

@@ -17,8 +17,8 @@ RunAhead::~RunAhead() {
   for (ClockDomain* domain : domains_) domain->ahead_ = nullptr;
 }
 
-// Called by the process of a domain after its tick. Returns whether it ticked on, or has at least notified the kernel
-// of what comes next.
+// Called by a domain's process after its tick. Returns whether it has notified the kernel of the next ticks; if false
+// the caller must do so.
 bool RunAhead::run() {
   const std::uint64_t kernel = sc_core::sc_time_stamp().value();
   if (!enabled_ || until_fs_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
@@ -27,12 +27,12 @@ bool RunAhead::run() {
   kernel_fs_ = kernel;
   const sc_core::sc_simcontext* const context = sc_core::sc_get_curr_simcontext();
   sc_core::sc_time pending;
-  // Looked at before each tick: what the last one called may have given the kernel something to do.
+  // Checked before each tick: the last one may have created work for the kernel.
   while (!context->pending_activity_at_current_time()) {
     std::uint64_t at = until_fs_;
     if (context->next_time(pending)) at = std::min<std::uint64_t>(at, pending.value());
     ClockDomain* earliest = nullptr;
-    bool unsure = false;  // what other threads will have sent the earliest one
+    bool unsure = false;  // other threads may still send something to the earliest domain
     for (ClockDomain* domain : domains_) {
       const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure(domain->next_) : kNever;
       const Cycle next = std::min(domain->next_, sure);

@@ -1,4 +1,4 @@
-// Two clock domains whose ticks follow each other without the SystemC kernel in between.
+// Lets two clock domains tick in a loop of their own, without returning to the SystemC kernel after each tick.
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@ namespace grtx::modules {
 
 class ClockDomain;
 
-/// As long as the kernel has nothing else to do: a notification, a time step and an activation for each tick were a
-/// seventh of all instructions of a run. All ticks still happen in the order of their times, so this is not the
-/// temporal decoupling that changes who comes first; merely the kernel's time stays behind, and TLM calls annotate by
-/// how much. Not for domains that a foreign DRAM is bound to, which may disregard annotated delays. See allow_ahead().
+/// It does so only while the kernel has nothing else to do; the kernel's work per tick was a seventh of all
+/// instructions of a run. Ticks still happen in time order, so unlike temporal decoupling this does not change results:
+/// only the kernel's time lags behind, and TLM calls annotate the difference. Not for domains with a foreign DRAM,
+/// which may ignore annotated delays. See ClockDomain::allow_ahead().
 class RunAhead {
  public:
-  /// enabled false leaves every tick to the kernel (for tests).
+  /// enabled = false leaves every tick to the kernel (for tests).
   RunAhead(ClockDomain& first, ClockDomain& second, bool enabled = true);
   ~RunAhead();
   RunAhead(const RunAhead&) = delete;
@@ -29,7 +29,7 @@ class RunAhead {
   bool enabled_;
   std::uint64_t until_fs_ = 0;
   std::uint64_t now_fs_ = 0;
-  std::uint64_t kernel_fs_ = 0;  ///< the kernel's time, while running
+  std::uint64_t kernel_fs_ = 0;  ///< the kernel's time, valid while running_
   bool running_ = false;
 };
 

@@ -1,4 +1,4 @@
-// How far a clock domain on a thread of its own has come, and how others wait for it.
+// Published progress of a clock domain or thread, and how other threads wait for it.
 #pragma once
 
 #include <atomic>
@@ -9,13 +9,13 @@
 
 namespace grtx::modules {
 
-/// Thrown to a thread that waits for one that has ended.
+/// Thrown in a thread that waits for one that has ended.
 struct ThreadStopped final : std::exception {
   const char* what() const noexcept override { return "the simulation has stopped"; }
 };
 
-/// Spins, since most waits are far shorter than a call of the operating system; then leaves the core to others, which
-/// may be the ones that it waits for. Returns whether it came to that.
+/// Waits until ready() is true. Spins first, since most waits are far shorter than a system call; then yields the core,
+/// possibly to the thread it waits for. Returns whether it yielded.
 template <typename Ready>
 bool wait_until(Ready&& ready) {
   constexpr unsigned kSpins = 2000;
@@ -29,22 +29,22 @@ bool wait_until(Ready&& ready) {
   return true;
 }
 
-/// Written by one thread. In a line of the host's cache of its own.
+/// Written by one thread, read by others. Occupies a cache line of the host of its own.
 class alignas(64) ThreadProgress {
  public:
-  /// Cycles below this one are done: all that was sent in them has been sent, all that was taken has been taken.
+  /// All cycles below this one are done, including their pushes and pops.
   Cycle cycles() const { return cycles_.load(std::memory_order_acquire); }
   void publish(Cycle cycles) {
     if (cycles > cycles_.load(std::memory_order_relaxed)) cycles_.store(cycles, std::memory_order_release);
   }
-  /// Others are added to those whose progress this is. While nobody else looks.
+  /// Like publish(), but may also go back, after slower domains were added. Only while no other thread reads it.
   void set(Cycle cycles) { cycles_.store(cycles, std::memory_order_release); }
   /// Throws ThreadStopped when stop() is called first.
   void wait_for(Cycle cycles) const {
     wait_until([&] { return this->cycles() >= cycles || stopped_.load(std::memory_order_relaxed); });
     if (this->cycles() < cycles) throw ThreadStopped();
   }
-  /// Nobody is to wait any longer.
+  /// Ends all waits.
   void stop() { stopped_.store(true, std::memory_order_relaxed); }
 
  private:

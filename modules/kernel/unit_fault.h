@@ -1,5 +1,5 @@
-// How a run ends whose unit has broken the contract of its interface: with a report of a type of its own that names the
-// unit. Units of others can do so; a trace cannot.
+// Ends a run in which a unit broke the contract of its interface, with a SystemC report that names the unit. Caused by
+// user-supplied units only, never by a trace.
 #pragma once
 
 #include <stdexcept>
@@ -13,10 +13,10 @@ inline constexpr const char* kUnitReport = "/grtx/unit";
 /// unit: its name in the hierarchy.
 [[noreturn]] inline void unit_fault(const std::string& unit, const std::string& rule) {
   SC_REPORT_ERROR(kUnitReport, (unit + ": " + rule).c_str());
-  throw std::runtime_error(rule);  // where reports are told not to throw
+  throw std::runtime_error(rule);  // if reports are configured not to throw
 }
 
-/// What a part throws that knows what is wrong, to one that knows who was called.
+/// Thrown by code that detects a wrong answer, and caught by the caller that knows which unit gave it.
 struct WrongAnswer {
   std::string rule;
 };

@@ -1,4 +1,4 @@
-// Signals that a unit brings along. Those of the units that every machine has are in rtl_tlm/observe.
+// Waveform signals that a unit declares itself. The signals of the standard units are in rtl_tlm/observe.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@ namespace grtx::modules {
 
 /// A value for waveforms, read after each core cycle.
 struct UnitProbe {
-  std::string name;  ///< below the unit's
+  std::string name;  ///< relative to the unit's name
   unsigned width = 32;
   std::function<std::uint64_t()> value;
 };
 
-/// Derive a unit from this as well: its signals appear below its name in the hierarchy.
+/// Additional base class of a unit with own signals, which appear below its name in the hierarchy.
 class Probed {
  public:
-  /// Asked for once, before the simulation starts.
+  /// Called once, before the simulation starts.
   virtual std::vector<UnitProbe> probes() const = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// Which of a module's many input links hold something: a module that is called in a busy cycle looks at few of them.
+// Tracks which of a module's many input links hold something, so that the module polls only those.
 #pragma once
 
 #include "grtx/modules/kernel/index_set.h"
@@ -10,21 +10,21 @@ class WaitingLinks {
  public:
   explicit WaitingLinks(unsigned links) : numbers_(links), silent_(links) {}
 
-  /// Link number `i` of this module, the consumer. Neither is to move afterwards. A link that does not announce what it
-  /// holds always counts as waiting.
+  /// Registers input link number `i`. This object must not move afterwards. A link that does not support announce()
+  /// always counts as waiting.
   template <typename T>
   void watch(unsigned i, const LinkReader<T>& link) {
     if (link.announce(numbers_.word_of(i), i % 64)) return;
     silent_.insert(i);
     numbers_.insert(i);
   }
-  /// To be called when something was taken from link number `i`.
+  /// Call after popping from link number `i`.
   template <typename T>
   void popped(unsigned i, const LinkReader<T>& link) {
     if (link.next_visible() == kNever && !silent_.contains(i)) numbers_.erase(i);
   }
 
-  /// f(number) for each that may hold something, lowest first. f may take from the link.
+  /// Calls f(number) for each link that may hold something, lowest first. f may pop from the link.
   template <typename F>
   void for_each(F&& f) const {
     numbers_.for_each(f);

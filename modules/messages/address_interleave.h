@@ -1,5 +1,5 @@
-// Which L2 slice an address belongs to, and its address inside that slice; the same of DRAM channels, which slices may
-// share.
+// Address interleaving: maps a global address to an L2 slice and a slice-local address, and slices to DRAM channels,
+// which several slices may share.
 #pragma once
 
 #include <bit>
@@ -14,7 +14,7 @@ struct AddressInterleave {
   unsigned slices = 4;
   unsigned bytes = 256;   ///< a power of two
   bool xor_hash = false;  ///< needs 2^n slices
-  unsigned channels = 0;  ///< of the DRAM, a divisor of slices; 0: one a slice
+  unsigned channels = 0;  ///< DRAM channels, a divisor of slices; 0: one per slice
   void parameters(ParameterList& list) {
     list.add("slices", slices, {1, 256}, "slices", "of the L2, each with a port of a sector a cycle",
              assumed("this project: 4 x 28 GB/s; the paper gives no count"));
@@ -35,7 +35,7 @@ struct AddressInterleave {
         "must divide l2.slices: each slice belongs to one channel");
   }
 
-  /// Throws Error for what the keys do not allow.
+  /// Throws Error if a value is outside its range or breaks a rule of its key.
   void check() const {
     AddressInterleave copy = *this;
     ParameterList list;
@@ -49,8 +49,8 @@ struct AddressInterleave {
     if (!xor_hash) return static_cast<unsigned>(std::has_single_bit(slices) ? block & (slices - 1) : block % slices);
     return static_cast<unsigned>(fold(block)) & (slices - 1);
   }
-  /// Address inside its slice: blocks of one slice packed together. With the XOR hash too, since for given higher bits
-  /// the slice number is a permutation of the low ones.
+  /// Slice-local address: the blocks of a slice are packed together. Also valid with the XOR hash, because for fixed
+  /// higher bits the slice number is a permutation of the low bits.
   std::uint64_t local(std::uint64_t address) const {
     const std::uint64_t block = address >> std::countr_zero(bytes);
     const std::uint64_t packed = std::has_single_bit(slices) ? block >> std::countr_zero(slices) : block / slices;
@@ -67,8 +67,8 @@ struct AddressInterleave {
   unsigned slices_a_channel() const { return slices / dram_channels(); }
   /// Channel of a slice, in [0, dram_channels()).
   unsigned channel(unsigned slice) const { return slice % dram_channels(); }
-  /// Address inside its channel, from the one inside its slice: blocks of its slices in turn. Without the hash these
-  /// are the channel's blocks in the order of their global addresses.
+  /// Channel-local address of a slice-local one: the blocks of the channel's slices alternate. Without the XOR hash
+  /// they are in the order of their global addresses.
   std::uint64_t in_channel(std::uint64_t local_address, unsigned slice) const {
     if (channels == 0) return local_address;
     const std::uint64_t block = local_address / bytes * slices_a_channel() + slice / dram_channels();

@@ -1,5 +1,5 @@
 // Merges the addresses of one warp memory instruction into distinct 32 B sectors, in order of first touch (lane order).
-// Only lanes of the same instruction merge; two instructions that touch the same sector ask for it twice.
+// Only lanes of the same instruction merge; two instructions that touch the same sector request it twice.
 #pragma once
 
 #include <bit>
@@ -37,7 +37,7 @@ class Coalescer {
   void touch(std::uint64_t address, std::uint64_t bytes) {
     const std::uint64_t end = (address + bytes - 1) / kSectorBytes;
     for (std::uint64_t sector = address / kSectorBytes; sector <= end; ++sector) {
-      if (sector != last_) add(sector);  // neighbouring lanes mostly hit the sector of the lane before
+      if (sector != last_) add(sector);  // fast path: a lane often touches the previous lane's sector
     }
   }
 

@@ -1,4 +1,4 @@
-// Walks the set bits of a lane or warp mask in ascending order, and names lanes of the warp buffer by one number.
+// Lane numbers of the warp buffer, and a loop over the set bits of a lane mask.
 #pragma once
 
 #include <bit>
@@ -26,7 +26,7 @@ constexpr void for_each_bit(LaneMask mask, F&& f) {
   }
 }
 
-/// Asks the host for the cache line at `address`, which need not be valid: what a lane reads next is known long before.
+/// Prefetches a cache line of the host; `address` need not be valid. A lane's next read is known well in advance.
 inline void prefetch_for_read(const void* address) { __builtin_prefetch(address, 0, 3); }
 
 }  // namespace grtx::modules

@@ -8,18 +8,18 @@
 namespace grtx::modules {
 namespace {
 
-// Regions start on DRAM row boundaries, so that no burst straddles two of them.
+// Regions start on DRAM row boundaries, so that no burst straddles two regions.
 constexpr std::uint64_t kAlignment = 4096;
 
-// An eviction buffer holds at most the any-hit calls of one round that did not fit; a header does not know how many
-// that are, so the region is sized as the checkpoint buffer is (the paper gives both together) unless the config says
-// more.
+// An eviction buffer holds at most the any-hit calls of one round that did not fit into the k-buffer. Their number is
+// not in the header, so the default is the capacity of a checkpoint buffer (the paper sizes both together).
 constexpr std::uint64_t kMinimumEvictions = 256;
 
 constexpr std::uint64_t kCacheLine = 128;
 
-constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< as AddressIndex can tell sectors apart
-constexpr std::uint64_t kMostEntries = std::uint64_t{1} << 32;  ///< of a ray's buffer; products stay within 64 bits
+constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< 128 GiB, the limit of AddressIndex for sectors
+constexpr std::uint64_t kMostEntries = std::uint64_t{1}
+                                       << 32;  ///< most entries of a ray's buffer, so that products fit 64 bits
 
 std::uint64_t checked_entries(std::uint64_t entries, const char* name) {
   if (entries > kMostEntries) throw Error("memory map", name, "a ray's buffer has at most 2^32 entries");
@@ -28,8 +28,8 @@ std::uint64_t checked_entries(std::uint64_t entries, const char* name) {
 
 constexpr std::uint64_t round_up(std::uint64_t bytes, std::uint64_t unit) { return (bytes + unit - 1) / unit * unit; }
 
-// The rays of a warp fill their buffers in step. With a stride of an even number of lines their current entries would
-// all fall into the same few cache sets and DRAM banks; an odd number of lines spreads them.
+// The rays of a warp fill their buffers at the same pace. With a stride of an even number of lines their current
+// entries would map to the same few cache sets and DRAM banks; an odd number of lines spreads them.
 constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
   const std::uint64_t lines = (bytes + kCacheLine - 1) / kCacheLine;
   return (lines | 1) * kCacheLine;

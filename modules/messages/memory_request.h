@@ -1,4 +1,4 @@
-// What travels between the RT unit, the SIMT core and the memory hierarchy: one 32-byte sector a request.
+// Memory messages between the RT unit, the SIMT core and the memory hierarchy: one 32 B sector per request.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 namespace grtx::modules {
 
 inline constexpr std::uint64_t kSectorBytes = 32;
-inline constexpr unsigned kAddressBits = 40;  ///< of a byte address in hardware
-inline constexpr const char* kSectorsRule = "must be 1, 2 or 4: a line has four sectors";  ///< of a port's width
+inline constexpr unsigned kAddressBits = 40;  ///< width of a byte address in hardware
+inline constexpr const char* kSectorsRule = "must be 1, 2 or 4: a line has four sectors";  ///< for port widths
 
-/// What a memory request is for; caches count hits by it.
+/// What kind of data a memory request accesses; caches count hits per region.
 enum class Region : std::uint8_t {
   tlas,        ///< internal nodes of the monolithic BVH or the TLAS, and their headers
   blas,        ///< nodes of the shared BLAS
@@ -32,14 +32,14 @@ constexpr auto enum_names(Region) {
       {"tlas", "blas", "leaf", "instance", "checkpoint", "eviction", "k_buffer", "gaussian", "sh", "ray", "stack"});
 }
 inline constexpr std::size_t kRegionCount = kCountOf<Region>;
-/// Place of a region in arrays of kRegionCount.
+/// Index of a region in arrays of kRegionCount elements.
 constexpr std::size_t index(Region r) { return static_cast<std::size_t>(r); }
 /// The regions that count as node fetches.
 constexpr bool is_node(Region r) { return r <= Region::instance; }
-/// What the ray generation shader reads and writes beside its buffers: records of Gaussians, colours, pixels.
+/// Regions that the ray generation shader accesses besides its buffers: Gaussian records, colours, pixels.
 constexpr bool is_shader_data(Region r) { return r == Region::gaussian || r == Region::sh || r == Region::ray; }
 
-/// Buffers that belong to one ray or warp: nobody else reads them, and what they hold dies with it.
+/// Buffers private to one ray or warp: nobody else reads them, and their contents are dead when it ends.
 constexpr bool is_private(Region r) {
   return r == Region::checkpoint || r == Region::eviction || r == Region::k_buffer || r == Region::stack;
 }
@@ -51,19 +51,18 @@ struct MemoryRequest {
   std::uint8_t client = 0;  ///< port of the L1 that issued it
   std::uint8_t sm = 0;      ///< set by the L1 when a miss leaves the SM
   Region region = Region::tlas;
-  bool write : 1 = false;  // bits: 16 B in all
+  bool write : 1 = false;  // bit fields keep the request at 16 B
   bool prefetch : 1 = false;
-  bool write_back : 1 = false;  ///< a write of the L1's own: no client waits for it
-  /// In a sampled run, where tags follow the order of events: the sector was not in the L1 when its event began, and
-  /// not in the L2 either (touch_if.h).
+  bool write_back : 1 = false;  ///< eviction by the L1: no client waits for the acknowledgement
+  /// Sampled run: the result of the functional access when the event began (touch_if.h): not in the L1, not in the L2.
   bool missed : 1 = false;
   bool missed_below : 1 = false;
 };
 
-/// Who asks a memory, and for what.
+/// Which SM a memory access is for, and its region.
 struct RequestOrigin {
   static constexpr std::uint8_t kNobody = 255;
-  std::uint8_t sm = kNobody;  ///< kNobody: a cache writes a line back, or the initiator does not say
+  std::uint8_t sm = kNobody;  ///< kNobody: a write-back of a cache, or unknown
   Region region = Region::tlas;
 };
 

@@ -1,4 +1,4 @@
-// What RT unit and SIMT core tell each other when the shader cores fetch the nodes: an RT unit that only intersects.
+// Messages between RT unit and SIMT core if the shaders fetch the nodes and the RT unit only intersects.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace grtx::modules {
 
-/// Node fetches of one warp that its shader does together.
+/// Node fetches of one warp that its shader executes together.
 struct NodeFetchBatch {
   std::uint16_t slot = 0;
-  std::uint16_t entry = 0;            ///< of the warp buffer, returned in NodeFetchDone
-  LaneMask fetches = 0;               ///< by the lane that opened each
-  std::vector<SectorAccess> sectors;  ///< of all of them, in order of issue
+  std::uint16_t entry = 0;            ///< warp buffer entry, returned in NodeFetchDone
+  LaneMask fetches = 0;               ///< one bit per fetch: the lane that opened it
+  std::vector<SectorAccess> sectors;  ///< sectors of all fetches, in issue order
 };
 
 struct NodeFetchDone {

@@ -1,5 +1,5 @@
-// Finds the events of one round of each ray of a group. Rounds of a warp come in order, so the offsets of the round are
-// carried on from the previous one; any other round is found by summing from the start.
+// Finds the events of one round for each ray of a group. Rounds usually come in order, so the event offsets are
+// advanced from the previous round; any other round is found by summing from the start.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace grtx::modules {
 
 class RoundCursor {
  public:
-  /// Moves to `round` of `group` for all of its rays.
+  /// Moves to `round` of `group` for all of its rays. Throws Error if the group has more than 32 rays.
   void seek(const traces::RayGroup& group, std::uint32_t round) {
     if (group.rays.size() > kMaxLanes) throw Error("trace", "group " + std::to_string(group.index), "at most 32 rays");
     const bool next = group_ == &group && index_ == group.index && round > 0 && round == round_ + 1;
@@ -31,7 +31,7 @@ class RoundCursor {
     index_ = group.index;
     round_ = round;
   }
-  /// Events of the round for `lane`; its ray must have that round.
+  /// Events of the current round of `lane`. Throws Error if its ray does not have the round.
   std::span<const traces::Event> events(unsigned lane) const {
     const traces::Ray& ray = group_->rays.at(lane);
     if (round_ >= ray.rounds.size() || offset_[lane] + ray.rounds[round_].event_count > ray.events.size()) {

@@ -1,5 +1,5 @@
-// Which of the work takes time where one event in `stride` does: then a cycle of the simulation stands for `stride`
-// cycles of the machine.
+// Stride sampling: one event in `stride` is simulated in time, the others only functionally. One simulated cycle then
+// stands for `stride` cycles of the machine.
 #pragma once
 
 #include <cstdint>
@@ -7,15 +7,15 @@
 namespace grtx::modules {
 
 struct Sampling {
-  unsigned stride = 1;  ///< 1: everything takes time
-  unsigned offset = 0;  ///< which one of the stride; below it
+  unsigned stride = 1;  ///< 1: no sampling, every event is timed
+  unsigned offset = 0;  ///< position of the timed event within a stride; below stride
 
   bool on() const { return stride > 1; }
-  /// Where in its stride a sequence of events begins, the same for all that have this key.
+  /// Start position within the stride for a sequence of events, a hash of `key`.
   unsigned first(std::uint64_t key) const { return static_cast<unsigned>((mixed(key) + offset) % stride); }
 
  private:
-  // The finalizer of SplitMix64: neighbouring keys begin in unrelated places.
+  // The finalizer of SplitMix64: neighbouring keys get unrelated positions.
   static constexpr std::uint64_t mixed(std::uint64_t x) {
     x += 0x9e3779b97f4a7c15u;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;

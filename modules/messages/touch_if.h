@@ -1,6 +1,6 @@
-// The functional way through the memory hierarchy. In a sampled run the tags of L1 and L2 follow the order of events,
-// with time or without: each event touches its sectors when it begins, and a request that takes time brings along what
-// that found.
+// The functional (untimed) access path through the memory hierarchy, for sampled runs. Every event, timed or not,
+// touches its sectors when it begins, and this alone updates the tags of L1 and L2. A timed request carries the hit or
+// miss result of its touch.
 #pragma once
 
 #include <algorithm>
@@ -16,49 +16,49 @@
 
 namespace grtx::modules {
 
-/// Up to eight sectors of memory that are read or written together.
+/// A read or write of up to eight sectors.
 struct Touch {
   std::uint64_t address = 0;  ///< of the first sector
   std::uint8_t sectors = 0;   ///< bit i: the sector at address + i * kSectorBytes
   Region region{};
   bool write = false;
   bool prefetch = false;
-  Cycle at = 0;  ///< when; not later than now
+  Cycle at = 0;  ///< cycle of the access, not later than now
 };
 
-/// What a touch found, by bits of Touch::sectors.
+/// Result of a touch, as masks in the bit positions of Touch::sectors.
 struct Touched {
-  std::uint8_t missed = 0;        ///< not in the first cache on the way
-  std::uint8_t missed_below = 0;  ///< nor in the one behind it
+  std::uint8_t missed = 0;        ///< misses in the first cache on the path
+  std::uint8_t missed_below = 0;  ///< misses in the next cache, too
 };
 
-/// A cache, or a network that leads to one.
+/// Implemented by caches and by networks that lead to one.
 class touch_if : public virtual sc_core::sc_interface {
  public:
   virtual Touched touch(const Touch& access) = 0;
 };
 
-/// The SIMT core: an any-hit batch of lanes whose events take no time.
+/// Implemented by the SIMT core: functional accesses of an any-hit batch whose events are not timed.
 class shader_touch_if : public virtual sc_core::sc_interface {
  public:
   virtual void touch_any_hit(const AnyHitBatch& batch, Cycle at) = 0;
 };
 
-/// The functional entry of a unit. Throws Error where a unit of somebody else's has none.
+/// The functional interface of a unit. Throws Error if a user-supplied unit does not implement it.
 template <typename Interface>
 Interface& functional(sc_core::sc_module& unit) {
   if (auto* entry = dynamic_cast<Interface*>(&unit)) return *entry;
   throw Error("configuration", unit.name(), "has no functional entry, which a sampled run needs");
 }
 
-/// Bound in sampled runs.
+/// Bound only in sampled runs.
 template <typename Interface>
 using TouchPort = sc_core::sc_port<Interface, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
 
-inline constexpr unsigned kTouchBytes = 8 * kSectorBytes;  ///< most that a touch spans
+inline constexpr unsigned kTouchBytes = 8 * kSectorBytes;  ///< largest span of a touch
 
-/// f(address, sectors) for each of the aligned blocks of `bytes`, a power of two, in which a touch's sectors lie. Puts
-/// together what it returns.
+/// Splits a touch at aligned blocks of `bytes` (a power of two), calls f(block address, sector mask) for each, and
+/// merges the results.
 template <typename F>
 Touched for_each_block(const Touch& access, unsigned bytes, F&& f) {
   bytes = std::min(bytes, kTouchBytes);
@@ -77,8 +77,8 @@ Touched for_each_block(const Touch& access, unsigned bytes, F&& f) {
   return {static_cast<std::uint8_t>(missed >> lead), static_cast<std::uint8_t>(missed_below >> lead)};
 }
 
-/// The sectors of a shader's loads or stores, in order; neighbours of a region go together. Notes in each what it
-/// found.
+/// Touches the sectors of a shader's loads or stores in order; consecutive sectors of one region within kTouchBytes
+/// form one touch. Stores the result in each SectorAccess.
 inline void touch_all(touch_if& cache, std::span<SectorAccess> sectors, bool write, Cycle at) {
   for (std::size_t i = 0; i < sectors.size();) {
     Touch access{sectors[i].address & ~std::uint64_t{kTouchBytes - 1u}, 0, sectors[i].region, write, false, at};

@@ -1,4 +1,4 @@
-// Whether what a ray keeps in memory costs traffic there: an assumption of a model, not hardware.
+// Whether per-ray data in memory causes memory traffic: a modelling assumption, not hardware.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace grtx::modules {
 
-/// charged: every entry is memory requests. uncharged: entries are there at once and nobody carries them.
+/// charged: entries are read and written by memory requests. uncharged: they are available at once, without traffic.
 enum class TrafficCharging : std::uint8_t { charged, uncharged };
 constexpr auto enum_names(TrafficCharging) { return names_in_order<TrafficCharging>({"charged", "uncharged"}); }
 

@@ -1,4 +1,4 @@
-// What the SIMT core and the RT unit of an SM tell each other. One warp = one RayGroup of the trace in a resident slot.
+// Messages between the SIMT core and the RT unit of an SM. One warp is one RayGroup of the trace in a warp slot.
 #pragma once
 
 #include <array>
@@ -11,24 +11,23 @@ namespace grtx::modules {
 
 inline constexpr unsigned kMaxLanes = 32;
 
-/// traceRay: the warp in SM-resident slot `slot` hands round `round` of its `lanes` to the RT unit.
+/// traceRay: the warp in slot `slot` of the SM passes round `round` of its `lanes` to the RT unit.
 struct TraceCall {
-  const traces::RayGroup* group = nullptr;  ///< stays valid until the matching TraceDone was consumed
+  const traces::RayGroup* group = nullptr;  ///< valid until the matching TraceDone is consumed
   std::uint32_t round = 0;
   std::uint16_t slot = 0;
   LaneMask lanes = 0;  ///< lanes whose ray has a round with this number
 };
 
-/// The any-hit shader is invoked for `lanes` of the warp in `slot`; those lanes wait in the RT unit for AnyHitDone.
-/// For a structure of boxes the intersection shader is called, and the any-hit shader only for those lanes that it
-/// gives a hit.
+/// Invokes the any-hit shader for `lanes` of the warp in `slot`; these lanes wait in the RT unit for AnyHitDone.
+/// With procedural leaves (boxes) the intersection shader runs first, and the any-hit shader only for lanes with a hit.
 struct AnyHitBatch {
   std::uint16_t slot = 0;
   std::uint32_t round = 0;
   LaneMask lanes = 0;
-  std::array<traces::LeafOutcome, kMaxLanes> outcome{};  ///< of each lane in `lanes`
-  std::array<std::uint16_t, kMaxLanes> shifts{};         ///< k-buffer entries its insertion moved
-  std::array<std::uint32_t, kMaxLanes> leaf{};           ///< address of its leaf, units
+  std::array<traces::LeafOutcome, kMaxLanes> outcome{};  ///< [lane]
+  std::array<std::uint16_t, kMaxLanes> shifts{};         ///< [lane] k-buffer entries that the insertion moved
+  std::array<std::uint32_t, kMaxLanes> leaf{};           ///< [lane] leaf address, in units
 };
 
 struct AnyHitDone {
@@ -42,9 +41,9 @@ struct TraceDone {
   std::uint32_t round = 0;
 };
 
-/// The work distributor gives ray group `group` to the free warp slot `slot` of an SM.
+/// The work distributor launches ray group `group` in the free warp slot `slot` of an SM.
 struct LaunchWarp {
-  const traces::RayGroup* group = nullptr;  ///< stays valid until the matching WarpEnded was consumed
+  const traces::RayGroup* group = nullptr;  ///< valid until the matching WarpEnded is consumed
   std::uint16_t slot = 0;
 };
 

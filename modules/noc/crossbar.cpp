@@ -27,10 +27,10 @@ unsigned CrossbarNetwork<MemoryResponse>::destination(const MemoryResponse& resp
   return response.sm;
 }
 
-// Flattened: the two loops' bodies are called for each packet.
+// Flattened: the bodies of the two loops run once per packet.
 template <typename Packet>
 [[gnu::flatten]] Cycle CrossbarNetwork<Packet>::tick(Cycle now) {
-  // Requests for the outputs, from the heads of the inputs.
+  // Each head packet of an input requests its output.
   const unsigned n = static_cast<unsigned>(inputs_.size());
   Cycle due = kNever;
   waiting_.for_each([&](unsigned i) {
@@ -49,7 +49,7 @@ template <typename Packet>
       due = now + 1;
       return;
     }
-    // Distance from the round-robin pointer: the nearest input wins.
+    // The input nearest to the round-robin pointer wins.
     const unsigned distance = i >= output.next_input ? i - output.next_input : i + n - output.next_input;
     if (output.contenders++ != 0) {
       ++counters_.conflict_cycles;
@@ -88,7 +88,7 @@ template <typename Packet>
   return std::max(due, now + 1);
 }
 
-// Hands the oldest packet over, if there is room; returns whether it was the last.
+// Moves the output's oldest packet into its link if there is room. Returns whether the buffer is empty afterwards.
 template <typename Packet>
 bool CrossbarNetwork<Packet>::deliver(Cycle now, Output& output) {
   if (!output.link.can_push(now)) return false;

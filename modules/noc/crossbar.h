@@ -1,6 +1,6 @@
 // Crossbar between the SMs and the L2 slices: separate request and reply networks, one packet per port and cycle.
-// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit a packet.
-// Costs one look at each input port's head per active cycle; sleeps when empty.
+// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit per packet.
+// Polls each non-empty input port once per active cycle; sleeps when empty.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ namespace grtx::modules {
 
 struct CrossbarCounters;
 
-/// The network as the GPU sees it: requests go to the slice of their address, responses to the SM that they name.
+/// The network as the GPU sees it: requests are routed by address to a slice, responses to their `sm`.
 class CrossbarModule : public sc_core::sc_module {
  public:
   sc_core::sc_vector<LinkIn<MemoryRequest>> request_in;      ///< [sm]
@@ -35,7 +35,7 @@ class CrossbarModule : public sc_core::sc_module {
   sc_core::sc_vector<TouchPort<touch_if>> touch_out;         ///< [slice]
 
   virtual CrossbarCounters counters() const = 0;
-  /// No packet inside or waiting at its ports.
+  /// Whether no packet is inside or waiting at the input ports.
   virtual bool idle() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
@@ -54,20 +54,20 @@ struct CrossbarCounters {
   struct Network {
     std::uint64_t packets_in = 0;
     std::uint64_t packets_out = 0;
-    std::uint64_t conflict_cycles = 0;  ///< a head packet lost the arbitration for its output
-    std::uint64_t blocked_cycles = 0;   ///< a head packet's output buffer was full
+    std::uint64_t conflict_cycles = 0;  ///< input-cycles: the head packet lost the arbitration for its output
+    std::uint64_t blocked_cycles = 0;   ///< input-cycles: the output buffer of the head packet was full
     static const CounterTable<Network>& table();
   };
   Network request;
   Network reply;
 };
 
-/// Adds the counts as prefix + ".name".
+/// Appends the counters as prefix + ".name".
 void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix);
 
 /// One direction: input-queued (the links are the queues), a round-robin arbiter per output, a delay of `latency`
-/// cycles and a finite output buffer. The crossbar has one for requests and one for replies; they share nothing, so
-/// each sleeps when it is empty.
+/// cycles and a finite output buffer. Requests and replies have one each; they are independent, and each sleeps when
+/// empty.
 template <typename Packet>
 class CrossbarNetwork final : public Clocked {
  public:
@@ -114,13 +114,13 @@ class CrossbarNetwork final : public Clocked {
   struct Output {
     LinkWriter<Packet> link;
     unsigned hold = 0;   ///< cycles between winning the arbitration and entering the link
-    bool ahead = false;  ///< packets enter the link when they have won; the buffer keeps when they leave it
+    bool ahead = false;  ///< packets are pushed ahead of time when they win; the buffer then only models occupancy
     std::size_t capacity = 0;
     RingQueue<Held> buffer;
     unsigned next_input = 0;  ///< first in the round-robin order
-    unsigned contenders = 0;  ///< in the present cycle
+    unsigned contenders = 0;  ///< in this cycle
     unsigned winner = 0;
-    unsigned distance = 0;  ///< of the winner from next_input, in the round-robin order
+    unsigned distance = 0;  ///< round-robin distance of the winner from next_input
   };
 
   unsigned destination(const Packet& packet) const;
@@ -130,7 +130,7 @@ class CrossbarNetwork final : public Clocked {
   AddressInterleave interleave_;
   unsigned latency_;
   std::vector<LinkReader<Packet>> inputs_;
-  WaitingLinks waiting_;  ///< of inputs_
+  WaitingLinks waiting_;  ///< non-empty inputs_
   std::vector<Output> outputs_;
   IndexSet busy_;  ///< outputs with contenders or with packets in their buffers
   CrossbarCounters::Network counters_;
@@ -140,10 +140,10 @@ class CrossbarNetwork final : public Clocked {
 class Crossbar final : public CrossbarModule, public touch_if {
  public:
   struct Config {
-    unsigned sms = 8;  ///< by the assembly
+    unsigned sms = 8;  ///< set by the assembly
     AddressInterleave interleave{};
-    unsigned latency = 8;         ///< from input visible to output visible
-    unsigned output_buffer = 32;  ///< beyond those in transit
+    unsigned latency = 8;         ///< cycles from visible at the input to visible at the output
+    unsigned output_buffer = 32;  ///< packets per output, in addition to those in transit
     void parameters(ParameterList& list) {
       list.add("latency", latency, {1, kMaxLatency}, "cycles", "unloaded, each way", kOurs);
       list.add("output_buffer", output_buffer, {1, kMaxEntries}, "packets", "waiting at an output", kGpgpuSim);
@@ -167,7 +167,7 @@ class Crossbar final : public CrossbarModule, public touch_if {
   Config config_;
   CrossbarNetwork<MemoryRequest> requests_;
   CrossbarNetwork<MemoryResponse> replies_;
-  std::vector<touch_if*> slices_;  ///< none where everything takes time
+  std::vector<touch_if*> slices_;  ///< [slice]; empty unless the run is sampled
 };
 
 }  // namespace grtx::modules

@@ -1,6 +1,6 @@
 // Any-hit collector of the RT unit: gathers the lanes of a warp that have a hit into one invocation of the any-hit
-// shader. Paper: Section IV-B: invoked "when all active rays in a warp hit a primitive or a timeout occurs". Cost: a
-// timer a warp.
+// shader. Paper, Section IV-B: invoked "when all active rays in a warp hit a primitive or a timeout occurs". Cost: one
+// timer per warp.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class AnyHitCollector final : public AnyHitModule {
   struct Counters {
     std::uint64_t batches = 0;
     std::uint64_t lanes = 0;        ///< lanes in all batches
-    std::uint64_t timeouts = 0;     ///< batches sent although an unfinished lane had no hit yet
-    std::uint64_t wait_cycles = 0;  ///< batch cycles from the first waiting lane to the invocation
+    std::uint64_t timeouts = 0;     ///< batches sent by timeout, while some active lane had no hit yet
+    std::uint64_t wait_cycles = 0;  ///< cycles from the first waiting lane to the invocation, summed over batches
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -40,13 +40,13 @@ class AnyHitCollector final : public AnyHitModule {
 
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned entry) override;
-  /// Sends the batch of the oldest warp whose condition holds. A warp has at most one batch at the shader.
+  /// Sends the batch of the oldest warp that is due (all lanes hit, or timeout). One batch per warp is at the shader.
   void invoke(Cycle now) override;
   Cycle next_due(Cycle now) const override { return candidates_ == 0 ? kNever : earliest(now); }
 
-  LaneMask candidates() const { return candidates_; }  ///< entries whose lanes wait and may be sent
+  LaneMask candidates() const { return candidates_; }  ///< entries with waiting lanes and no batch at the shader
   const Counters& counters() const { return counters_; }
-  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.batches; }
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;

@@ -1,4 +1,4 @@
-// Between the RT scheduler, which finds hits, and the any-hit collector, which has the shader called for them.
+// Interface between the RT scheduler, which learns of hits, and the any-hit collector, which invokes the shader.
 #pragma once
 
 #include <systemc>
@@ -14,20 +14,20 @@ namespace grtx::modules {
 /// The RT scheduler's view of the collector.
 class any_hit_if : public virtual sc_core::sc_interface {
  public:
-  /// The lane, now in an intersection unit, has a hit for the any-hit shader.
+  /// The lane (in state in_unit) has a hit for the any-hit shader.
   virtual void arrive(Cycle now, LaneId id) = 0;
   /// The shader has finished all lanes of the warp's batch; the warp may send its next one.
   virtual void finished(unsigned entry) = 0;
 };
 
-/// Who goes on with the lanes.
+/// Callback of the collector, implemented by the RT scheduler.
 class any_hit_client_if : public virtual sc_core::sc_interface {
  public:
-  /// The any-hit shader has finished these lanes of a warp. Throws Error when they were not at the shader.
+  /// The any-hit shader has finished these lanes of a warp. Throws Error if they were not at the shader.
   virtual void any_hit_done(const AnyHitDone& done) = 0;
 };
 
-/// An any-hit collector.
+/// Base class of any-hit collectors.
 class AnyHitModule : public RtPart, public any_hit_if {
  public:
   sc_core::sc_port<warp_buffer_if> warp_buffer{"warp_buffer"};
@@ -35,9 +35,9 @@ class AnyHitModule : public RtPart, public any_hit_if {
   LinkOut<AnyHitBatch> batch{"batch"};
   LinkIn<AnyHitDone> done{"done"};
 
-  /// Takes at most one answer of the shader, then sends at most one batch.
+  /// Receives at most one answer of the shader, then sends at most one batch.
   virtual void invoke(Cycle now) = 0;
-  /// Earliest cycle after `now` in which a batch can be sent if no lane changes its state; kNever: none waits.
+  /// Earliest cycle after `now` in which a batch can be sent if no lane changes its state; kNever if none waits.
   virtual Cycle next_due(Cycle now) const = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// Between the RT scheduler and the checkpoint unit: entries to write, entries to replay.
+// Interface between the RT scheduler and the checkpoint unit: writing and replaying checkpoint entries.
 #pragma once
 
 #include <cstdint>
@@ -15,40 +15,41 @@ namespace grtx::modules {
 /// The RT scheduler's view of the checkpoint unit.
 class checkpoint_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins round `round` in resident slot `slot`. replays: it resumes from its source entries. source_entries:
-  /// how many they are (if needs_source_entries(), else 0). ray: the lane's, whose bins tell where its entries go.
+  /// A lane begins round `round` in warp slot `slot`. replays: it resumes from its source entries. source_entries:
+  /// their number if needs_source_entries(), else 0. ray: the lane's ray; its bins say where its entries go.
   virtual void begin_lane(LaneId id, std::uint16_t slot, std::uint32_t round, bool replays,
                           std::uint32_t source_entries, const traces::Ray& ray) = 0;
-  /// begin_lane() must be told how many source entries there are: the buffer is read from its end.
+  /// Whether begin_lane() needs the number of source entries, because the buffer is read from its end.
   virtual bool needs_source_entries() const = 0;
-  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether it must
-  /// wait; then entries_taken() names the lane when all is taken.
+  /// The lane has `entries` entries to write and, if `last`, no further event in the round. Returns whether the lane
+  /// must wait; if so, entries_taken() is called when all are accepted.
   virtual bool submit(LaneId id, unsigned entries, bool last) = 0;
-  /// The lane needs its next source entry. Returns whether it is there already; else entry_read() names it later.
+  /// The lane needs its next source entry. Returns whether it is available at once; if not, entry_read() is called
+  /// later.
   virtual bool read(LaneId id) = 0;
 
-  // Functional entries (RtMemoryPart::has_touch()): as read() and submit(), without time, in cycle `at`.
+  // Functional counterparts of read() and submit() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
   virtual void touch_read(LaneId /*id*/, Cycle /*at*/) {}
   virtual void touch_submit(LaneId /*id*/, unsigned /*entries*/, bool /*last*/, Cycle /*at*/) {}
 };
 
-/// Who goes on with the lanes.
+/// Callbacks of the checkpoint unit, implemented by the RT scheduler.
 class checkpoint_client_if : public virtual sc_core::sc_interface {
  public:
-  /// The lane's source entry is there.
+  /// The lane's source entry has been read.
   virtual void entry_read(LaneId id) = 0;
-  /// The lane's entries (and open sectors) are handed over.
+  /// The lane's entries (and, at the end of a round, its open sectors) have been accepted.
   virtual void entries_taken(LaneId id) = 0;
 };
 
-/// A checkpoint unit.
+/// Base class of checkpoint units.
 class CheckpointModule : public RtMemoryPart, public checkpoint_if {
  public:
   sc_core::sc_port<checkpoint_client_if> client{"client"};
   LinkOut<MemoryRequest> request{"request"};
   LinkIn<MemoryResponse> response{"response"};
 
-  /// Takes submitted entries while there is room.
+  /// Accepts submitted entries while there is room.
   virtual void accept(Cycle now) = 0;
 
  protected:

@@ -15,18 +15,18 @@ namespace grtx::modules {
 
 namespace {
 
-constexpr unsigned kBinNumberBits = 11;  ///< of t as fp32, those that frontend/tracer/bin_number.h takes
+constexpr unsigned kBinNumberBits = 11;  ///< bits of an fp32 t that form a bin number (frontend/tracer/bin_number.h)
 
-/// What bins add: of each lane heads, tails and what the round may read of each ring, and which sectors are open. The
-/// number of a bin is bits of a distance.
+/// Adds the hardware for bins: per lane the heads, tails and readable entries of each ring, and the open sectors. The
+/// bin number is taken from the bits of a distance.
 void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces::Header& header, Inventory& inventory) {
   const unsigned bins = traces::CheckpointBins::rings_of(header.checkpoint_bins);
   const unsigned bin_bits = static_cast<unsigned>(std::bit_width(bins - 1));
   const unsigned place_bits = static_cast<unsigned>(std::bit_width(header.checkpoint_capacity));
   const unsigned pointers = 3 * place_bits;
   inventory.storage.push_back({"bin_pointers", StorageKind::ram, lanes * bins * pointers, 1, 1, false, pointers});
-  // Where the ray enters the scene, number of the bin that the round began with, how far it has come from there, and
-  // from which on the far one holds.
+  // Distance at which the ray enters the scene, number of the round's first bin, bins passed since, and the bin number
+  // from which on the far bin is used.
   const unsigned read_bits = 32 + 2 * kBinNumberBits + bin_bits;
   inventory.storage.push_back({"bin_read", StorageKind::ram, lanes * read_bits, 1, 1, false, read_bits});
   if (config.write_combine) {
@@ -35,8 +35,8 @@ void add_bins(const CheckpointConfig& config, std::uint64_t lanes, const traces:
         {"open_tags", StorageKind::ram, lanes * config.open_sectors * tag_bits, 1, 1, false, tag_bits});
     inventory.operators.push_back({"match", tag_bits, std::uint64_t{config.lanes} * config.open_sectors});
   }
-  // The next bin with something to read and its number against that of t_max; of each entry taken in a cycle the ring
-  // with room for it, which is seldom not its own.
+  // Selects the next bin with entries to read and compares its number with that of t_max; for each entry accepted in a
+  // cycle selects a ring with room, which is rarely not its own.
   inventory.operators.push_back({"fp_add", 32, config.lanes + 1ull});  // distances of entries and of t_max
   inventory.operators.push_back({"int_add", kBinNumberBits, 1});
   inventory.operators.push_back({"int_compare", kBinNumberBits, 1});
@@ -115,8 +115,8 @@ bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
   return true;
 }
 
-// Hands over as much of the lane as budget and room allow; true when nothing is left. An item, an entry or an open
-// sector, sends at most one sector when combining, else those that it touches, at most two.
+// Accepts as many of the lane's items (entries or open sectors) as budget and queue room allow. Returns true if none is
+// left. An item writes at most one sector when combining, else all that it touches, at most two.
 bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   LaneContext& lane = lanes_[id];
   while (lane.pending > 0) {
@@ -262,7 +262,7 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
                      false, static_cast<unsigned>(sector_bits) + kSectorBytes + 48});
   storage.push_back({"submitted", StorageKind::ram, lanes * 8, 1, 1, false, 8});
   storage.push_back({"reads", StorageKind::ram, lanes * 8, 1, 1, false, 8});
-  // Not in the paper's table: it does not say how entries become memory requests.
+  // Not in the paper's table, which does not say how entries become memory requests.
   const unsigned entry_bits = config.entry_bytes * 8;
   if (config.write_combine)
     storage.push_back(
@@ -270,8 +270,8 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   if (config.read_buffer)
     storage.push_back({"read_sectors", StorageKind::ram, lanes * sector_bits, 1, 1, false, entry_bits});
   if (header.checkpoint_bins != 0) add_bins(config, lanes, header, inventory);
-  // Heads and levels of the queues of rays, head, level and full bits of the write queue, requests that are out,
-  // whether the first of two sectors has been sent, and a bit a ray: two responses are missing (checkpoint_unit.sv).
+  // Heads and levels of the ray queues; head, level and full bits of the write queue; outstanding requests; whether the
+  // first of two sectors has been sent; one bit per ray: two responses missing (checkpoint_unit.sv).
   const unsigned ray_bits = static_cast<unsigned>(std::bit_width(lanes - 1));
   const auto places = config.write_queue;
   const std::uint64_t control = 2ull * (2 * ray_bits + 1) + static_cast<unsigned>(std::bit_width(places - 1)) +
@@ -280,23 +280,23 @@ Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config,
   auto& operators = inventory.operators;
   operators.push_back({"fp_compare", 32, 2ull * config.lanes});  // t-value validation: t_hit against t_min, t_max
   // offset x 20 = x 16 + x 4; powers of two are wires.
-  // For each lane its source and destination entry; the RTL has it also for a read, its result and the end of
-  // a submission.
+  // One for the source and one for the destination entry of each lane; the RTL has three more: for a read, its result
+  // and the end of a submission.
   if (!std::has_single_bit(config.entry_bytes)) operators.push_back({"mul_constant", 16, 2ull * config.lanes + 3});
   operators.push_back({"int_add", 64, 2ull * config.lanes});  // base + slot offset + entry offset
-  // BLAS header to number and back.
+  // Converts between BLAS header addresses and their numbers.
   if (config.entry_bytes == 8 && header.two_level) operators.push_back({"int_add", 64, 2ull * config.lanes});
   operators.push_back({"increment", 16, 2ull * config.lanes});    // source and destination offset
   operators.push_back({"int_compare", 16, 2ull * config.lanes});  // against the maximum size
-  // What the RTL has beside (docs/results/rtl.md). An entry begins at any multiple of what divides both its size and a
-  // sector's: it is shifted to its place with its byte mask, an entry that is read is shifted back.
+  // Further hardware of the RTL (docs/results/rtl.md). An entry begins at any multiple of the greatest common divisor
+  // of its size and the sector size: writes shift it and its byte mask into place, reads shift it back.
   const unsigned positions =
       static_cast<unsigned>(kSectorBytes) / std::gcd(config.entry_bytes, static_cast<unsigned>(kSectorBytes));
   const unsigned shifts = static_cast<unsigned>(std::bit_width(positions - 1));
   operators.push_back({"mux", entry_bits + config.entry_bytes, shifts * (config.lanes + 1ull)});
   operators.push_back({"match", 48, places});  // a read waits for a write of its sector
   operators.push_back({"mux", 48, 2});         // a request is a read or a write
-  operators.push_back({"mux", 1, 5 * lanes});  // the bit a ray is set, cleared and read
+  operators.push_back({"mux", 1, 5 * lanes});  // set, clear and read the bit of each ray
   operators.push_back({"increment", static_cast<unsigned>(control - lanes - places), 1});
   return inventory;
 }

@@ -1,7 +1,7 @@
 // Checkpoint unit of the RT unit: addresses, combines and writes checkpoint entries, and reads them back for replay.
 // Paper: Section IV-B, "Traversal Checkpointing and Replay" and "Checkpoint and Eviction Buffer".
-// Cost: address generation; beyond the paper's table, one open sector a lane for writing and one for reading
-// (switches).
+// Cost: address generation; optionally, beyond the paper's table, per lane one open sector for writing and one for
+// reading.
 #pragma once
 
 #include <cstdint>
@@ -33,11 +33,11 @@ struct CheckpointCounters {
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
-/// What shows of a checkpoint unit of the project's, in SystemC or RTL, after a cycle.
+/// State of the project's checkpoint units (SystemC and RTL) after a cycle, for observers.
 class CheckpointState {
  public:
   virtual std::size_t lanes_submitting() const = 0;
-  virtual std::size_t lanes_reading() const = 0;                  ///< with sectors to request
+  virtual std::size_t lanes_reading() const = 0;                  ///< lanes with sectors to request
   virtual std::size_t writes_queued() const = 0;                  ///< sectors
   virtual std::uint64_t outstanding() const = 0;                  ///< requests sent, not answered
   virtual std::uint32_t source_offset(LaneId id) const = 0;       ///< entries read in the round
@@ -48,7 +48,7 @@ class CheckpointState {
   ~CheckpointState() = default;
 };
 
-/// Storage and operators of a checkpoint unit with this configuration; lanes: of the warp buffer. header: of the trace.
+/// Storage and operators of a checkpoint unit. lanes: number of lanes in the warp buffer. header: of the trace.
 Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes,
                                const traces::Header& header);
 
@@ -57,8 +57,8 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   using Config = CheckpointConfig;
   using Counters = CheckpointCounters;
 
-  /// map: made for the same entry_bytes. header: of the trace; outlives the unit. sm: whose per-ray buffers are
-  /// addressed. Throws Error for an impossible configuration.
+  /// map: must have the same entry_bytes. header: of the trace; must outlive the unit. sm: number of the SM, which
+  /// selects the per-ray buffers. Throws Error for an impossible configuration.
   CheckpointUnit(const sc_core::sc_module_name& name, const Config& config, const MemoryMap& map,
                  const traces::Header& header, unsigned entries, unsigned sm);
 
@@ -72,9 +72,9 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   void touch_submit(LaneId id, unsigned entries, bool last, Cycle at) override;
 
   void respond(Cycle now) override;
-  /// Reads go first, unless their sector still waits in the write queue.
+  /// Reads have priority over writes, unless their sector is still in the write queue.
   void issue(Cycle now) override;
-  /// Takes up to `lanes` entries, lanes in order of submission, while the write queue has room.
+  /// Accepts up to Config::lanes entries, in order of submission, while the write queue has room.
   void accept(Cycle now) override;
 
   bool busy() const override { return !submitted_.empty() || !reads_.empty() || !writes_.empty(); }
@@ -97,12 +97,12 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
  private:
   struct LaneContext {
     CheckpointLayout::Lane place;
-    CheckpointLayout::Sectors to_read;  ///< of the entry being read
-    std::uint8_t pending = 0;           ///< entries submitted, not taken
-    bool flush = false;                 ///< open sectors must be written after them
+    CheckpointLayout::Sectors to_read;  ///< sectors of the entry being read
+    std::uint8_t pending = 0;           ///< entries submitted, not accepted yet
+    bool flush = false;                 ///< the open sectors must be written after the pending entries
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
-    Touched found;  ///< in a sampled run, of the sectors to read
+    Touched found;  ///< sampled run: hit or miss of the sectors to read
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
@@ -114,7 +114,7 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   const MemoryMap& map_;
   const traces::Header& header_;
   checkpoint_client_if* client_ = nullptr;
-  touch_if* cache_ = nullptr;  ///< null where everything takes time
+  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   CheckpointLayout layout_;
@@ -123,7 +123,7 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   BoundedQueue<LaneId> submitted_;
   BoundedQueue<LaneId> reads_;  ///< lanes with sectors to request
   struct Write {
-    std::uint64_t sector = 0;  ///< number
+    std::uint64_t sector = 0;  ///< sector number
     bool missed = false;       ///< as in MemoryRequest
   };
   BoundedQueue<Write> writes_;

@@ -6,7 +6,7 @@
 namespace grtx::modules {
 
 namespace {
-constexpr Cycle kFirstStep = 200;  ///< cycles, until steps have been seen
+constexpr Cycle kFirstStep = 200;  ///< cycles; initial value of the average step
 }  // namespace
 
 EventSampler::EventSampler(const Sampling& sampling, unsigned entries, functional_events_if& events)
@@ -25,9 +25,9 @@ void EventSampler::restart() {
   step_sum_ = kFirstStep * kMemory;
 }
 
-// The lanes of a warp begin at the same place, so that lanes that go the same way keep meeting at the same nodes.
+// All lanes of a warp start at the same position, so that lanes on the same path still visit the same nodes together.
 void EventSampler::begin(unsigned entry, Cycle now) {
-  constexpr std::uint64_t kMostRounds = 4096;  // only tells keys apart
+  constexpr std::uint64_t kMostRounds = 4096;  // only for distinct keys
   const Warp& warp = warps_->warp(entry);
   const unsigned at = sampling_.first(warp.group->index * kMostRounds + warp.round);
   served_[entry] = now;
@@ -54,7 +54,7 @@ bool EventSampler::advance(LaneId id, Cycle now) {
   if (!std::exchange(s.fresh, false)) {
     if (!skip(id, std::exchange(s.owed, 0u), between, now)) return false;
     for (std::uint32_t i = 0; i < between; ++i) {
-      // An event whose node its warp is fetching waits for it, as it would if all took time.
+      // An event whose node its warp is already fetching waits for it, as it would if all events were timed.
       if (events_.joins_for(id, now) > i * apart_) {
         s.owed = between - i;
         break;
@@ -66,8 +66,8 @@ bool EventSampler::advance(LaneId id, Cycle now) {
   return true;
 }
 
-/// Executes events without time, after which `more` follow before the present cycle; false when the lane has no event
-/// left.
+/// Executes `count` events functionally; `more` untimed ones follow before `now`. Returns false if the lane has no
+/// event left.
 bool EventSampler::skip(LaneId id, std::uint32_t count, std::uint32_t more, Cycle now) {
   const Lane& lane = warps_->lane(id);
   LaneEvents& s = lanes_[id];
@@ -115,7 +115,7 @@ void EventSampler::touch(LaneId id, Cycle now) {
 }
 
 void EventSampler::touch_until(Cycle now) {
-  if (touched_until_ + kWheel <= now) {  // the unit slept: what waits is touched when it is executed
+  if (touched_until_ + kWheel <= now) {  // the unit slept: waiting events touch the caches when they are executed
     for (std::vector<LaneId>& due : wheel_) {
       for (const LaneId id : due) lanes_[id].waiting = false;
       due.clear();

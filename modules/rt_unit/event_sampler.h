@@ -1,5 +1,6 @@
-// Which of a lane's events take time in a sampled run: one in `stride`. The others are executed when the lane is served
-// next; between, they meet the caches one after the other, at the pace at which the lane goes on.
+// Event sampling of a sampled run: one in `stride` of a lane's events is timed. The others are executed functionally
+// when the lane is next served; before that they touch the caches one by one, spread over the time between two timed
+// events.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +14,16 @@
 
 namespace grtx::modules {
 
-/// Who executes events without time: the RT scheduler.
+/// Functional execution of untimed events, implemented by the RT scheduler.
 class functional_events_if {
  public:
-  /// An event of the lane, its present one or a later one, meets the caches and the prefetcher in cycle `at`.
+  /// The event, the lane's current one or a later one, accesses caches and prefetcher functionally in cycle `at`.
   virtual void touch_event(LaneId id, const traces::Event& event, Cycle at) = 0;
-  /// The same event is one that takes time: the prefetcher alone hears of it.
+  /// Like touch_event() for a timed event, which accesses the caches itself: only the prefetcher is told.
   virtual void note_event(LaneId id, const traces::Event& event) = 0;
-  /// Does all else that the lane's event does and moves the lane on to the next one.
+  /// Executes all other effects of the lane's event and advances the lane to the next one.
   virtual void execute(LaneId id, Cycle at) = 0;
-  /// Cycles until a fetch of the lane's node by its own warp is back; 0: there is none that it could join.
+  /// Cycles until a pending fetch of the lane's node by its own warp returns; 0 if there is none to join.
   virtual Cycle joins_for(LaneId id, Cycle now) const = 0;
 
  protected:
@@ -34,31 +35,31 @@ class EventSampler {
   /// entries: warps of the warp buffer. `events` must outlive it.
   EventSampler(const Sampling& sampling, unsigned entries, functional_events_if& events);
 
-  /// The warps, once they are known.
+  /// Sets the warp table; called once, at the end of elaboration.
   void watch(WarpTable& warps) { warps_ = &warps; }
-  /// The lanes of `entry` begin a round: events before the first that takes time are executed. Lanes that have no other
+  /// The lanes of `entry` begin a round: executes the events before the first timed one. Lanes without a timed event
   /// are finished.
   void begin(unsigned entry, Cycle now);
-  /// A warp is served.
+  /// A warp is being served; call before advance() of its lanes.
   void serve(unsigned entry, Cycle now);
-  /// Moves a lane of the warp that is served to its next event that takes time, which begins now; false: it has none.
+  /// Advances a lane of the served warp to its next timed event, which begins now. Returns false if there is none.
   bool advance(LaneId id, Cycle now);
-  /// Events without time meet the caches, those that are due by now.
+  /// Lets the untimed events that are due by `now` touch the caches.
   void touch_until(Cycle now);
   void restart();
 
  private:
   struct LaneEvents {
-    const traces::Event* touched = nullptr;    ///< the first that has not met the caches
-    const traces::Event* touch_end = nullptr;  ///< the next that takes time, as far as is known
-    Cycle began = kNever;                      ///< its last event that took time
-    Cycle pace = 1;                            ///< cycles from one event without time to the next
-    std::uint32_t owed = 0;                    ///< events without time that a join has put off
-    bool fresh = false;                        ///< its present event takes time
+    const traces::Event* touched = nullptr;    ///< first event that has not touched the caches yet
+    const traces::Event* touch_end = nullptr;  ///< next timed event, as far as known
+    Cycle began = kNever;                      ///< start of its last timed event
+    Cycle pace = 1;                            ///< cycles between the touches of two untimed events
+    std::uint32_t owed = 0;                    ///< untimed events postponed by a join
+    bool fresh = false;                        ///< the current event is the round's first timed one
     bool waiting = false;                      ///< in the wheel
   };
-  static constexpr std::size_t kWheel = 4096;  ///< cycles that an event is put off at most
-  static constexpr unsigned kMemory = 16;      ///< steps over which usual_step_ is averaged
+  static constexpr std::size_t kWheel = 4096;  ///< range of the timing wheel, in cycles
+  static constexpr unsigned kMemory = 16;      ///< window of the running average step(), in timed events
 
   bool skip(LaneId id, std::uint32_t count, std::uint32_t more, Cycle now);
   void start_touches(LaneId id, Cycle now);
@@ -70,11 +71,11 @@ class EventSampler {
   functional_events_if& events_;
   WarpTable* warps_ = nullptr;
   std::vector<LaneEvents> lanes_;
-  std::vector<Cycle> served_;               ///< by entry: last
-  Cycle apart_ = 0;                         ///< between the last two services of the warp that is served
-  std::vector<std::vector<LaneId>> wheel_;  ///< by cycle, modulo kWheel
-  Cycle touched_until_ = 0;                 ///< the first cycle of the wheel that has not come
-  Cycle step_sum_;                          ///< kMemory times the usual time of a lane's event
+  std::vector<Cycle> served_;               ///< [entry] cycle in which it was last served
+  Cycle apart_ = 0;                         ///< cycles between the last two services of the served warp
+  std::vector<std::vector<LaneId>> wheel_;  ///< [cycle % kWheel]
+  Cycle touched_until_ = 0;                 ///< first cycle of the wheel that has not been processed
+  Cycle step_sum_;                          ///< kMemory times the average time between a lane's timed events
 };
 
 }  // namespace grtx::modules

@@ -1,4 +1,4 @@
-// Between the node dispatch, which hands lanes to an intersection unit, the unit, and the RT scheduler, which takes the
+// Interfaces of intersection units: the node dispatch passes lanes to a unit, and the RT scheduler receives the
 // results.
 #pragma once
 
@@ -10,36 +10,36 @@
 
 namespace grtx::modules {
 
-/// An intersection unit as seen by who feeds it.
+/// Input side of an intersection unit, called by the node dispatch.
 class intersection_if : public virtual sc_core::sc_interface {
  public:
-  /// Lane `id` asks for `tests` (>= 1) tests of its node. At most one request a lane at a time. May be called in the
-  /// cycle in which the unit has ticked; the earliest start is the next cycle.
+  /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time. May be called after
+  /// the unit's tick() in the same cycle; the earliest start is the next cycle.
   virtual void enqueue(Cycle now, LaneId id, unsigned tests) = 0;
 };
 
-/// Who takes results.
+/// Receives results.
 class intersection_client_if : public virtual sc_core::sc_interface {
  public:
-  /// The lane's intersection result is there: once for each enqueue(), in a later cycle. Or its node is a box, and has
-  /// come.
+  /// The lane's intersection result is available: once per enqueue(), in a later cycle. Also called when a fetched node
+  /// is a box leaf, which no unit tests.
   virtual void unit_result(Cycle now, LaneId id) = 0;
 };
 
 /// A ray-box, ray-triangle, ray-sphere or ray-transform unit. To model one of your own, derive from this, keep due_
-/// true, and hand a factory to the RT unit (RtUnitParts).
+/// up to date, and pass a factory to the RT unit (RtUnitParts).
 class IntersectionModule : public RtPart, public intersection_if {
  public:
   sc_core::sc_port<intersection_client_if> client{"client"};
 
   /// First cycle in which tick() has something to do.
   Cycle due() const { return due_; }
-  /// From due() on, once a cycle: hands out the results of this cycle and starts what waits.
+  /// Called once per cycle from due() on: delivers the results of this cycle and starts waiting requests.
   virtual void tick(Cycle now) = 0;
 
  protected:
   using RtPart::RtPart;
-  Cycle due_ = kNever;  ///< kept by the derived unit
+  Cycle due_ = kNever;  ///< maintained by the derived unit
 };
 
 }  // namespace grtx::modules

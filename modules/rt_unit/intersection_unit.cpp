@@ -41,8 +41,7 @@ void IntersectionUnit::restart() {
   counters_ = {};
 }
 
-// Results of this cycle, in order of their due cycles; then queued operations start, in order, on the pipelines that
-// are free in this cycle.
+// Delivers the results due in this cycle, then starts queued operations in order on the pipelines that are free.
 void IntersectionUnit::tick(Cycle now) {
   while (!flights_.empty() && flights_.front().due <= now) {
     const LaneId id = flights_.front().lane;
@@ -66,7 +65,7 @@ void IntersectionUnit::start_queued(Cycle now) {
       queue_.pop();
       const Cycle occupied = Cycle{request.tests} * config_.interval;
       free_from = now + occupied;
-      // Results are ordered by due cycle; only operations of several tests can be overtaken.
+      // Keeps flights_ ordered by due cycle; only operations with several tests can be overtaken.
       const Cycle due = now + config_.latency + occupied - config_.interval;
       flights_.push({due, request.lane});
       for (std::size_t i = flights_.size() - 1; i > 0 && flights_[i - 1].due > due; --i) {
@@ -82,7 +81,7 @@ void IntersectionUnit::start_queued(Cycle now) {
   next_free_ = earliest;
 }
 
-// Which counts are its own, the unit knows by its name in the RT unit.
+// The unit finds its counters by its name.
 void IntersectionUnit::count(RtUnitCounters& all) const {
   if (Counters* own = all.of_unit(basename())) own->add(counters_);
 }
@@ -92,14 +91,13 @@ Inventory IntersectionUnit::inventory() const { return intersection_inventory(na
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
                                  std::uint64_t lanes) {
   Inventory inventory{name, {}, {}};
-  // A pipeline that starts a test every `interval` cycles uses each operator that often for one test.
+  // A pipeline that starts a test every `interval` cycles can use each operator that many times per test.
   for (Operators o : path.operators) {
     o.count = (o.count + config.interval - 1) / config.interval * config.count;
     inventory.operators.push_back(std::move(o));
   }
   inventory.storage.push_back({"queue", StorageKind::ram, lanes * 8, 1, 1, false, 8});  // lane numbers
-  // Registers between stages: as many bits a stage as the operators work on, one stage a cycle of latency, one test in
-  // each `interval` stages.
+  // Pipeline registers: one stage per cycle of latency, one test per `interval` stages.
   const std::uint64_t stages = (config.latency + config.interval - 1) / config.interval;
   inventory.storage.push_back({"pipeline_registers", StorageKind::flip_flop, config.count * stages * path.stage_bits});
   return inventory;
@@ -111,11 +109,11 @@ void IntersectionUnit::dump_state(std::ostream& out) const {
   out << '\n';
 }
 
-// Counts: slab box 6 add, 6 mul, 10 min/max/compare; six children are ordered by the 12-exchange network (5 for four).
-// Register bits of a stage: 1,089 in 6 stages a box and 216 for the sort of six, 2,496 in 6 stages the triangle, 788 in
-// 5 the sphere, 1,248 in 3 the transform (Yosys, a register after each operator).
-// Decoding of a code, origin + q 2^e: 8 bits become a float whose exponent is theirs plus e (a normalising shifter of
-// four 8-bit multiplexer stages, an 8-bit adder), then one addition; 192 register bits a box and stage (six bounds).
+// Operators: slab test of a box: 6 add, 6 mul, 10 min/max/compare; six children are sorted by a network of 12 exchanges
+// (four: 5). Register bits (Yosys, a register after each operator): box 1,089 in 6 stages, sort of six 216, triangle
+// 2,496 in 6 stages, sphere 788 in 5, transform 1,248 in 3.
+// Decoding a quantised bound, origin + q 2^e: a normalising shifter (four 8-bit multiplexer stages) and an 8-bit adder
+// make a float of q and e, then one addition; 192 register bits per box and stage (six bounds).
 DataPath ray_box_path(unsigned boxes, bool decoded) {
   // Optimal sorting networks for 1..8 inputs (Knuth, The Art of Computer Programming 3, 5.3.4).
   constexpr std::uint64_t kExchanges[9] = {0, 0, 1, 3, 5, 9, 12, 16, 19};
@@ -148,7 +146,7 @@ DataPath ray_sphere_path() {
 }
 
 DataPath ray_quadric_path() {
-  // 158 bits in the 37 stages of the sphere's default and 416 in the 6 of the transform's are 194 in all 43.
+  // Mean over 43 stages: 158 bits in the sphere's default 37 stages and 416 in the transform's 6 give 194.
   return {{{"fp_add", 32, 8 + 15},
            {"fp_mul", 32, 11 + 18},
            {"fp_compare", 32, 3},

@@ -1,6 +1,6 @@
-// Intersection unit of the RT unit: `count` equal pipelines (ray-box, ray-triangle, ray-sphere or ray-transform) that
-// all warps share, behind one queue served in order. Paper: Section IV-B, "three types of fixed-function units". Cost:
-// the operators of one test times the pipelines; the queue is bounded by the lanes of the warp buffer.
+// Intersection unit of the RT unit: `count` identical pipelines (ray-box, ray-triangle, ray-sphere or ray-transform)
+// shared by all warps, behind one in-order queue. Paper: Section IV-B, "three types of fixed-function units". Cost: the
+// operators of one test per pipeline; the queue has one place per lane of the warp buffer.
 #pragma once
 
 #include <algorithm>
@@ -16,19 +16,19 @@
 
 namespace grtx::modules {
 
-/// What one pipeline is made of.
+/// Hardware of one pipeline.
 struct DataPath {
-  std::vector<Operators> operators;  ///< of a test a cycle
-  unsigned stage_bits = 0;           ///< register bits between two stages, mean
+  std::vector<Operators> operators;  ///< for one test per cycle
+  unsigned stage_bits = 0;           ///< mean register bits between two stages
 };
 
-/// What shows of an intersection unit of the project's, in SystemC or RTL, after a cycle.
+/// State of the project's intersection units (SystemC and RTL) after a cycle, for observers.
 class IntersectionState {
  public:
   virtual bool idle() const = 0;
   virtual std::size_t queued() const = 0;     ///< lanes waiting for a pipeline
   virtual std::size_t in_flight() const = 0;  ///< lanes whose result is not due yet
-  /// Pipelines that cannot start anything in cycle `now`, or have started something in it.
+  /// Pipelines that cannot start a test in cycle `now`, or have started one in it.
   virtual unsigned busy_pipelines(Cycle now) const = 0;
 
  protected:
@@ -41,7 +41,7 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
     unsigned count = 4;
     unsigned latency = 13;
     unsigned interval = 1;
-    /// what: the unit's name; origin: of all three.
+    /// what: the unit's name. origin: of all three values.
     void parameters(ParameterList& list, const std::string& what, Origin origin) {
       list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin);
       list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin);
@@ -50,19 +50,19 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   };
   struct Counters {
     std::uint64_t operations = 0;    ///< lane operations started
-    std::uint64_t tests = 0;         ///< of them, single tests (children, when each is an operation of its own)
-    std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
-    std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
+    std::uint64_t tests = 0;         ///< tests of these operations (an operation may have several, e.g. one per child)
+    std::uint64_t busy_cycles = 0;   ///< pipeline-cycles in which no further test could start: tests x interval
+    std::uint64_t queue_cycles = 0;  ///< cycles that lanes waited in the queue beyond the first
     std::uint64_t queue_max = 0;     ///< longest queue
     static const CounterTable<Counters>& table();
     void add(const Counters& other) { table().add(*this, other); }
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// entries: warps of the warp buffer. path: of one pipeline.
+  /// entries: warps of the warp buffer. path: hardware of one pipeline.
   IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, DataPath path);
 
-  /// The tests of one request run one after the other in one pipeline.
+  /// The tests of a request run one after another in one pipeline.
   void enqueue(Cycle now, LaneId id, unsigned tests) override {
     if (queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
     queue_.push({now, id, static_cast<std::uint16_t>(tests)});
@@ -100,25 +100,24 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Config config_;
   DataPath path_;
   intersection_client_if* client_ = nullptr;
-  RingQueue<Request> queue_;      ///< at most one a lane of the warp buffer
-  RingQueue<Flight> flights_;     ///< ascending due cycle
-  std::vector<Cycle> free_from_;  ///< by pipeline
-  Cycle next_free_ = 0;           ///< lower bound of the earliest free pipeline
-  std::size_t lanes_;             ///< of the warp buffer
+  RingQueue<Request> queue_;      ///< at most one per lane of the warp buffer
+  RingQueue<Flight> flights_;     ///< in order of due cycles
+  std::vector<Cycle> free_from_;  ///< [pipeline]
+  Cycle next_free_ = 0;           ///< lower bound of free_from_
+  std::size_t lanes_;             ///< lanes of the warp buffer
   Counters counters_;
 };
 
-/// Storage and operators of a unit with this configuration; lanes: of the warp buffer.
+/// Storage and operators of a unit. lanes: number of lanes in the warp buffer.
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
                                  std::uint64_t lanes);
 
-/// From the counts of published data paths; registers as synthesised with one cut after each operator.
-/// Slab tests of all children and their sort by t. decoded: from their codes, which the unit decodes first.
+// Operator counts from published data paths; register bits from synthesis with a register after each operator.
+/// Slab tests of all children and their sort by t. decoded: the unit first decodes the quantised boxes.
 DataPath ray_box_path(unsigned boxes, bool decoded = false);
 DataPath ray_triangle_path();   ///< Moeller-Trumbore
 DataPath ray_sphere_path();     ///< unit sphere at the origin
 DataPath ray_transform_path();  ///< affine transform of origin and direction
-DataPath
-ray_quadric_path();  ///< unit sphere behind a matrix: no box is tested with the ray, which needs no reciprocals
+DataPath ray_quadric_path();    ///< unit sphere with a matrix; computes no reciprocals, as no box test follows
 
 }  // namespace grtx::modules

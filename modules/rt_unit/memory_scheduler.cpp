@@ -76,7 +76,7 @@ void MemoryScheduler::restart() {
   counters_ = {};
 }
 
-// Nodes are 64 B or more apart.
+// Unique, because nodes are at least 64 B apart.
 std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
   return address / traces::kNodeUnit << 1 | (header ? 1u : 0u);
 }
@@ -99,7 +99,7 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   const std::uint64_t key = merge_key(node.address, node.header);
   AddressIndex& merge = merge_[entry_of(id)];
   if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
-    if (fetches_[under_way].node.kind != node.kind) {  // only a trace that contradicts itself says so
+    if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
       throw std::runtime_error("the node at byte " + std::to_string(address) + " is of two kinds");
     }
     fetches_[under_way].lanes |= lane;
@@ -115,7 +115,7 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   queue_.push({id, 0});
 }
 
-// By sector in the order of NodeSectors. What is read twice is found twice.
+// Result bits are in the order of NodeSectors. A sector that is read twice has two bits.
 Touched MemoryScheduler::touch_node(const NodeVisit& node, Cycle at) {
   unsigned missed = 0, missed_below = 0, place = 0, again = 0;
   NodeSectors(node, traffic_).for_each_run([&](const SectorRun& run, bool /*last*/) {

@@ -1,7 +1,6 @@
-// Memory scheduler of the RT unit: merges equal node addresses of a warp into one fetch and issues it by sectors.
+// Memory scheduler of the RT unit: merges equal node addresses of a warp into one fetch and issues it sector by sector.
 // Paper: Section IV-B ("fetches the node at the top of the traversal stack"; duplicate requests are merged).
-// Cost: a queue of fetches not fully issued, and one record of lanes and missing sectors for each lane of the warp
-// buffer.
+// Cost: a queue of fetches not fully issued, and per lane of the warp buffer a record of lanes and missing sectors.
 #pragma once
 
 #include <array>
@@ -31,12 +30,12 @@ namespace grtx::modules {
 class MemoryScheduler final : public NodeFetchModule {
  public:
   struct Config {
-    unsigned queue = 64;  ///< a warp is scheduled while 32 places are free
+    unsigned queue = 64;  ///< a warp is scheduled only while kMaxLanes (32) places are free
     bool merge_in_flight = true;
     bool by_shader = false;
     unsigned sectors_per_cycle = 1;
     NodeTrafficConfig traffic;
-    Sampling sampling{};  ///< by the assembly
+    Sampling sampling{};  ///< set by the assembly
     void parameters(ParameterList& list) {
       list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
       list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
@@ -56,8 +55,8 @@ class MemoryScheduler final : public NodeFetchModule {
     std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
     std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
     std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
-    std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors asked of it, all of `sectors`
-    Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
+    std::uint64_t shader_sectors = 0;  ///< by_shader: sectors in these messages, equals sum of `sectors`
+    Distribution fetch_latency;        ///< cycles from the first lane's visit to the last sector
     std::uint64_t node_visits() const;
     std::uint64_t node_fetches() const;
     std::uint64_t node_sectors() const;
@@ -70,7 +69,7 @@ class MemoryScheduler final : public NodeFetchModule {
 
   const NodeTraffic& traffic() const override { return traffic_; }
   bool has_room() const override { return queue_.room() >= kMaxLanes; }
-  /// Only visits between two calls merge (and those in flight, if asked).
+  /// Visits merge only with those since the last call, and, with merge_in_flight, with pending fetches of the warp.
   void begin_warp(Cycle now, unsigned entry) override;
   void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
   bool has_touch() const override { return true; }
@@ -78,9 +77,9 @@ class MemoryScheduler final : public NodeFetchModule {
   void count_visit(const NodeVisit& node) override;
   Cycle remaining(unsigned entry, const NodeVisit& node, Cycle now) const override;
 
-  /// Takes at most sectors_per_cycle responses, or one batch that the SIMT core has read.
+  /// Receives at most sectors_per_cycle responses, or one batch from the SIMT core.
   void respond(Cycle now) override;
-  /// Sends at most sectors_per_cycle sectors, or the fetches at the front of the queue that belong to one warp.
+  /// Sends at most sectors_per_cycle sectors, or one batch: the fetches of one warp at the front of the queue.
   void issue(Cycle now) override;
   bool busy() const override { return !queue_.empty(); }
 
@@ -99,9 +98,9 @@ class MemoryScheduler final : public NodeFetchModule {
     NodeVisit node;
     LaneMask lanes = 0;
     Cycle asked = 0;
-    std::uint8_t sectors = 0;  ///< to send
-    std::uint8_t missing = 0;  ///< responses not yet back
-    Touched found;             ///< in a sampled run, by sector
+    std::uint8_t sectors = 0;  ///< number of sectors
+    std::uint8_t missing = 0;  ///< responses missing
+    Touched found;             ///< sampled run: hit or miss of each sector
   };
   struct Pending {
     LaneId fetch = 0;
@@ -122,18 +121,18 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
-  touch_if* cache_ = nullptr;     ///< null where everything takes time
-  double usual_latency_ = 200.0;  ///< of a fetch, cycles
+  touch_if* cache_ = nullptr;     ///< null unless the run is sampled
+  double usual_latency_ = 200.0;  ///< running average of the fetch latency, cycles
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   LinkWriter<NodeFetchBatch> batches_;
   LinkReader<NodeFetchDone> batches_done_;
-  std::vector<Fetch> fetches_;       ///< by the lane that asked first: a lane has at most one visit under way
-  std::vector<LaneMask> under_way_;  ///< by entry: lanes that lead a fetch
+  std::vector<Fetch> fetches_;       ///< [LaneId of the first lane], as a lane has at most one visit in flight
+  std::vector<LaneMask> under_way_;  ///< [entry] first lanes of the pending fetches
   BoundedQueue<Pending> queue_;
-  std::optional<NodeSectors> front_;    ///< of the fetch at the front of the queue, once it has begun
-  std::vector<AddressIndex> merge_;     ///< by entry: finds the fetch, by leading lane, that a visit may join
-  std::vector<std::uint64_t> visited_;  ///< without merging in flight: keys of the present warp's visits
+  std::optional<NodeSectors> front_;    ///< sectors of the fetch at the front of the queue, once begun
+  std::vector<AddressIndex> merge_;     ///< [entry] node -> first lane of the fetch that a visit can join
+  std::vector<std::uint64_t> visited_;  ///< without merge_in_flight: keys of the current warp's visits
   unsigned visited_entry_ = 0;
   Cycle now_ = 0;
   std::uint64_t outstanding_ = 0;  ///< sectors sent, not answered

@@ -1,7 +1,7 @@
-// Node dispatch of the RT unit: hands the lanes whose node has arrived to the intersection unit of the node's kind;
-// those at a procedural leaf of a monolithic BVH first to the transform unit, because the primitive is a unit sphere;
-// those at a box straight on, because a shader tests what lies in it.
-// Paper: Section IV-B, "Baseline Architecture". Cost: wires and the choice among four units; no storage.
+// Node dispatch of the RT unit: passes lanes whose node has arrived to the intersection unit for the node's kind. Lanes
+// at a procedural leaf of a monolithic BVH first go to the transform unit, because the primitive is a unit sphere;
+// lanes at a box leaf skip the units, because a shader does the test. Paper: Section IV-B, "Baseline Architecture".
+// Cost: wires and a selection among four units; no storage.
 #pragma once
 
 #include <systemc>
@@ -18,8 +18,8 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   struct Config {
     bool box_op_per_child = false;   ///< a box operation tests one child, not the whole node
     bool transforms_leaves = false;  ///< procedural leaves hold a matrix: the ray is transformed, then tested
-    unsigned leaf_tests = 1;         ///< a primitive leaf's, one after the other
-    bool box_leaves = false;         ///< no unit tests a primitive leaf
+    unsigned leaf_tests = 1;         ///< tests per primitive leaf, done one after another
+    bool box_leaves = false;         ///< primitive leaves are boxes: no unit tests them
   };
 
   NodeDispatch(const sc_core::sc_module_name& name, const Config& config);
@@ -29,16 +29,16 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   template <typename T>
   using Optional = sc_core::sc_port<T, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
   sc_core::sc_port<warp_buffer_if> warp_buffer{"warp_buffer"};
-  sc_core::sc_port<intersection_client_if> client{"client"};  ///< told of boxes
-  // Units of kinds that the structure does not have stay unbound.
+  sc_core::sc_port<intersection_client_if> client{"client"};  ///< called for box leaves
+  // Ports for node kinds that the acceleration structure lacks stay unbound.
   Optional<intersection_if> ray_box{"ray_box"};
   Optional<intersection_if> ray_triangle{"ray_triangle"};
   Optional<intersection_if> ray_sphere{"ray_sphere"};
   Optional<intersection_if> ray_transform{"ray_transform"};
 
-  /// Throws Error for a kind whose unit is unbound.
+  /// Throws Error for a kind whose unit port is unbound.
   void fetched(Cycle now, unsigned entry, LaneMask lanes, traces::NodeKind kind) override;
-  /// The ray of a lane at a leaf has been transformed.
+  /// Called by the transform unit: the ray of a lane at a leaf has been transformed.
   void unit_result(Cycle now, LaneId id) override;
 
  private:
@@ -47,7 +47,7 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   Config config_;
   WarpTable* warps_ = nullptr;
   intersection_client_if* client_ = nullptr;
-  intersection_if* by_kind_[8] = {};  ///< by NodeKind
+  intersection_if* by_kind_[8] = {};  ///< [NodeKind]
 };
 
 }  // namespace grtx::modules

@@ -1,5 +1,4 @@
-// Between the RT scheduler, which sends lanes to their nodes, the memory scheduler, which fetches those, and the node
-// dispatch, which takes what has been fetched.
+// Interfaces of the memory scheduler: the RT scheduler requests node visits, the node dispatch receives fetched nodes.
 #pragma once
 
 #include <cstdint>
@@ -20,34 +19,34 @@ namespace grtx::modules {
 /// The RT scheduler's view of the memory scheduler.
 class node_fetch_if : public virtual sc_core::sc_interface {
  public:
-  /// What a node visit reads.
+  /// Which bytes a node visit reads.
   virtual const NodeTraffic& traffic() const = 0;
-  /// Whether any warp's visits are sure to fit.
+  /// Whether the visits of a full warp are guaranteed to fit.
   virtual bool has_room() const = 0;
-  /// Starts the visits of one warp in one cycle. Only when has_room().
+  /// Starts the visits of one warp in one cycle. Requires has_room().
   virtual void begin_warp(Cycle now, unsigned entry) = 0;
-  /// Lane `id` of that warp visits the node at `address` (bytes). header: the BLAS header is read as well. The node's
-  /// arrival is told to fetched_node_if.
+  /// Lane `id` of that warp visits the node at `address` (bytes). header: also read the BLAS header. When the node has
+  /// arrived, fetched_node_if::fetched() is called.
   virtual void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) = 0;
 
-  // Functional entries (RtMemoryPart::has_touch()):
-  /// The sectors of a node that is visited without time meet the caches in cycle `at`.
+  // Functional counterparts for sampled runs (RtMemoryPart::has_touch()):
+  /// Touches the sectors of an untimed visit in the caches, in cycle `at`.
   virtual void touch(const NodeVisit& /*node*/, Cycle /*at*/) {}
-  /// A visit without time is counted.
+  /// Counts an untimed visit.
   virtual void count_visit(const NodeVisit& /*node*/) {}
-  /// Cycles until a fetch of the node by the warp in `entry` that is under way is likely to be back; 0: there is none.
+  /// Estimated cycles until a pending fetch of the node by the warp in `entry` returns; 0 if there is none.
   virtual Cycle remaining(unsigned /*entry*/, const NodeVisit& /*node*/, Cycle /*now*/) const { return 0; }
 };
 
-/// Where fetched nodes go.
+/// Receives fetched nodes; implemented by the node dispatch.
 class fetched_node_if : public virtual sc_core::sc_interface {
  public:
-  /// The node that `lanes` of the warp in `entry` wait for is there, all sectors of it.
+  /// All sectors of the node that `lanes` of the warp in `entry` wait for have arrived.
   virtual void fetched(Cycle now, unsigned entry, LaneMask lanes, traces::NodeKind kind) = 0;
 };
 
-/// A memory scheduler. Either it is a client of the L1, or the SIMT core reads the nodes for it (then the other two
-/// ports are bound).
+/// Base class of memory schedulers. Either it is a client of the L1 (request, response), or the SIMT core reads the
+/// nodes for it (batch, batch_done).
 class NodeFetchModule : public RtMemoryPart, public node_fetch_if {
  public:
   sc_core::sc_port<warp_buffer_if> warp_buffer{"warp_buffer"};

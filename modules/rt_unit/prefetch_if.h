@@ -1,4 +1,4 @@
-// Between the RT scheduler, whose visits a prefetcher watches, and the prefetcher. Nobody waits for it.
+// Interface through which the RT scheduler tells a prefetcher of its visits. Nobody waits for the prefetcher.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,22 @@ namespace grtx::modules {
 /// The RT scheduler's view of a prefetcher.
 class prefetch_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins a round of the ray in resident slot `slot`. replays: it resumes from its source entries.
+  /// A lane begins a round of the ray in warp slot `slot`. replays: it resumes from its source entries.
   virtual void begin_lane(LaneId id, std::uint16_t slot, bool replays) = 0;
   /// Starts the visits of one warp in one cycle.
   virtual void begin_warp() = 0;
-  /// The lane's visit of group.nodes[definition] found the children in `hit` and checkpointed those in `checkpointed`.
+  /// The lane visited group.nodes[definition]: it hit the children in `hit` and checkpointed those in `checkpointed`.
   virtual void note_internal(LaneId id, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
                              unsigned checkpointed) = 0;
   /// The lane has taken a source entry that names the node at `address` (in units).
   virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
-  /// The lane asks for the leaf at `address` (in units).
+  /// The lane visits the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
-  /// Functional entry (RtMemoryPart::has_touch()): the same without time, in cycle `at`.
+  /// Functional counterpart of note_leaf() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
   virtual void touch_leaf(LaneId /*id*/, const traces::RayGroup& /*group*/, std::uint32_t /*address*/, Cycle /*at*/) {}
 };
 
-/// A prefetcher of nodes.
+/// Base class of node prefetchers.
 class PrefetchModule : public RtMemoryPart, public prefetch_if {
  public:
   LinkOut<MemoryRequest> request{"request"};

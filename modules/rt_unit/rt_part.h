@@ -1,4 +1,4 @@
-// What the RT unit's netlist asks of each of its parts, whoever made it.
+// Base classes of the parts of an RT unit: what its netlist requires of each, also of user-supplied ones.
 #pragma once
 
 #include <cstdint>
@@ -13,40 +13,40 @@ namespace grtx::modules {
 
 struct RtUnitCounters;
 
-/// A part does its work when the netlist calls its stages, in the order that RtUnit::run_stages states; it reaches its
-/// neighbours through ports.
+/// The netlist calls the stages of a part in the order of RtUnit::run_stages(). Parts reach their neighbours through
+/// ports.
 class RtPart : public sc_core::sc_module {
  public:
-  /// Nothing inside: no request and no response under way. Links are not looked at.
+  /// Whether nothing is inside: no request and no pending response. Does not consider the links.
   virtual bool idle() const = 0;
-  /// Grows with all that the part does; for a watchdog.
+  /// Grows whenever the part makes progress; for a watchdog.
   virtual std::uint64_t progress() const = 0;
-  /// Adds the part's own counts to those of its RT unit.
+  /// Adds the part's counters to those of its RT unit.
   virtual void count(RtUnitCounters& all) const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
-  /// Another launch follows (Clocked::restart()); nothing is inside.
+  /// Prepares for another launch (Clocked::restart()); the part is idle.
   virtual void restart() {}
 
  protected:
   explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}
 };
 
-/// A part with a port of the memory system: a client of the L1.
+/// A part that is a client of the L1.
 class RtMemoryPart : public RtPart {
  public:
-  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< the L1, for events without time
+  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< functional access to the L1 in sampled runs
 
-  /// Has functional entries beside its timed ones, which sampled runs need.
+  /// Whether the part implements the functional (touch) functions, which sampled runs need.
   virtual bool has_touch() const { return false; }
-  /// In a sampled run: the cycle whose stages are called now.
+  /// Sampled run: sets the current cycle before the stages are called.
   void set_touch_now(Cycle now) { touch_now_ = now; }
 
-  /// Takes at most one response.
+  /// Receives at most one response.
   virtual void respond(Cycle now) = 0;
   /// Sends at most one request.
   virtual void issue(Cycle now) = 0;
-  /// Has work in the next cycle, whatever arrives.
+  /// Whether there is work in the next cycle even if nothing arrives.
   virtual bool busy() const = 0;
 
  protected:

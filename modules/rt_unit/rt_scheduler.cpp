@@ -337,7 +337,7 @@ Inventory RtScheduler::inventory() const {
   const std::uint64_t n = entries_;
   inventory.storage.push_back({"age_matrix", StorageKind::flip_flop, n * n});
   inventory.operators.push_back({"arbiter", static_cast<unsigned>(n), n});
-  // t-value validation of the nearest stack entry against t_min and t_max, one a lane of the scheduled warp.
+  // t-value validation of the nearest stack entry against t_min and t_max, for each lane of the scheduled warp.
   inventory.operators.push_back({"fp_compare", 32, 2ull * kMaxLanes});
   return inventory;
 }

@@ -1,5 +1,5 @@
-// RT scheduler: selects one warp a cycle, hands the next event of its ready lanes to the units, and takes the results.
-// Includes t-value validation: culling of stack entries beyond t_max, and of source entries when replaying.
+// RT scheduler: selects one warp per cycle, passes the next event of its ready lanes to the units, and receives the
+// results. Includes t-value validation: culling of stack entries beyond t_max, and of source entries when replaying.
 // Paper: Section IV-B, "Baseline Architecture" and "Traversal Checkpointing and Replay". Cost: an age matrix.
 #pragma once
 
@@ -26,7 +26,7 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
  public:
   struct Config {
     std::string policy = "oldest_first";  ///< name of a WarpSelection
-    Sampling sampling{};                  ///< by the assembly
+    Sampling sampling{};                  ///< set by the assembly
     void parameters(ParameterList& list) {
       list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
     }
@@ -34,7 +34,7 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   struct Counters {
     std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
     std::array<std::uint64_t, kStalls> stall{};
-    // Events of the trace that were executed.
+    // Trace events executed.
     std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
     std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
     std::uint64_t events() const {
@@ -67,10 +67,10 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   std::uint64_t selections() const override { return counters_.selections; }
   void count_idle(Cycle cycles) override { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
 
-  /// Reason of the present state: what a cycle counts in which nothing happens.
+  /// Stall reason of the current state, which idle cycles are counted under.
   Stall stall_reason() const;
   const Counters& counters() const { return counters_; }
-  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.selections; }
   void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
@@ -79,9 +79,9 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
 
  private:
   void end_of_elaboration() override;
-  /// The lane's event is done: writes its entries, moves it on from `from`.
+  /// The lane's event is done: writes its checkpoint entries and moves the lane from state `from` to the next one.
   void complete(LaneId id, unsigned checkpoints, LaneState from);
-  /// Submits the entries of the lane's last event, its stack being settled.
+  /// Submits the checkpoint entries of the lane's last event, once its stack is settled.
   void hand_over(LaneId id, unsigned checkpoints, LaneState from);
   void visit(LaneId id, const Warp& warp, const traces::Event& event);
   void count_visit(const traces::Event& event);
@@ -89,16 +89,16 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   NodeVisit node_of(LaneId id, const traces::Event& event) const;
   void execute_visit(LaneId id, Cycle at);
   void replay(LaneId id, LaneState from);
-  /// What the lane's event does to its stack.
+  /// Applies the lane's event to its stack depth.
   void move_stack(LaneId id);
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
   Config config_;
   std::unique_ptr<WarpSelection> selection_;
-  std::unique_ptr<EventSampler> sampler_;  ///< null where everything takes time
+  std::unique_ptr<EventSampler> sampler_;  ///< null unless the run is sampled
   unsigned entries_;
   bool boxes_;
-  // The neighbours, looked up once; the last three are null where the configuration has none.
+  // The neighbours, looked up once; the last four are null if the configuration has none.
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;
   const NodeTraffic* traffic_ = nullptr;

@@ -186,7 +186,7 @@ void RtUnit::bind_parts() {
   if (config_.sampling.on()) bind_touches();
 }
 
-// The functional way of a sampled run.
+// Binds the functional access ports of a sampled run.
 void RtUnit::bind_touches() {
   const auto require = [](const RtPart* part, bool has_touch) {
     if (!has_touch) throw Error("configuration", part->name(), "has no functional entry, which a sampled run needs");
@@ -219,13 +219,13 @@ void RtUnit::end_of_elaboration() {
 }
 
 void RtUnit::restart(Caches) {
-  make_anew(traffic_, context_.header, config_.memory.traffic);  // before those that refer to it
+  make_anew(traffic_, context_.header, config_.memory.traffic);  // before the parts that refer to it
   for (RtPart* part : parts_) part->restart();
   due_ = kNever;
   accounted_ = settled_ = 0;
 }
 
-// First cycle in which a link shows something to this unit.
+// First cycle in which an item on an input link is visible.
 Cycle RtUnit::next_arrival() const {
   Cycle next = shader_dones_.next_visible();
   for (const MemoryClient& client : clients_) {
@@ -240,7 +240,7 @@ Cycle RtUnit::tick(Cycle now) {
   if (now < due_) {
     if (const Cycle next = std::min(due_, next_arrival()); now < next) return next;
   }
-  // Nothing changed in the cycles between: they all had the reason of the present state.
+  // Nothing changed in the skipped cycles, so all of them have the stall reason of the current state.
   if (now > accounted_) scheduler_->count_idle(now - accounted_);
   accounted_ = now + 1;
   warps_->account(now + 1);
@@ -261,9 +261,9 @@ void RtUnit::tick_units(Cycle now) {
   }
 }
 
-// Reverse pipeline order: what a stage hands to the one before it in this list is used in the next cycle; results that
-// make a lane ready are seen by the scheduler in the same cycle. Where the warp table or a link says that a stage has
-// nothing to do, it is not called.
+// Reverse pipeline order: the output of a stage for a stage earlier in this list is used in the next cycle; a result
+// that makes a lane ready is seen by the scheduler in the same cycle. Stages without work, according to the warp table
+// or a link, are not called.
 void RtUnit::run_stages(Cycle now) {
   if (config_.sampling.on()) {
     for (const MemoryClient& client : clients_) client.part->set_touch_now(now);

@@ -1,6 +1,6 @@
 // RT unit of an SM: the netlist of warp buffer, RT scheduler, memory scheduler, node dispatch, intersection units,
 // any-hit collector, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure "arch". Cost: the
-// sum of its parts. It builds, binds and states the order of stages in a cycle; decisions are those of the parts.
+// sum of its parts. It builds and binds the parts and calls their stages in order; all decisions are in the parts.
 #pragma once
 
 #include <cstdint>
@@ -26,17 +26,17 @@
 
 namespace grtx::modules {
 
-/// An RT unit as an SM sees it, with what the SM and its observers ask.
+/// An RT unit as the SM and its observers see it.
 class RtUnitModule : public ClockedModule {
  public:
   LinkIn<TraceCall> trace_call{"trace_call"};           ///< from the SIMT core
-  LinkOut<TraceDone> trace_done{"trace_done"};          ///< one for each call, in any order
+  LinkOut<TraceDone> trace_done{"trace_done"};          ///< one per call, in any order
   LinkOut<AnyHitBatch> any_hit_batch{"any_hit_batch"};  ///< a warp has at most one batch at the shader
   LinkIn<AnyHitDone> any_hit_done{"any_hit_done"};
-  /// L1 client for node fetches, unless the shader cores fetch the nodes (fetches_nodes()).
+  /// L1 client for node fetches; bound when fetches_nodes().
   OptionalLinkOut<MemoryRequest> node_request{"node_request"};
   OptionalLinkIn<MemoryResponse> node_response{"node_response"};
-  /// To the SIMT core and back; used when the shader cores fetch.
+  /// To and from the SIMT core; used if the shaders fetch the nodes, i.e. when not fetches_nodes().
   OptionalLinkOut<NodeFetchBatch> node_fetch{"node_fetch"};
   OptionalLinkIn<NodeFetchDone> node_fetch_done{"node_fetch_done"};
   /// L1 client for checkpoint traffic; bound when has_checkpoint().
@@ -48,7 +48,7 @@ class RtUnitModule : public ClockedModule {
   /// L1 client for stack entries; bound when has_stack().
   OptionalLinkOut<MemoryRequest> stack_request{"stack_request"};
   OptionalLinkIn<MemoryResponse> stack_response{"stack_response"};
-  // In sampled runs, for events without time: the L1 and the SIMT core.
+  // Functional access to the L1 and the SIMT core in sampled runs.
   TouchPort<touch_if> touch_cache{"touch_cache"};
   TouchPort<shader_touch_if> touch_shader{"touch_shader"};
 
@@ -56,19 +56,19 @@ class RtUnitModule : public ClockedModule {
   virtual bool has_prefetcher() const = 0;
   virtual bool has_stack() const = 0;
   virtual bool fetches_nodes() const = 0;
-  /// Nothing inside: no warp, no request, no response due. Links are not looked at.
+  /// Whether nothing is inside: no warp, no request, no pending response. Does not consider the links.
   virtual bool idle() const = 0;
-  /// Grows with all that the unit does; for a watchdog.
+  /// Grows whenever the unit makes progress; for a watchdog.
   virtual std::uint64_t progress() const = 0;
-  /// Closes per-cycle counts at `end`, the first cycle that does not count. Call before counters().
+  /// Completes the per-cycle counters up to `end` (exclusive). Call before counters().
   virtual void settle(Cycle end) = 0;
   virtual RtUnitCounters counters() const = 0;
-  /// First cycle that per-cycle counts do not cover yet; after the last warp it may lie beyond the cycle of retirement,
-  /// when writes or prefetches were still under way.
+  /// First cycle that the per-cycle counters do not cover yet. At the end it may be beyond the last warp's retirement,
+  /// if writes or prefetches were still in flight.
   virtual Cycle accounted() const = 0;
-  /// Cycles in which a warp was scheduled, so far.
+  /// Number of cycles so far in which a warp was scheduled.
   virtual std::uint64_t selections() const = 0;
-  /// Warps in the warp buffer summed over the cycles before `end`, of a running unit.
+  /// Warps in the warp buffer summed over the cycles before `end`; may be called during a run.
   virtual std::uint64_t warp_cycles_until(Cycle end) const = 0;
   /// The inventories of all parts, in block-diagram order.
   virtual std::vector<Inventory> inventory() const = 0;
@@ -84,33 +84,33 @@ struct RtUnitConfig {
   MemoryScheduler::Config memory;
   IntersectionUnit::Config ray_box{4, 13, 1};
   IntersectionUnit::Config ray_triangle{4, 37, 1};
-  IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source has one
+  IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source describes such a unit
   IntersectionUnit::Config ray_transform{4, 6, 1};
   UnitImplementation box_implementation = UnitImplementation::tlm;
   UnitImplementation transform_implementation = UnitImplementation::tlm;
-  /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit takes the matrix, too.
+  /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit also applies the matrix.
   bool quadric = false;
   bool box_op_per_child = false;
   AnyHitCollector::Config any_hit;
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
-  Sampling sampling{};  ///< by the assembly
-  /// What a pipeline of the ray-box unit is made of for a trace with this header.
+  Sampling sampling{};  ///< set by the assembly
+  /// Data path of a ray-box pipeline for a trace with this header.
   DataPath box_path(const traces::Header& header) const {
     const traces::NodeSizes sizes = header.node_sizes();
     return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced());
   }
-  /// Whether anything of a trace with this header is prefetched.
+  /// Whether an RT unit for a trace with this header has a prefetcher.
   bool has_prefetcher(const traces::Header&) const { return sibling_prefetch; }
-  /// Whether checkpoint entries say with which siblings they were written; those of 8 B have no room for that.
+  /// Whether checkpoint entries name the siblings written with them; 8 B entries have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {
     return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
   }
   /// Whether procedural leaves pass the transform unit before the sphere unit.
   bool transforms_leaves(const traces::Header& header) const { return !quadric && modules::transforms_leaves(header); }
   bool tests_quadrics(const traces::Header& header) const { return quadric && modules::transforms_leaves(header); }
-  /// The ray-sphere unit that a trace needs: a quadric's pass is as long as the two that it replaces.
+  /// The ray-sphere unit for a trace: a quadric test takes as long as the transform and sphere test that it replaces.
   IntersectionUnit::Config sphere_unit(const traces::Header& header) const {
     IntersectionUnit::Config unit = ray_sphere;
     if (tests_quadrics(header)) unit.latency += ray_transform.latency;
@@ -121,8 +121,8 @@ struct RtUnitConfig {
 
 class RtUnit final : public RtUnitModule {
  public:
-  /// sm: number of the SM, selects its per-ray buffers in the map. map and domain must outlive the unit. parts: who
-  /// makes its parts. Throws Error for an impossible configuration.
+  /// sm: number of the SM, selects its per-ray buffers in the map. map and domain must outlive the unit. parts:
+  /// factories of its parts. Throws Error for an impossible configuration.
   RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
          const MemoryMap& map, ClockDomain& domain, unsigned sm, const RtUnitParts& parts = {});
 
@@ -174,22 +174,22 @@ class RtUnit final : public RtUnitModule {
   std::unique_ptr<PrefetchModule> prefetcher_;
   std::unique_ptr<StackModule> stack_;
 
-  std::vector<RtPart*> parts_;              ///< that exist, in block-diagram order
-  std::vector<IntersectionModule*> units_;  ///< that exist
-  /// A part that is a client of the memory, with the link on which its answers come.
+  std::vector<RtPart*> parts_;              ///< existing parts, in block-diagram order
+  std::vector<IntersectionModule*> units_;  ///< existing intersection units
+  /// A part that is a client of the L1, with its response link.
   struct MemoryClient {
     RtMemoryPart* part = nullptr;
-    LinkReader<MemoryResponse> responses;  ///< none: it looks for itself
+    LinkReader<MemoryResponse> responses;  ///< unset: respond() is called in every active cycle
   };
-  std::vector<MemoryClient> clients_;  ///< that exist, in the order of their stages
+  std::vector<MemoryClient> clients_;  ///< existing clients, in stage order
   WarpTable* warps_ = nullptr;
 
-  // What can wake the unit, looked up once.
+  // Links that can wake the unit, looked up once.
   LinkReader<TraceCall> calls_;
   LinkReader<AnyHitDone> shader_dones_;
   LinkReader<NodeFetchDone> fetches_done_;
 
-  Cycle due_ = kNever;   ///< next cycle in which the unit has something to do of its own
+  Cycle due_ = kNever;   ///< next cycle with work even if nothing arrives
   Cycle accounted_ = 0;  ///< first cycle whose stall reason has not been counted
   Cycle settled_ = 0;
 };

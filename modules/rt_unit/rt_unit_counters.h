@@ -1,4 +1,4 @@
-// Raw counts of one RT unit, or of several added up.
+// Counters of one RT unit, or their sum over several.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@
 
 namespace grtx::modules {
 
-/// Counters of parts that were not elaborated stay 0.
+/// Counters of parts that do not exist stay 0.
 struct RtUnitCounters {
-  std::uint64_t units = 0;  ///< RT units added up
-  Cycle cycles = 0;         ///< length of the run, once it is described
+  std::uint64_t units = 0;  ///< number of RT units summed
+  Cycle cycles = 0;         ///< length of the run; set by describe()
   WarpBuffer::Counters warp_buffer;
   RtScheduler::Counters scheduler;
   MemoryScheduler::Counters memory;
@@ -31,11 +31,11 @@ struct RtUnitCounters {
   CheckpointUnit::Counters checkpoint;
   SiblingPrefetcher::Counters prefetch;
   StackUnit::Counters stack;
-  OwnCounts own;  ///< of parts that are not the project's
+  OwnCounts own;  ///< extra counters of user-supplied parts
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }
-  /// Counters of the intersection unit with this name (ray_box, ...); nullptr when there is no such unit.
+  /// Counters of the intersection unit with this name (ray_box, ...); nullptr if there is no such unit.
   IntersectionUnit::Counters* of_unit(std::string_view name);
   /// cycles: length of the run, for the mean occupancy of a warp buffer.
   void describe(StatisticList& list, const std::string& prefix, Cycle cycles) const;

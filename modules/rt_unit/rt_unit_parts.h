@@ -1,5 +1,5 @@
-// Who makes the parts of an RT unit: the project's own classes, unless a factory is set here. This is how a unit of
-// yours takes the place of one of ours; no file of the project needs an edit.
+// Factories of the parts of an RT unit. A part without a factory is the project's own class; set a factory to replace
+// it by your own without editing a file of the project.
 #pragma once
 
 #include <functional>
@@ -20,12 +20,12 @@ namespace grtx::modules {
 
 struct RtUnitConfig;
 
-/// What a part may want to know when it is made. All of it outlives the part.
+/// Passed to factories. All of it outlives the part.
 struct RtUnitContext {
   const RtUnitConfig& config;
   const traces::Header& header;
   const MemoryMap& map;
-  const NodeTraffic& traffic;  ///< what a node visit reads
+  const NodeTraffic& traffic;  ///< which bytes a node visit reads
   unsigned sm;                 ///< number of the SM: selects its per-ray buffers in the map
 };
 
@@ -41,13 +41,13 @@ struct RtUnitParts {
   Factory<IntersectionModule> ray_sphere;
   Factory<IntersectionModule> ray_transform;
   Factory<AnyHitModule> any_hit_collector;
-  // Asked for only where the configuration has the part.
+  // Called only if the configuration has the part.
   Factory<CheckpointModule> checkpoint_unit;
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
 };
 
-/// Calls f(name, factory) for each factory. A new one does not compile until it is named here.
+/// Calls f(name, factory) for each factory. A factory added to RtUnitParts does not compile until it is listed here.
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
   auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_transform,

@@ -1,5 +1,5 @@
-// An RT scheduler: it alone decides which warp goes on and what an event does to a lane; every other part reports to
-// it.
+// Base class of RT schedulers. The scheduler alone decides which warp proceeds and what an event does to a lane; all
+// other parts report to it.
 #pragma once
 
 #include <systemc>
@@ -21,7 +21,7 @@ class RtSchedulerModule : public RtPart,
                           public checkpoint_client_if,
                           public stack_client_if {
  public:
-  /// A port of a part that not every configuration has.
+  /// Port to a part that only some configurations have.
   template <typename T>
   using Optional = sc_core::sc_port<T, 1, sc_core::SC_ZERO_OR_MORE_BOUND>;
 
@@ -31,17 +31,17 @@ class RtSchedulerModule : public RtPart,
   Optional<checkpoint_if> checkpoint{"checkpoint"};
   Optional<prefetch_if> prefetch{"prefetch"};
   Optional<stack_if> stack{"stack"};
-  TouchPort<shader_touch_if> touch_shader{"touch_shader"};  ///< the SIMT core, for events without time
+  TouchPort<shader_touch_if> touch_shader{"touch_shader"};  ///< functional access to the SIMT core in sampled runs
 
-  /// Handles the next event of all ready lanes of the selected warp, if any can be selected.
+  /// Selects a warp, if any is ready, and handles the next event of all its ready lanes.
   virtual void schedule(Cycle now) = 0;
-  /// Has functional entries beside its timed ones, which sampled runs need. Then:
+  /// Whether the scheduler supports sampled runs. If so, it implements touch_until().
   virtual bool has_touch() const { return false; }
-  /// Events without time that are due meet the caches.
+  /// Lets the untimed events that are due by `now` touch the caches.
   virtual void touch_until(Cycle /*now*/) {}
-  /// `cycles` passed in which nothing happened: they have the reason of the present state.
+  /// Counts `cycles` cycles in which nothing happened, under the stall reason of the current state.
   virtual void count_idle(Cycle cycles) = 0;
-  /// Cycles in which a warp was scheduled, so far.
+  /// Number of cycles so far in which a warp was scheduled.
   virtual std::uint64_t selections() const = 0;
 
  protected:

@@ -78,13 +78,13 @@ void SiblingPrefetcher::count(RtUnitCounters& all) const { all.prefetch.add(coun
 
 Inventory SiblingPrefetcher::inventory() const {
   Inventory inventory{name(), {}, {}};
-  // A record: first child (48 bits), hit mask, three kind bits a child, armed.
+  // A record: address of the first child (48 bits), hit mask, 3 bits of kind per child, armed bit.
   const std::uint64_t record = 48 + traces::kMaxWidth * (1 + 3) + 1;
   if (decisions_.triggers().siblings) {
     inventory.storage.push_back({"records", StorageKind::ram, decisions_.records().size() * record});
     inventory.operators.push_back({"match", 48, std::uint64_t{config_.records} * kMaxLanes});
   }
-  // For the entry that a lane has taken: mask of its siblings, its own slot, which of the children are leaves.
+  // Per lane, for the source entry it has taken: mask of siblings, its own slot, mask of leaf children.
   if (decisions_.triggers().replayed) {
     const std::uint64_t lanes = decisions_.records().size() / config_.records;
     inventory.storage.push_back({"siblings_of_entry", StorageKind::ram, lanes * (traces::kMaxWidth * 2 + 3)});

@@ -1,7 +1,7 @@
-// Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit.
-// Its queue and port also serve nodes of source entries (checkpoint unit).
+// Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit;
+// optionally, a replayed leaf prefetches the siblings that were checkpointed with it.
 // Paper: Section V, "Simulation Infrastructure" (stands for undisclosed optimisations of real GPUs; not part of GRTX).
-// Cost: a few records {node, hit children} a lane and a small queue.
+// Cost: a few records {node, hit children} per lane and a small queue.
 #pragma once
 
 #include <cassert>
@@ -54,7 +54,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   bool idle() const override { return queue_.empty() && outstanding_ == 0; }
   std::uint64_t progress() const override { return 0; }
   void count(RtUnitCounters& all) const override;
-  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
+  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully requested
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   const Counters& counters() const { return decisions_.counters(); }
   Inventory inventory() const override;
@@ -66,10 +66,10 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t address = 0;
     traces::NodeKind kind = traces::NodeKind::internal;
     std::uint8_t next = 0;
-    Touched found;  ///< in a sampled run, by sector
+    Touched found;  ///< sampled run: hit or miss of each sector
   };
   void end_of_elaboration() override;
-  // The queue of the decisions.
+  // This class is the Queue of PrefetchDecisions.
   friend PrefetchDecisions;
   bool waits(std::uint64_t address) const;
   bool full() const { return queue_.room() == 0; }
@@ -83,7 +83,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   std::size_t lanes_;
   const NodeTraffic& traffic_;
   PrefetchDecisions decisions_;
-  touch_if* cache_ = nullptr;  ///< null where everything takes time
+  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   BoundedQueue<Pending> queue_;

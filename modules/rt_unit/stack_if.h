@@ -1,4 +1,4 @@
-// Between the RT scheduler and the stack unit, where stacks may be deeper than the warp buffer holds.
+// Interface between the RT scheduler and the stack unit, used if stacks may exceed the warp buffer.
 #pragma once
 
 #include <cstdint>
@@ -14,23 +14,23 @@ namespace grtx::modules {
 /// The RT scheduler's view of the stack unit.
 class stack_if : public virtual sc_core::sc_interface {
  public:
-  /// A lane begins a round in resident slot `slot` with nothing spilled.
+  /// A lane begins a round in warp slot `slot` with nothing spilled.
   virtual void begin_lane(LaneId id, std::uint16_t slot) = 0;
-  /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Returns whether the lane
-  /// must wait for a spill or a fill; then stack_settled() names it later.
+  /// The lane's stack now has `depth` entries. takes_top: its next event takes the top entry. Returns whether the lane
+  /// must wait for a spill or fill; if so, stack_settled() is called later.
   virtual bool settle(LaneId id, std::uint32_t depth, bool takes_top) = 0;
-  /// Functional entry (RtMemoryPart::has_touch()): the same without time, in cycle `at`.
+  /// Functional counterpart of settle() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
   virtual void touch_settle(LaneId /*id*/, std::uint32_t /*depth*/, bool /*takes_top*/, Cycle /*at*/) {}
 };
 
-/// Who goes on with the lanes.
+/// Callback of the stack unit, implemented by the RT scheduler.
 class stack_client_if : public virtual sc_core::sc_interface {
  public:
-  /// The lane's stack entries have been spilled, or filled.
+  /// The lane's spill or fill is complete.
   virtual void stack_settled(LaneId id) = 0;
 };
 
-/// A stack unit.
+/// Base class of stack units.
 class StackModule : public RtMemoryPart, public stack_if {
  public:
   sc_core::sc_port<stack_client_if> client{"client"};

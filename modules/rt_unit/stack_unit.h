@@ -1,6 +1,6 @@
 // Stack unit of the RT unit: a lane keeps the top of its traversal stack in the warp buffer and the rest in memory.
-// Paper: the stack is "in the warp buffer", its depth is not given; that deeper entries spill is an assumption.
-// Cost: a queue of lanes and an offset a lane. docs/model/stack_unit.md states the timing.
+// Paper: the stack is "in the warp buffer", its depth is not given; spilling deeper entries is an assumption.
+// Cost: a queue of lanes and one offset per lane. docs/model/stack_unit.md has the timing.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +29,9 @@ class StackUnit final : public StackModule {
     std::uint64_t fills = 0;         ///< sectors read
     std::uint64_t acknowledged = 0;  ///< write responses
     std::uint64_t returned = 0;      ///< read responses
-    std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
-    std::uint64_t moved_out = 0;     ///< sectors that lanes had to spill, whether or not that took time
-    std::uint64_t moved_in = 0;      ///< and to fill
+    std::uint64_t max_spilled = 0;   ///< most spilled entries of a lane
+    std::uint64_t moved_out = 0;     ///< sectors spilled, timed or functional
+    std::uint64_t moved_in = 0;      ///< sectors filled, timed or functional
     void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
       moved_out += move.spills;
       moved_in += move.fill ? 1 : 0;
@@ -42,8 +42,8 @@ class StackUnit final : public StackModule {
     void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
   };
 
-  /// on_chip: entries of a lane in the warp buffer, no fewer than a sector holds. warps: of the warp buffer. sm: whose
-  /// stack areas are used.
+  /// on_chip: entries per lane in the warp buffer, at least as many as a sector holds. warps: entries of the warp
+  /// buffer. sm: number of the SM, selects its stack areas.
   StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry, const MemoryMap& map,
             unsigned warps, unsigned sm);
 
@@ -53,7 +53,7 @@ class StackUnit final : public StackModule {
   void touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cycle at) override;
 
   void respond(Cycle now) override;
-  /// Sectors go in the order of settle().
+  /// Sectors are sent in the order of settle() calls.
   void issue(Cycle now) override;
 
   bool busy() const override { return !queue_.empty(); }
@@ -69,24 +69,24 @@ class StackUnit final : public StackModule {
   struct LaneContext {
     std::uint64_t ray = 0;  ///< ray slot
     StackSpill::Lane stack;
-    std::uint32_t next = 0;     ///< sector of the area to write next, or to read
-    std::uint8_t to_spill = 0;  ///< sectors
-    Touched found;              ///< in a sampled run, of those of the move from `next` on
+    std::uint32_t next = 0;     ///< next sector of the stack area to write or read
+    std::uint8_t to_spill = 0;  ///< sectors left to spill
+    Touched found;              ///< sampled run: hit or miss of the move's sectors from `next` on
   };
   void end_of_elaboration() override;
-  /// Sends the lane's next sector; true when it was its last spill.
+  /// Sends the lane's next sector. Returns true if it was its last spill.
   bool send(Cycle now, LaneId id);
   Touched touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at);
 
   StackSpill spill_;
   const MemoryMap& map_;
   stack_client_if* client_ = nullptr;
-  touch_if* cache_ = nullptr;  ///< null where everything takes time
+  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;
-  BoundedQueue<LaneId> queue_;  ///< a lane waits for one thing at a time, so it is never full
+  BoundedQueue<LaneId> queue_;  ///< never full, as each lane is in it at most once
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -61,13 +61,13 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"status", StorageKind::flip_flop, lanes * 4});  // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});
   if (objects_) {
-    // To return from the BLAS to the object's TLAS without another transform: which level a node is of, its address
-    // says.
+    // The ray in object space, to return from the BLAS to the object's TLAS without another transform. The level of a
+    // node follows from its address.
     storage.push_back({"scene_instance", StorageKind::ram, lanes * 64});  // address of the leaf of the scene TLAS
     storage.push_back({"object_ray", StorageKind::ram, lanes * 6 * 32});  // origin, direction in the object's space
   }
   if (checkpoint_) {
-    // Paper, "Hardware cost": (1 bit + 2 B + 2 B) a lane, two base addresses and the maximum size of a buffer a unit.
+    // Paper, "Hardware cost": (1 bit + 2 B + 2 B) per lane; per unit two base addresses and the maximum buffer size.
     storage.push_back({"replay_flag", StorageKind::ram, lanes * 1, 1, 1, true});
     storage.push_back({"source_offset", StorageKind::ram, lanes * 16, 1, 1, true});
     storage.push_back({"destination_offset", StorageKind::ram, lanes * 16, 1, 1, true});

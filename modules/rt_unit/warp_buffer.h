@@ -1,7 +1,7 @@
 // Warp buffer of the RT unit: the warps whose rays are being traversed, with the state of each lane.
 // Paper: Section IV-B, "Baseline Architecture" and "Hardware cost" (replay flag and buffer offsets).
-// Cost: per lane ray data, stack and status; with checkpointing 33 bits a lane and 18 bytes a unit (1074 B for 8
-// warps).
+// Cost: per lane ray data, stack and status; with checkpointing also 33 bits per lane and 18 bytes per unit (1074 B for
+// 8 warps).
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class WarpBuffer final : public WarpBufferModule {
   struct Config {
     unsigned entries = 8;
     unsigned stack_entries = 8;
-    bool spill = true;  ///< by the StackUnit
+    bool spill = true;  ///< needs the StackUnit
     unsigned on_chip_entries() const { return spill ? stack_entries : std::max(stack_entries, kUnspilledStackEntries); }
     void parameters(ParameterList& list) {
       list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
@@ -40,8 +40,8 @@ class WarpBuffer final : public WarpBufferModule {
   };
   using Counters = WarpBufferCounters;
 
-  /// checkpoint: the trace was made with checkpointing, so replay flags and offsets exist. stack_entry: what the stack
-  /// holds. objects: the trace has three levels, so a ray is kept in its object's space, too.
+  /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry.
+  /// objects: the trace has three levels, so the ray is also kept in object space.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
              const StackEntryLayout& stack_entry, bool objects = false);
 

@@ -1,5 +1,5 @@
-// The warp buffer and those who read and write it: the state of all warps is one table, which every part of the RT unit
-// sees as it would see a register file.
+// Interfaces of the warp buffer. The state of all warps is one table that all parts of the RT unit access, like a
+// register file.
 #pragma once
 
 #include <systemc>
@@ -13,21 +13,21 @@ namespace grtx::modules {
 
 class WarpTable;
 
-/// What the other parts see of the warp buffer.
+/// The other parts' view of the warp buffer.
 class warp_buffer_if : public virtual sc_core::sc_interface {
  public:
-  /// The state of the warps. Looked up once, after elaboration; it stays where it is.
+  /// The state of the warps. Looked up once, at the end of elaboration; its address does not change.
   virtual WarpTable& warps() = 0;
 };
 
-/// Who prepares the other parts for a call that has entered the buffer: the RT scheduler.
+/// Callback for a call that has entered the buffer, implemented by the RT scheduler, which prepares the other parts.
 class warp_admission_if : public virtual sc_core::sc_interface {
  public:
-  /// The lanes of `entry` stand at the first event of their round. Called once a call, in the cycle of its acceptance.
+  /// The lanes of `entry` are at the first event of their round. Called once per call, in the cycle of its acceptance.
   virtual void begin(unsigned entry) = 0;
 };
 
-/// A warp buffer: takes calls in and retires warps whose lanes have all finished.
+/// Base class of warp buffers: accepts calls and retires warps whose lanes have all finished.
 class WarpBufferModule : public RtPart, public warp_buffer_if {
  public:
   LinkIn<TraceCall> trace_call{"trace_call"};
@@ -36,9 +36,9 @@ class WarpBufferModule : public RtPart, public warp_buffer_if {
 
   /// Retires at most one warp.
   virtual void retire(Cycle now) = 0;
-  /// Takes at most one call, if there is room.
+  /// Accepts at most one call, if there is room.
   virtual void accept(Cycle now) = 0;
-  /// Closes per-cycle counts at `end`, the first cycle that does not count.
+  /// Completes the per-cycle counters up to `end` (exclusive).
   virtual void settle(Cycle end) = 0;
 
  protected:

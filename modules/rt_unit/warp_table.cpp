@@ -44,7 +44,7 @@ void begin_call(Warp& w, const TraceCall& call, const RoundCursor& cursor, Cycle
     lane.begin(events);
     const bool replay = cursor.round(i).replay;
     if (replay) w.replaying |= bit(i);
-    lane.stack_depth = replay ? 0 : 1;  // a round that does not replay starts with the root on the stack
+    lane.stack_depth = replay ? 0 : 1;  // without replay the stack initially holds the root
     const LaneState state = events.empty() ? LaneState::finished : LaneState::ready;
     w.in[static_cast<std::size_t>(state)] |= bit(i);
   });

@@ -1,4 +1,4 @@
-// The state of all warps in the warp buffer, as every part of the RT unit sees it: which lane stands where. Plain C++.
+// The state of all warps and lanes in the warp buffer, shared by all parts of the RT unit. Plain C++.
 #pragma once
 
 #include <algorithm>
@@ -20,17 +20,17 @@
 
 namespace grtx::modules {
 
-/// Where a lane stands. A lane is in exactly one state.
+/// State of a lane; exactly one at a time.
 enum class LaneState : std::uint8_t {
   idle,                      ///< not part of the call
   ready,                     ///< its next event can be handled when its warp is selected
-  waiting_memory,            ///< node fetch under way
+  waiting_memory,            ///< node fetch in flight
   in_unit,                   ///< queued at or inside an intersection unit
-  waiting_any_hit,           ///< hit found, waits for the warp's any-hit batch
+  waiting_any_hit,           ///< has a hit, waits for the warp's any-hit batch
   in_any_hit,                ///< batch sent, waits for AnyHitDone
-  waiting_checkpoint_read,   ///< source entry on its way
-  waiting_checkpoint_write,  ///< entries or the last sector not yet taken by the checkpoint unit
-  waiting_stack,             ///< stack entries on their way to or from memory
+  waiting_checkpoint_read,   ///< source entry being read
+  waiting_checkpoint_write,  ///< entries or the last sector not yet accepted by the checkpoint unit
+  waiting_stack,             ///< stack entries being spilled or filled
   finished,
 };
 constexpr auto enum_names(LaneState) {
@@ -40,9 +40,9 @@ constexpr auto enum_names(LaneState) {
 inline constexpr std::size_t kLaneStates = kCountOf<LaneState>;
 
 struct Lane {
-  const traces::Event* next = nullptr;  ///< event to handle, or being handled
-  // Copies of next[0] and next[1], as far as there are any. The host has long dropped that line of the trace when a
-  // fetch returns; what it reads now is not needed before the next return.
+  const traces::Event* next = nullptr;  ///< event being handled, or to be handled next
+  // Copies of next[0] and next[1], if they exist. When a fetch returns, the trace is usually no longer in the host's
+  // cache; with the copies its read is needed only at the following return.
   traces::Event event;
   traces::Event following;
   std::uint32_t left = 0;  ///< events of the round from next[0] on
@@ -54,7 +54,7 @@ struct Lane {
     if (left > 0) event = next[0];
     if (left > 1) following = next[1];
   }
-  /// Moves to the next event; false when there is none.
+  /// Moves to the next event. Returns false if there is none.
   bool advance() {
     ++next;
     event = following;
@@ -65,17 +65,17 @@ struct Lane {
 
 struct Warp {
   const traces::RayGroup* group = nullptr;
-  std::uint64_t age = 0;  ///< sequence number of acceptance; smaller is older
+  std::uint64_t age = 0;  ///< acceptance number; smaller is older
   std::uint32_t round = 0;
   std::uint16_t slot = 0;
-  LaneMask lanes = 0;  ///< of the call
-  std::array<LaneMask, kLaneStates> in{};
+  LaneMask lanes = 0;                      ///< lanes of the call
+  std::array<LaneMask, kLaneStates> in{};  ///< [LaneState] lanes in this state
   Cycle accepted = 0;
-  Cycle counted = 0;        ///< cycles before it are counted by what the warp waited for
+  Cycle counted = 0;        ///< warp_cycles are counted up to this cycle (exclusive)
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
-  std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< entries of a lane to hand over once its stack is settled
+  std::array<std::uint8_t, kMaxLanes> checkpoints{};  ///< [lane] checkpoint entries to submit once its stack is settled
 
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
@@ -87,16 +87,16 @@ struct Warp {
   }
 };
 
-/// Puts a call into a warp: its lanes at the first event of the round that `cursor` has been moved to, lanes without
-/// events finished. Group, lanes and states are those of the call; the age is the caller's.
+/// Initialises a warp for a call: lanes start at the first event of the round that `cursor` points to; lanes without
+/// events are finished. The caller sets the age.
 void begin_call(Warp& warp, const TraceCall& call, const RoundCursor& cursor, Cycle now);
 
-/// Counts of a warp buffer.
+/// Counters of a warp buffer.
 struct WarpBufferCounters {
   std::uint64_t calls = 0;               ///< traceRay calls accepted
   std::uint64_t occupancy_integral = 0;  ///< warps x cycles
   std::uint64_t max_stack_depth = 0;
-  std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< warps x cycles by what they waited for
+  std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< [WarpWait] warps x cycles
   Distribution warp_latency;                            ///< cycles from acceptance to retirement
   static const CounterTable<WarpBufferCounters>& table();
   void add(const WarpBufferCounters& other) { table().add(*this, other); }
@@ -105,7 +105,7 @@ struct WarpBufferCounters {
 
 class WarpTable {
  public:
-  /// entries: warps, 1..64; anything else is an Error.
+  /// entries: warps, 1..64. Throws Error otherwise.
   explicit WarpTable(unsigned entries);
 
   unsigned entries() const { return static_cast<unsigned>(warps_.size()); }
@@ -119,7 +119,7 @@ class WarpTable {
   Warp& warp(unsigned entry) { return warps_[entry]; }
   const Warp& warp(unsigned entry) const { return warps_[entry]; }
   Lane& lane(LaneId id) { return warps_[entry_of(id)].lane[lane_of(id)]; }
-  LaneMask occupied() const { return occupied_; }      ///< one bit an entry
+  LaneMask occupied() const { return occupied_; }      ///< one bit per entry
   LaneMask ready_entries() const { return ready_; }    ///< entries with a ready lane
   LaneMask finished_entries() const { return done_; }  ///< entries whose lanes have all finished
   const std::vector<std::uint64_t>& ages() const { return ages_; }
@@ -127,7 +127,7 @@ class WarpTable {
   unsigned oldest(LaneMask entries) const;
   /// Oldest warp in the buffer (not empty).
   const Warp& oldest_warp() const { return warps_[oldest_]; }
-  /// Entry that holds the warp of `slot`; entries() when none does.
+  /// Entry that holds the warp of warp slot `slot`; entries() if none does.
   unsigned find_slot(std::uint16_t slot) const;
 
   /// Moves lanes from one state to another; all of them must be in `from`.
@@ -142,7 +142,7 @@ class WarpTable {
     ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
     note_done(entry);
   }
-  /// Whether the lane is one that waits for an intersection unit.
+  /// Whether the lane is in state in_unit.
   bool in_unit(LaneId id) const {
     return entry_of(id) < warps_.size() && (warps_[entry_of(id)].in_state(LaneState::in_unit) & bit(lane_of(id))) != 0;
   }
@@ -150,20 +150,20 @@ class WarpTable {
     if (depth > counters_.max_stack_depth) counters_.max_stack_depth = depth;
   }
 
-  /// Closes the occupancy integral at `end` (first cycle that does not count).
+  /// Completes the occupancy integral up to `end` (exclusive).
   void settle(Cycle end);
-  /// The occupancy integral up to `end` without closing it.
+  /// The occupancy integral up to `end`, without changing it.
   std::uint64_t occupancy_until(Cycle end) const {
     const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
     return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
   }
-  /// What each warp waits for at present, it does in the cycles before `end`: call before states change. A warp's
-  /// cycles are added up when its own change.
+  /// Attributes the cycles before `end` to what each warp waits for now; call before states change. Lazy: a warp's
+  /// cycles are added when its state next changes.
   void account(Cycle end) { waits_until_ = std::max(waits_until_, end); }
-  /// Adds up the cycles of all warps: call before counters are read.
+  /// Adds the pending cycles of all warps; call before reading the counters.
   void count_waits();
   const WarpBufferCounters& counters() const { return counters_; }
-  /// One line a warp, indented.
+  /// Prints one indented line per warp.
   void dump_state(std::ostream& out) const;
 
  private:
@@ -179,12 +179,12 @@ class WarpTable {
 
   std::vector<Warp> warps_;
   std::vector<std::uint64_t> ages_;
-  std::vector<RoundCursor> cursors_;  ///< by resident slot
+  std::vector<RoundCursor> cursors_;  ///< [warp slot]
   LaneMask all_ = 0;
   LaneMask occupied_ = 0;
   LaneMask ready_ = 0;
   LaneMask done_ = 0;
-  unsigned oldest_ = 0;  ///< entry of the oldest warp, while there is one
+  unsigned oldest_ = 0;  ///< entry of the oldest warp, if there is one
   std::uint64_t next_age_ = 0;
   Cycle occupancy_from_ = 0;
   Cycle waits_until_ = 0;

@@ -1,6 +1,6 @@
 // The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, and back.
-// What the trace does not hold, the bytes and t of entries, is made here, and what the block returns is checked against
-// it. Compiled only where Verilator was found. docs/model/rtl_bridge.md has every pin.
+// The bytes and t values of entries, which the trace does not contain, are generated here, and what the block returns
+// is checked against them. Compiled only if Verilator was found. docs/model/rtl_bridge.md lists every pin.
 #include <Vcheckpoint_faults.h>
 #include <Vcheckpoint_faults___024root.h>
 #include <Vcheckpoint_lanes32.h>
@@ -31,26 +31,26 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kEntryBytes = 28;                        ///< most
-static_assert(std::endian::native == std::endian::little);  // wide pins are words, the lowest first
+constexpr unsigned kEntryBytes = 28;                        ///< largest entry size
+static_assert(std::endian::native == std::endian::little);  // wide pins are arrays of words, lowest first
 constexpr std::uint32_t kInfinity = 0x7f800000;
 
-/// fp32, as bits.
+/// t values as fp32 bits.
 struct EntryTimes {
   std::uint32_t t = 0, t_min = 0, t_max = 0;
 };
-/// What a ray hands over, as bytes: the entry and the t values it is validated with.
+/// A submitted entry as bytes, and the t values it is validated with.
 struct EntryBits {
   std::array<std::uint8_t, kEntryBytes> bytes{};
   EntryTimes times;
 };
 
-/// Entry `index` of what was written as number `generation`: arbitrary, but t_min <= t_max < t, often by one step.
+/// Entry `index` of generation `generation`: random, but with t_min <= t_max < t, often by one ulp.
 EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32_t index) {
   EntryBits entry;
   const std::uint64_t seed = mixed(generation * 0x100000001b3u + index);
   const std::uint64_t t = mixed(seed), more = mixed(t);
-  // Numbers that are not negative are in the order of their bits.
+  // Non-negative floats are ordered like their bits.
   EntryTimes& times = entry.times;
   times.t_max = static_cast<std::uint32_t>(t % kInfinity);
   times.t_min = t >> 60 == 0 ? 0x80000000u : static_cast<std::uint32_t>((t >> 32) % (times.t_max + 1u));
@@ -60,7 +60,7 @@ EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32
     const auto word = static_cast<std::uint32_t>(mixed(seed + i + 1));
     std::memcpy(&entry.bytes[i], &word, sizeof word);
   }
-  // t is the last word of an entry, or the first (docs/model/checkpoint_unit.md, layouts).
+  // t is the last or the first word of an entry (docs/model/checkpoint_unit.md, layouts).
   const unsigned place = entry_bytes == 20 || entry_bytes == 28 ? entry_bytes - 4 : 0;
   std::memcpy(&entry.bytes[place], &times.t, sizeof times.t);
   return entry;
@@ -76,7 +76,7 @@ std::string hexadecimal(std::uint64_t value) {
   return "0x" + text;
 }
 
-/// Model: checkpoint_unit.sv with kLanes lanes, as Verilator made it.
+/// Model: the class that Verilator generated for checkpoint_unit.sv with kLanes lanes.
 template <typename Model, unsigned kLanes>
 class CheckpointRtl final : public CheckpointModule, public CheckpointState, public RtlSignals {
  public:
@@ -90,7 +90,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         model_("checkpoint_unit"),
         noise_(options.disturbance) {
     require_allowed("rt.checkpoint", config_);
-    CheckpointLayout(config_, rt.header);  // refuses what cannot be
+    CheckpointLayout(config_, rt.header);  // throws Error for an impossible configuration
     if (rt.map.checkpoint_entry_bytes() != config_.entry_bytes) {
       throw Error("configuration", "rt.checkpoint.entry_bytes", "must be those of the memory map");
     }
@@ -128,7 +128,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.begin_valid = 0;
   }
 
-  bool needs_source_entries() const override { return false; }  // read from the front
+  bool needs_source_entries() const override { return false; }  // the RTL reads buffers from the front
 
   bool submit(LaneId id, unsigned entries, bool last) override {
     Model& pins = disturbed();
@@ -159,7 +159,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     if (pins.read_refused) CheckpointLayout::refuse("reads");
     ++counters_.entries_read;
     if (pins.read_straddles) ++counters_.straddling_read;
-    look();  // this read may be the next at the front
+    look();  // this read may be the next in the queue
     model_.settle();
     const bool done = pins.read_done;
     if (done) take_part();
@@ -218,16 +218,16 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = model_.pins();
     const bool submitted = pins.submitted_level != 0;
     if (!submitted && !requested_) return;
-    if (stuck_ && !requested_) {  // as in the cycle before: nothing moves, so this cycle has no edge
+    if (stuck_ && !requested_) {  // nothing can move, as in the previous cycle, so no clock edge is needed
       ++counters_.blocked_cycles;
       return;
     }
-    // Idle edges come before: at this one the cycle's request and items move.
+    // Idle edges, if any, come first; the following edge transfers this cycle's request and items.
     disturbed();
     look();
     pins.req_ready = requested_;
     const unsigned items = offer();
-    if (submitted) {  // else no output is looked at
+    if (submitted) {  // otherwise no output is read
       model_.settle();
       check_validation();
     }
@@ -315,14 +315,14 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   static_assert(1u << kRayBits == CheckpointRtlLimits::kWarps * kMaxLanes);
 
   struct Ray {
-    std::uint64_t offset = 0;  ///< of its buffers, from the bases
+    std::uint64_t offset = 0;  ///< byte offset of its buffers from the base addresses
     bool parity = false;
-    std::uint64_t source = 0, destination = 0;  ///< generations
-    std::uint32_t written = 0;                  ///< entries taken in the round
-    std::uint8_t pending = 0;                   ///< entries submitted, not taken
+    std::uint64_t source = 0, destination = 0;  ///< generations of the buffers' contents
+    std::uint32_t written = 0;                  ///< entries accepted in this round
+    std::uint8_t pending = 0;                   ///< entries submitted, not accepted yet
     bool last = false;
-    bool submitted = false;     ///< and not done
-    std::uint32_t arrived = 0;  ///< source entries
+    bool submitted = false;     ///< has items that are not accepted yet
+    std::uint32_t arrived = 0;  ///< source entries received
     std::uint32_t part_mask = 0;
     std::array<std::uint8_t, kEntryBytes> part{};
   };
@@ -345,10 +345,10 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   /// First byte of a resident ray's buffers.
   std::uint64_t first_byte(std::uint64_t ray_slot) const { return map_.checkpoint_entry(ray_slot, 0, 0); }
 
-  /// With the transfer at the pins the entry is complete.
+  /// Whether the transfer now at the pins completes the entry.
   bool part_done() const { return model_->part_valid && model_->part_done; }
 
-  /// The pins, perhaps after edges without a transfer, with arbitrary values where nothing is valid.
+  /// The pins; with disturbance, after random extra edges and with random values on pins that are not valid.
   Model& disturbed() {
     Model& pins = model_.pins();
     if (noise_ == 0) return pins;
@@ -378,7 +378,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     return pins;
   }
 
-  /// Answers where the buffers of the ray lie whose read is next at the front; with bins, whose read is there.
+  /// Answers the block's lookup of the buffer addresses of the ray whose read is next; with bins, of the current read.
   void look() {
     Model& pins = model_.pins();
     const Ray& ray = rays_[pins.look_ray % rays_.size()];
@@ -386,7 +386,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     pins.look_offset = ray.offset;
   }
 
-  /// Offers the items of the rays at the front; returns how many.
+  /// Offers the items of the rays at the front of the queue; returns their number.
   unsigned offer() {
     Model& pins = model_.pins();
     unsigned item = 0;
@@ -395,7 +395,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       const auto id = static_cast<LaneId>(get_bits(pins.front_ray, front * kRayBits, kRayBits));
       if (id >= rays_.size() || !rays_[id].submitted) refuse(id, "is next in its queue, but has handed over nothing");
       const Ray& ray = rays_[id];
-      // The open sector comes with the last entry, or alone if that is taken.
+      // The open sector is offered with the last entry, or alone if that has been accepted.
       const unsigned count = std::max<unsigned>(ray.pending, 1);
       for (unsigned i = 0; i < count && item < config_.lanes; ++i, ++item) {
         items_[item] = id;
@@ -411,7 +411,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         std::memcpy(&pins.item_data[item * kEntryBytes / 4], bits.bytes.data(), kEntryBytes);
       }
     }
-    // The comparators of the others: any bits, equal ones, zeros of both signs.
+    // Unused comparators get random bits, equal values and zeros of both signs.
     for (unsigned other = item; other < kLanes; ++other) {
       const std::uint64_t any = mixed(model_.edges() * 64 + other);
       const auto t = static_cast<std::uint32_t>(any);
@@ -441,7 +441,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     times_[item] = times;
   }
 
-  /// t-value validation of all lanes against the host's comparisons, which are the tracer's.
+  /// Checks the t-value validation of all lanes against the host's comparisons, which are those of the tracer.
   void check_validation() const {
     const Model& pins = model_.pins();
     for (unsigned i = 0; i < kLanes; ++i) {
@@ -460,7 +460,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     }
   }
 
-  /// Bytes of a source entry; all of them, when it is complete, must be those that were written.
+  /// Receives bytes of a source entry; once complete, they must equal those that were written.
   void take_part() {
     const Model& pins = model_.pins();
     if (!pins.part_valid) return;
@@ -515,13 +515,13 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::vector<Ray> rays_;
   ClockedModel<Model> model_;
   std::uint64_t noise_;
-  std::vector<std::uint64_t> generations_;  ///< by warp slot, lane and buffer: what was written into it last
+  std::vector<std::uint64_t> generations_;  ///< [warp slot, lane, buffer] generation last written
   std::uint64_t last_generation_ = 0;
-  std::unordered_map<std::uint64_t, Sector> memory_;  ///< by address: what the block has written
-  std::array<LaneId, kLanes> items_{};                ///< whose items are offered
+  std::unordered_map<std::uint64_t, Sector> memory_;  ///< address -> contents written by the block
+  std::array<LaneId, kLanes> items_{};                ///< [item] lane of the offered item
   std::array<EntryTimes, kLanes> times_{};
-  bool requested_ = false;  ///< this cycle
-  bool stuck_ = false;      ///< the write queue had no room for the first item, and nothing has left it since
+  bool requested_ = false;  ///< a request is sent in this cycle
+  bool stuck_ = false;      ///< the write queue is full for the first item, and nothing has left it since
   Cycle shown_in_ = kNever;
   std::array<std::uint64_t, 9> shown_{};
   CheckpointCounters counters_;

@@ -1,6 +1,6 @@
-// A Verilated block under its clock: the pins of a Verilog module, edges and reset. What a bridge from a unit's
-// interface to pins stands on; docs/model/rtl_bridge.md is its reference, examples/own_rtl.cpp its template.
-// Needs nothing of Verilator: the class that is put in does.
+// A Verilated block with its clock: pins, clock edges and reset. The basis of bridges from a unit's interface to pins;
+// docs/model/rtl_bridge.md is the reference, examples/own_rtl.cpp a template.
+// Does not depend on Verilator itself; only the class passed as Model does.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 
 namespace grtx::modules {
 
-/// Bits at..at + width - 1 (width <= 64) of an input pin, however wide it is.
+/// Sets bits at..at + width - 1 (width <= 64) of an input pin of any width.
 template <typename Pin>
 void put_bits(Pin& pin, unsigned at, unsigned width, std::uint64_t value) {
   if constexpr (std::is_integral_v<Pin>) {
     const std::uint64_t mask = (width < 64 ? std::uint64_t{1} << width : 0) - 1;
     pin = static_cast<Pin>((pin & ~(mask << at)) | ((value & mask) << at));
-  } else {  // words of 32 bits
+  } else {  // wide pins are arrays of 32-bit words
     for (unsigned done = 0; done < width;) {
       const unsigned low = (at + done) % 32, bits = std::min(32 - low, width - done);
       put_bits(pin[(at + done) / 32], low, bits, value >> done);
@@ -25,7 +25,7 @@ void put_bits(Pin& pin, unsigned at, unsigned width, std::uint64_t value) {
   }
 }
 
-/// The same of an output pin.
+/// Reads bits at..at + width - 1 (width <= 64) of an output pin of any width.
 template <typename Pin>
 std::uint64_t get_bits(const Pin& pin, unsigned at, unsigned width) {
   if constexpr (std::is_integral_v<Pin>) {
@@ -42,7 +42,8 @@ std::uint64_t get_bits(const Pin& pin, unsigned at, unsigned width) {
   }
 }
 
-/// Model: what Verilator made of a module with the inputs clk and rst. Set inputs, settle(), read outputs, edge().
+/// Model: the class that Verilator generated for a module with inputs clk and rst. Per cycle: set inputs, settle(),
+/// read outputs, edge().
 template <typename Model>
 class ClockedModel {
  public:
@@ -53,12 +54,12 @@ class ClockedModel {
 
   Model* operator->() const { return model_.get(); }
   Model& pins() const { return *model_; }
-  /// Outputs follow inputs.
+  /// Evaluates combinational logic: outputs follow inputs.
   void settle() {
     model_->eval();
     low_ = true;
   }
-  /// The rising edge, with the inputs as they are. Outputs then show the new state with these inputs.
+  /// A rising clock edge with the current inputs. Outputs then show the new state with these inputs.
   void edge() {
     if (!low_) settle();
     model_->clk = 1;
@@ -82,7 +83,7 @@ class ClockedModel {
 
  private:
   std::unique_ptr<Model> model_;
-  bool low_ = false;  ///< the block has seen the clock low since the last edge
+  bool low_ = false;  ///< the block has been evaluated with the clock low since the last edge
   std::uint64_t edges_ = 0;
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kLargest = std::numeric_limits<float>::max();
 
-/// A sequence of numbers by a seed.
+/// A pseudo-random sequence of numbers.
 class Numbers {
  public:
   explicit Numbers(std::uint64_t seed) : state_(mixed(seed)) {}
@@ -17,13 +17,13 @@ class Numbers {
   std::uint64_t next() { return state_ = mixed(state_); }
   unsigned below(unsigned n) { return static_cast<unsigned>(next() >> 32) % n; }
 
-  /// Between 2^-20 and 2^20 in size.
+  /// Magnitude between 2^-20 and 2^20.
   float ordinary() {
     const std::uint64_t r = next();
     return with(r, 107 + static_cast<std::uint32_t>(r >> 40) % 40);
   }
   float any_bits() { return std::bit_cast<float>(static_cast<std::uint32_t>(next() >> 16)); }
-  /// A number of any kind: zeros, subnormals, infinities and NaNs among them.
+  /// Any kind of number, including zeros, subnormals, infinities and NaNs.
   float special() {
     const std::uint64_t r = next();
     const auto sign = static_cast<std::uint32_t>(r) & 0x80000000u;
@@ -49,12 +49,12 @@ class Numbers {
         return any_bits();
     }
   }
-  /// One of few values, so that equal ones meet: quarters from -2 to 2, zeros of both signs.
+  /// One of few values, so that ties occur: multiples of 1/4 from -2 to 2, zeros of both signs.
   float on_grid() {
     const unsigned k = below(18);
     return k == 17 ? -0.0f : (static_cast<float>(k) - 8.0f) * 0.25f;
   }
-  /// A power of two, or what takes the place of 1/0.
+  /// A power of two, or the value that replaces 1/0.
   float on_grid_inverse() {
     const std::uint64_t r = next();
     const float size = (r >> 8) % 6 == 0 ? kLargest : std::ldexp(1.0f, static_cast<int>((r >> 16) % 3) - 1);
@@ -152,7 +152,7 @@ BoxOperands made_box_operands(std::uint64_t seed, unsigned boxes) {
   for (unsigned slot = 0; slot < children; ++slot) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       float a = number(false), b = number(false);
-      // Boxes as trees have them, around where the ray is going in half of the cases.
+      // Valid boxes as in a BVH; half of them on the ray's path.
       if (kind >= 3 && b < a) std::swap(a, b);
       if (kind >= 5 && numbers.below(2) == 0) {
         const float size = std::fabs(b), on_ray = operands.origin[axis] + 4.0f / operands.inverse[axis];
@@ -162,7 +162,7 @@ BoxOperands made_box_operands(std::uint64_t seed, unsigned boxes) {
       operands.lower[slot][axis] = a;
       operands.upper[slot][axis] = b;
     }
-    if (slot > 0 && numbers.below(6) == 0) {  // the same box again: the order is the slots'
+    if (slot > 0 && numbers.below(6) == 0) {  // repeat the previous box: a tie, resolved by slot
       operands.lower[slot] = operands.lower[slot - 1];
       operands.upper[slot] = operands.upper[slot - 1];
     }
@@ -192,7 +192,7 @@ TransformOperands made_transform_operands(std::uint64_t seed) {
   for (Float3* vector : {&operands.translation, &operands.origin, &operands.direction}) {
     for (float& x : *vector) x = number();
   }
-  if (numbers.below(4) == 0) {  // products that cancel, and a direction along an axis
+  if (numbers.below(4) == 0) {  // products that cancel, and a direction parallel to an axis
     operands.rows[0][1] = operands.rows[0][0];
     operands.direction[1] = -operands.direction[0];
     operands.direction[2] = numbers.below(2) == 0 ? 0.0f : -0.0f;

@@ -1,7 +1,7 @@
 // The ray-box and the ray-transform unit as RTL behind intersection_if: calls become transfers at the pins of
-// ray_box_unit.sv and ray_transform_unit.sv, and back. What the trace does not hold, numbers, is made here, and what
-// the blocks return is checked against the host's arithmetic (intersection_operands.h). Compiled only where Verilator
-// was found. docs/model/rtl_bridge.md has every pin.
+// ray_box_unit.sv and ray_transform_unit.sv, and back. The operands, which the trace does not contain, are generated
+// here, and the results are checked against the host's arithmetic (intersection_operands.h). Compiled only if Verilator
+// was found. docs/model/rtl_bridge.md lists every pin.
 #include <Vray_box_deep.h>
 #include <Vray_box_faults.h>
 #include <Vray_box_flat.h>
@@ -53,14 +53,14 @@ float get_float(const Pin& pin, unsigned index) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(get_bits(pin, index * 32, 32)));
 }
 
-/// Operands, pins and outcomes of a ray-box test. kBoxes: BOXES of the block.
+/// Operands, pins and results of a ray-box test. kBoxes: parameter BOXES of the block.
 template <typename Verilated, unsigned kBoxes>
 struct BoxBlock {
   using Model = Verilated;
   using Outcome = BoxOutcome;
   static constexpr const char* kTest = "test";
 
-  /// children: that a test covers, at most.
+  /// children: most children per test.
   static Outcome begin(Model& pins, unsigned pipeline, std::uint64_t seed, unsigned children) {
     const BoxOperands operands = made_box_operands(seed, std::min(children, kBoxes));
     put_bits(pins.test_used, pipeline * kBoxes, kBoxes, operands.used);
@@ -86,7 +86,7 @@ struct BoxBlock {
     put_bits(pins.test_t_min, pipeline * 32, 32, mixed(noise + 9));
     put_bits(pins.test_t_max, pipeline * 32, 32, mixed(noise + 10));
   }
-  /// What is wrong with a result; empty: nothing.
+  /// Describes what is wrong with a result; empty if it is correct.
   static std::string fault_of(const Model& pins, unsigned pipeline, const Outcome& expected) {
     for (unsigned place = 0; place < kBoxes; ++place) {
       const unsigned at = (pipeline * kBoxes + place) * 36;
@@ -114,7 +114,7 @@ struct BoxBlock {
   }
 };
 
-/// The same of a transform.
+/// The same for a transform.
 template <typename Verilated>
 struct TransformBlock {
   using Model = Verilated;
@@ -149,7 +149,7 @@ struct TransformBlock {
       std::string fault = differs("origin", get_float(pins.result_origin, at), expected.origin[axis]);
       if (fault.empty()) fault = differs("direction", get_float(pins.result_direction, at), expected.direction[axis]);
       if (!fault.empty()) return fault;
-      // The sign of a NaN is up to the processor, and the reciprocal takes it over.
+      // The sign of a NaN depends on the processor, and the reciprocal inherits it.
       const float inverse = get_float(pins.result_inverse, at);
       if (std::isnan(expected.direction[axis]) && same_number(-inverse, expected.inverse[axis])) continue;
       fault = differs("reciprocal", inverse, expected.inverse[axis]);
@@ -166,7 +166,7 @@ struct TransformBlock {
   }
 };
 
-/// stages: registers from a pipeline's input to its result in Block::Model.
+/// stages: number of registers from a pipeline's input to its result in Block::Model.
 template <typename Block, unsigned kCount>
 class IntersectionRtl final : public IntersectionModule, public IntersectionState, public RtlSignals {
   using Model = typename Block::Model;
@@ -233,9 +233,9 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
     pins.step = 0;
     passed_ = now + 1;
     due_ = pins.idle ? kNever : now + 1;
-    // Results of one cycle come in the order of their starts.
+    // Results of one cycle are delivered in the order of their starts.
     std::sort(results_.begin(), results_.end());
-    // After the edge: what the client does may lead to the next transfer.
+    // After the edge, because the client may start the next transfer.
     for (std::size_t i = 0; i < results_.size(); ++i) client_->unit_result(now, results_[i].second);
   }
 
@@ -276,9 +276,9 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   static constexpr unsigned kMostTests = 15, kRayBits = 10;
   static_assert(1u << kRayBits == IntersectionRtlLimits::kWarps * kMaxLanes);
   struct Lane {
-    std::uint32_t visit = 0;  ///< how often it has asked
+    std::uint32_t visit = 0;  ///< number of requests so far
     Cycle queued = 0;
-    std::uint64_t started = 0;  ///< as which one
+    std::uint64_t started = 0;  ///< number of its start, for ordering results
     std::uint8_t tests = 0;
   };
   struct Flight {
@@ -300,7 +300,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
         std::string(Block::kTest) + " " + std::to_string(number) + " of visit " + std::to_string(visit) + ": " + rule);
   }
 
-  /// Edges for the cycles before `now` in which nothing was asked of the unit: its pipelines become free in them.
+  /// Clocks the block through the cycles before `now` without requests, in which its pipelines become free.
   void pass_until(Cycle now) {
     for (; passed_ < now && model_->busy != 0; ++passed_) {
       Model& pins = disturbed();
@@ -353,7 +353,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
     if (last) results_.emplace_back(lanes_[id].started, id);
   }
 
-  /// The pins, perhaps after edges in which no time passes, with arbitrary values where nothing is valid.
+  /// The pins; with disturbance, after random extra edges and with random values on pins that are not valid.
   Model& disturbed() {
     Model& pins = model_.pins();
     if (noise_ == 0) return pins;
@@ -383,11 +383,11 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   std::vector<Lane> lanes_;
   ClockedModel<Model> model_;
   std::uint64_t noise_;
-  Cycle passed_ = 0;  ///< cycles that the block has seen
+  Cycle passed_ = 0;  ///< cycles that the block has been clocked through
   RingQueue<LaneId> order_;
   std::array<RingQueue<Flight>, kCount> flights_;
   std::array<Cycle, kCount> free_from_{};
-  std::vector<std::pair<std::uint64_t, LaneId>> results_;  ///< of this cycle
+  std::vector<std::pair<std::uint64_t, LaneId>> results_;  ///< results of this cycle: (start number, lane)
   std::vector<RtlSignal> signals_ = {{"clk_edges", 32},        {"level", 11},           {"in_flight", 11},
                                      {"busy", kCount},         {"start_valid", kCount}, {"test_valid", kCount},
                                      {"result_valid", kCount}, {"result_last", kCount}};

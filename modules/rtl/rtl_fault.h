@@ -1,4 +1,4 @@
-// How a bridge ends a run whose block is wrong: a report of the kernel of its own type, which is no internal error.
+// Ends a run in which an RTL block gave a wrong result, with a SystemC report of its own type.
 #pragma once
 
 #include <stdexcept>
@@ -9,10 +9,10 @@ namespace grtx::modules {
 
 inline constexpr const char* kRtlReport = "/grtx/rtl";
 
-/// unit: its name in the hierarchy. place: of what.
+/// unit: its name in the hierarchy. place: what the wrong result belongs to.
 [[noreturn]] inline void rtl_fault(const char* unit, const std::string& place, const std::string& rule) {
   SC_REPORT_ERROR(kRtlReport, (std::string(unit) + " (RTL): " + place + ": " + rule).c_str());
-  throw std::runtime_error(rule);  // where reports are told not to throw
+  throw std::runtime_error(rule);  // if reports are configured not to throw
 }
 
 }  // namespace grtx::modules

@@ -1,4 +1,4 @@
-// Signals of a Verilated block that a waveform shows below its unit.
+// Signals of a Verilated block, shown below its unit in waveforms.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ struct RtlSignal {
   unsigned width = 1;  ///< bits, at most 64
 };
 
-/// A unit that is a Verilated block.
+/// Additional base class of a unit that is a Verilated block.
 class RtlSignals {
  public:
   virtual const std::vector<RtlSignal>& rtl_signals() const = 0;
-  /// Value of signal `index`: pins as they were at the last clock edge of cycle `now`, with valid low if there was
-  /// none; registers as they are after it.
+  /// Value of signal `index`: for pins at the last clock edge of cycle `now`, with valid low if there was no edge; for
+  /// registers after that edge.
   virtual std::uint64_t rtl_value(std::size_t index, Cycle now) const = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// Units of the RT unit that exist as RTL, too: who makes them, and for which configurations.
+// Factories of the units that also exist as RTL, and the configurations that the RTL supports.
 #pragma once
 
 #include <cstdint>
@@ -10,25 +10,26 @@
 
 namespace grtx::modules {
 
-/// Whether this build has the Verilated blocks.
+/// Whether this build includes the Verilated blocks.
 bool has_rtl();
 
-/// What the Verilated checkpoint unit is built for.
+/// Largest configuration of the Verilated checkpoint unit.
 struct CheckpointRtlLimits {
   static constexpr unsigned kLanes = 32, kWriteQueue = 64, kWarps = 32;
-  static constexpr std::uint64_t kEntries = 65535;  ///< of a buffer
+  static constexpr std::uint64_t kEntries = 65535;  ///< per buffer
 };
-/// And the ray-box and the ray-transform unit. A pipeline of fewer cycles than its steps is built with one register.
+/// Largest configuration of the Verilated ray-box and ray-transform units. A pipeline with fewer cycles than its steps
+/// is built with a single register.
 struct IntersectionRtlLimits {
   static constexpr unsigned kCount = 8, kWarps = 32, kInterval = 127, kBoxes = 8;
-  static constexpr unsigned kDelay = 63;  ///< cycles that the straps can add
+  static constexpr unsigned kDelay = 63;  ///< latency that the strap pins can add, in cycles
   static constexpr unsigned kLatency = 1 + kDelay;
   static constexpr unsigned kBoxSteps = 13, kTransformSteps = 6;
-  // With several registers behind the long steps; of at most so many pipelines.
+  // Variants with several registers behind the long steps: their latency, and the most pipelines.
   static constexpr unsigned kBoxDeep = 34, kTransformDeep = 45, kDeepCount = 4;
 };
 
-/// First key under rt. that the RTL of a unit does not have, and the rule; an empty key: none.
+/// First key under rt. whose value the RTL does not support, and the rule; an empty key means supported.
 struct RtlRefusal {
   const char* key = "";
   const char* rule = "";
@@ -36,17 +37,18 @@ struct RtlRefusal {
 RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& config);
 RtlRefusal box_rtl_refusal(const RtUnitConfig& config);
 RtlRefusal transform_rtl_refusal(const RtUnitConfig& config);
-/// Why a unit that the configuration wants as RTL cannot be RTL, if there is one.
+/// The first refusal among the units that the configuration selects as RTL.
 RtlRefusal rtl_refusal(const RtUnitConfig& config);
 
 struct RtlBenchOptions {
-  /// Other than 0: edges without a transfer in between, and arbitrary values on pins that carry nothing, by this seed.
+  /// If not 0: seed for random extra edges without a transfer, and for random values on pins that are not valid.
   std::uint64_t disturbance = 0;
-  bool faulty_block = false;  ///< the one that can be made wrong (CHECKPOINT_FAULTS and INTERSECTION_FAULTS in the RTL)
-  unsigned fault = 0;         ///< of that block: 0 none, 1 comparison, 2 lost entry, 3 one off
+  bool faulty_block =
+      false;           ///< use the block with fault injection (CHECKPOINT_FAULTS, INTERSECTION_FAULTS in the RTL)
+  unsigned fault = 0;  ///< injected fault: 0 none, 1 comparison, 2 lost entry, 3 off by one
 };
 
-/// A unit as RTL. Throw Error without has_rtl(), and for what it does not have.
+/// Construct a unit as RTL. Throw Error without has_rtl(), and for configurations that the RTL does not support.
 std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const RtUnitContext& rt,
                                                       const RtlBenchOptions& options = {});
 std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
@@ -54,7 +56,7 @@ std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitC
 std::unique_ptr<IntersectionModule> make_transform_rtl(const char* name, const RtUnitContext& rt,
                                                        const RtlBenchOptions& options = {});
 
-/// Units that the configuration wants as RTL, unless somebody else makes them.
+/// Sets the factories in `parts` for the units that the configuration selects as RTL, unless already set.
 void use_rtl(const RtUnitConfig& config, RtUnitParts& parts);
 
 }  // namespace grtx::modules

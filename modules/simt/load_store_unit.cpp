@@ -52,7 +52,7 @@ unsigned LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& request
     request.missed_below = oldest.missed_below;
     requests.push(now, request);
     head_ = (head_ + 1) & (ring_.size() - 1);
-    if (--size_ == 0) head_ = 0;  // stays in the same few lines of the host's cache
+    if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
     ++in_flight_;
   }
   return sent;

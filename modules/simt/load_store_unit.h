@@ -1,5 +1,5 @@
-// Load-store unit of the SIMT core: sends the sectors of shader phases to the L1, one a cycle or more, in the order of
-// arrival, and counts what each warp still waits for.
+// Load-store unit of the SIMT core: sends the sectors of shader phases to the L1 in order of arrival, one or more per
+// cycle, and counts the outstanding loads and stores of each warp.
 #pragma once
 
 #include <array>
@@ -17,28 +17,27 @@ namespace grtx::modules {
 struct LoadStoreCounters {
   std::array<std::uint64_t, kRegionCount> loads{};   ///< sectors
   std::array<std::uint64_t, kRegionCount> stores{};  ///< sectors
-  std::uint64_t blocked_cycles = 0;                  ///< ticks in which a request was there but the L1 took none
+  std::uint64_t blocked_cycles = 0;                  ///< ticks with a request waiting but no room in the L1's link
   std::uint64_t deepest_queue = 0;                   ///< most sectors waiting at a time
 
   std::uint64_t sectors() const;
 };
 
-/// Kernel-free. The tag of a request is its warp slot; loads and stores of a slot are told apart by `write`.
+/// No SystemC process. The tag of a request is its warp slot; `write` distinguishes loads from stores.
 class LoadStoreUnit {
  public:
   LoadStoreUnit(unsigned resident_warps, std::uint8_t l1_client);
 
-  /// Queues sectors of the warp in `slot` behind all that wait already.
+  /// Appends sectors of the warp in `slot` to the queue.
   void enqueue(unsigned slot, std::span<const SectorAccess> sectors, bool write);
-  /// Sends the oldest requests, at most `most`, as far as `requests` takes them in cycle `now`. Returns how
-  /// many it took.
+  /// Sends the oldest requests, at most `most`, while `requests` has room in cycle `now`. Returns the number sent.
   unsigned send(Cycle now, const LinkWriter<MemoryRequest>& requests, unsigned most = 1);
-  /// Whether such a response is due.
+  /// Whether a matching request is outstanding.
   bool expects(const MemoryResponse& response) const {
     const std::vector<std::uint32_t>& pending = response.write ? stores_pending_ : loads_pending_;
     return in_flight_ > 0 && response.tag < pending.size() && pending[response.tag] > 0;
   }
-  /// Accounts a response; returns its warp slot.
+  /// Accounts for a response and returns its warp slot.
   unsigned receive(const MemoryResponse& response);
 
   /// Sectors of `slot` queued or in flight.
@@ -63,7 +62,7 @@ class LoadStoreUnit {
   void grow(std::size_t at_least);
 
   std::uint8_t client_;
-  std::vector<Waiting> ring_;  ///< power of two; grows to the most that ever waited
+  std::vector<Waiting> ring_;  ///< ring buffer, size a power of two, grows as needed
   std::size_t head_ = 0;
   std::size_t size_ = 0;
   std::uint64_t in_flight_ = 0;

@@ -106,7 +106,7 @@ Cycle SimtCore::tick(Cycle now) {
     finish_store_reads(now);
     accept_messages(now);
     finish_phases(now);
-    // What the RT unit asked for goes first everywhere: lanes wait for it there.
+    // Services for the RT unit have priority throughout, because its lanes wait for them.
     for_each_bit(std::exchange(starting_service_, 0), [&](unsigned slot) { start_service(slot, now); });
     for_each_bit(std::exchange(starting_ray_generation_, 0), [&](unsigned slot) { start_ray_generation(slot, now); });
     const LaneMask loaded = std::exchange(loaded_, 0);
@@ -276,8 +276,8 @@ void SimtCore::next_round(unsigned slot) {
   starting_ray_generation_ |= bit(slot);
 }
 
-// A warp has one program counter: it serves one request at a time, any-hit shaders before node fetches, each kind in
-// order of arrival. An intersection shader goes on as the any-hit shader of its hits.
+// A warp has one program counter, so it serves one request at a time: any-hit shaders before node fetches, each kind in
+// order of arrival. An intersection shader is followed by the any-hit shader for its hits.
 void SimtCore::start_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
   if (warp.service == Service::intersection) {
@@ -350,7 +350,7 @@ void SimtCore::fill_phase(unsigned slot) {
   }
 }
 
-// A phase without time is over at once, and the next one begins.
+// Sampled run: an untimed phase ends at once, and the next one begins.
 void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
   for (;;) {
     fill_phase(slot);
@@ -524,12 +524,13 @@ Inventory SimtCore::inventory() const {
       {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
   if (const PrivateStore::Config& store = config_.private_store; store.entries() > 0) {
     const std::uint64_t places = std::uint64_t{store.entries()} * config_.resident_warps * kMaxLanes;
-    // A port for reads and writes alike.
+    // One port for both reads and writes.
     inventory.storage.push_back({"private_store", StorageKind::ram, places * PrivateStore::kEntryBytes * 8, 1, 0, false,
                                  store.lane_bytes * 8, kMaxLanes});
     inventory.operators.push_back({"int_add", 16, kMaxLanes});  // slot's first entry + index
     if (store.insertion) {
-      // A bank's hit (t and id) and the entry that moves; how full each k-buffer is; t and id compared; the next index.
+      // Per bank: registers for the hit (t and id) and the moving entry, fill level of each k-buffer, comparators for t
+      // and id, and the next index.
       inventory.storage.push_back({"insertion_registers", StorageKind::flip_flop, std::uint64_t{kMaxLanes} * 2 * 64});
       inventory.storage.push_back({"insertion_fill", StorageKind::ram,
                                    std::uint64_t{kMaxLanes} * config_.resident_warps *

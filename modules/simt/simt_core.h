@@ -1,6 +1,6 @@
 // SIMT core of an SM (paper, Section IV and Listing 1): runs the ray generation shader of each resident warp and the
 // any-hit shader that the RT unit invokes. Four in-order warp schedulers (Table I) and a load-store unit.
-// Cost: the SM's own; GRTX adds nothing here. docs/model/simt_core.md states its timing to the cycle.
+// Cost: that of the SM; GRTX adds nothing here. docs/model/simt_core.md has the timing to the cycle.
 #pragma once
 
 #include <bit>
@@ -30,31 +30,31 @@
 
 namespace grtx::modules {
 
-/// The SIMT core as an SM sees it.
+/// The SIMT core as the SM sees it.
 class SimtCoreModule : public ClockedModule {
  public:
-  /// One binding an RT unit, the same number and order for all.
+  /// Ports with one binding per RT unit, in the same number and order for all.
   template <typename Interface>
   using ForEachRtUnit = sc_core::sc_port<Interface, 0>;
   template <typename Interface>
   using ForEachRtUnitOrNone = sc_core::sc_port<Interface, 0, sc_core::SC_ZERO_OR_MORE_BOUND>;
 
-  // Links to hold one message per resident warp never block; smaller ones are correct, but are polled when full.
+  // Links with room for one message per resident warp never block; smaller ones work, but are polled when full.
   LinkIn<LaunchWarp> launch{"launch"};
   LinkOut<WarpEnded> ended{"ended"};
-  // The warp in slot s belongs to RT unit s mod their number.
+  // The warp in slot s uses RT unit s mod (number of RT units).
   ForEachRtUnit<link_out_if<TraceCall>> trace_call{"trace_call"};
   ForEachRtUnit<link_in_if<TraceDone>> trace_done{"trace_done"};
   ForEachRtUnit<link_in_if<AnyHitBatch>> any_hit_batch{"any_hit_batch"};
   ForEachRtUnit<link_out_if<AnyHitDone>> any_hit_done{"any_hit_done"};
-  /// Bound when the shaders fetch the nodes for the RT units.
+  /// Bound if the shaders fetch the nodes for the RT units.
   ForEachRtUnitOrNone<link_in_if<NodeFetchBatch>> node_fetch{"node_fetch"};
   ForEachRtUnitOrNone<link_out_if<NodeFetchDone>> node_fetch_done{"node_fetch_done"};
   LinkOut<MemoryRequest> memory_request{"memory_request"};
   LinkIn<MemoryResponse> memory_response{"memory_response"};
-  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< the L1, for what takes no time
+  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< functional access to the L1 in sampled runs
 
-  /// Counters up to the clock's present cycle.
+  /// Counters up to the clock's current cycle.
   virtual SimtCounters counters() const = 0;
   /// No warp is resident and nothing waits in any queue.
   virtual bool idle() const = 0;
@@ -68,25 +68,24 @@ class SimtCoreModule : public ClockedModule {
 struct SimtCoreConfig {
   unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
   unsigned schedulers = 4;
-  Sampling sampling{};           ///< by the assembly
-  unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; by the assembly
+  Sampling sampling{};           ///< set by the assembly
+  unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
   unsigned instruction_latency = 4;
-  std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
+  std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
   std::uint64_t registers = 65536;
   unsigned registers_per_thread = 0;
   unsigned payload_registers = 0;
   unsigned sectors_per_cycle = 1;
-  RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both for the assembly's MemoryMap
+  RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
   PrivateStore::Config private_store;
-  /// Warps whose registers the register file holds, all threads of a warp having the same; none limited: no number is
-  /// smaller.
+  /// Number of warps whose registers fit the register file; the largest integer if registers do not limit it.
   std::uint64_t resident_by_registers() const {
     if (registers_per_thread == 0) return ~std::uint64_t{0};
     return registers / (std::uint64_t{registers_per_thread + payload_registers} * kMaxLanes);
   }
-  /// But for the costs and the private store, which are tables of their own.
+  /// All but the costs and the private store, which are separate tables.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
@@ -140,34 +139,32 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
            const traces::Header& header, const MemoryMap& map);
 
   void touch_any_hit(const AnyHitBatch& batch, Cycle at) override;
-  /// No warp is resident and nothing waits in any queue.
   bool idle() const override;
   unsigned resident() const;
   unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
   bool occupied(unsigned slot) const { return slots_[slot].step != Step::free; }
-  /// What the warp in an occupied slot does. Like group() and round(), it needs an occupied slot.
+  /// Activity of the warp in a slot. Like group() and round(), requires an occupied slot.
   WarpActivity activity(unsigned slot) const { return slots_[slot].activity; }
   const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
   std::uint32_t round(unsigned slot) const { return program_.round(slot); }
   const LoadStoreUnit& load_store() const { return lsu_; }
   const PrivateStore& private_store() const { return store_; }
-  /// Last cycle in which it did anything: until then nothing that can be seen from outside has changed.
+  /// Last cycle in which tick() did any work; the visible state has not changed since.
   Cycle last_active() const { return last_active_; }
-  /// Counters up to the domain's present cycle.
   SimtCounters counters() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
 
  private:
-  /// Where the ray generation shader of a warp stands.
+  /// Progress of a warp's ray generation shader.
   enum class Step : std::uint8_t { free, prologue, evict_move, trace_call, tracing, sort, blend, epilogue, draining };
   friend constexpr auto enum_names(Step) {
     return names_in_order<Step>(
         {"free", "prologue", "evict_move", "trace_call", "tracing", "sort", "blend", "epilogue", "draining"});
   }
 
-  /// What a warp does for the RT unit while it is being traced.
+  /// What a warp executes for the RT unit while it is being traced.
   enum class Service : std::uint8_t { none, any_hit, node_fetch, intersection };
 
   /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.
@@ -186,22 +183,22 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
 
   struct Slot {
     Step step = Step::free;
-    Service service = Service::none;  ///< what it executes for the RT unit (step is tracing)
+    Service service = Service::none;  ///< running service for the RT unit (step is tracing)
     WarpActivity activity = WarpActivity::raygen;
-    Cycle since = 0;       ///< of this activity
-    Cycle ready = kNever;  ///< when the instructions of the running phase are done
+    Cycle since = 0;       ///< start of this activity
+    Cycle ready = kNever;  ///< cycle in which the instructions of the running phase are done
     PhaseKind kind = PhaseKind::prologue;
     std::uint64_t instructions = 0;    ///< of the running phase, not yet issued
-    std::vector<SectorAccess> stores;  ///< of the running phase
-    std::uint32_t store_writes = 0;    ///< the same, to the private store
-    std::vector<SectorAccess> loads;   ///< of a phase in steps
-    std::vector<LoadStep> steps;       ///< of the running phase
-    std::size_t next_step = 0;         ///< whose loads have not gone out
-    Cycle store_read = 0;              ///< when the last read of the private store is back; 0: it is
+    std::vector<SectorAccess> stores;  ///< stores of the running phase
+    std::uint32_t store_writes = 0;    ///< private-store writes of the running phase
+    std::vector<SectorAccess> loads;   ///< loads of a phase with steps
+    std::vector<LoadStep> steps;       ///< steps of the running phase
+    std::size_t next_step = 0;         ///< first step whose loads have not been sent
+    Cycle store_read = 0;              ///< cycle in which the last private-store read returns; 0: none pending
     std::uint64_t step_instructions = 0;
-    LaneMask any_hit_lanes = 0;  ///< of the running batch
-    AnyHitBatch hits;            ///< that the intersection shader has found, for the any-hit shader
-    NodeFetchDone fetched;       ///< of the running node fetch
+    LaneMask any_hit_lanes = 0;  ///< lanes of the running batch
+    AnyHitBatch hits;            ///< hits found by the intersection shader, for the any-hit shader
+    NodeFetchDone fetched;       ///< answer to the running node fetch
   };
 
   void start_of_simulation() override;
@@ -217,17 +214,17 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   void finish_ray_generation(unsigned slot, Cycle now);
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);
-  /// The banks of the private store insert the hits of phase_.
+  /// Lets the banks of the private store insert the hits of phase_.
   void insert_at_store(unsigned slot, LaneMask lanes, Cycle now);
   void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void fill_phase(unsigned slot);
-  /// In a sampled run: the phase of the ray generation shader is one of those that take time.
+  /// Sampled run: whether the ray generation shader's phase is a timed one.
   bool phase_takes_time(unsigned slot) const;
   void touch_phase(ShaderPhase& phase, Cycle at);
   void load(unsigned slot, Cycle now);
-  /// The loads of a phase, or of a step of one.
+  /// Sends the loads of a phase, or of one step of it.
   void send_loads(unsigned slot, std::span<SectorAccess> loads, std::uint32_t store_reads, Cycle now);
   void issue(unsigned slot, Cycle now);
   void send(Cycle now);
@@ -245,18 +242,18 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   PrivateStore store_;
   std::vector<Slot> slots_;
   ShaderPhase phase_;                    ///< scratch
-  ShaderPhase touched_phase_;            ///< scratch, of events without time
-  touch_if* cache_ = nullptr;            ///< null where everything takes time
+  ShaderPhase touched_phase_;            ///< scratch, for untimed events
+  touch_if* cache_ = nullptr;            ///< null unless the run is sampled
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready
   Cycle next_store_read_ = kNever;       ///< earliest Slot::store_read
   Cycle last_active_ = 0;
-  // Warp slots (a bit each) with something to do in the present cycle.
+  // Warp slots (one bit each) with work in the current cycle.
   LaneMask starting_service_ = 0;
   LaneMask starting_ray_generation_ = 0;
-  LaneMask loaded_ = 0;  ///< all loads of the phase are back
-  // Messages to send, at most one of each kind a cycle.
+  LaneMask loaded_ = 0;  ///< all loads of the phase have returned
+  // Messages to send, at most one of each kind per cycle.
   RingQueue<std::uint16_t> trace_calls_;
   RingQueue<AnyHitDone> any_hits_done_;
   RingQueue<NodesFetched> nodes_fetched_;

@@ -22,7 +22,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
   };
   using S = ShaderCounters;
   using M = LoadStoreCounters;
-  const auto loads_shader_reads = [](Region region) {  // the rest is the RT unit's traffic
+  const auto loads_shader_reads = [](Region region) {  // all others are the RT unit's traffic
     return !is_node(region) && region != Region::checkpoint && region != Region::stack;
   };
   using Column = CounterColumn<decltype(of_memory(&M::loads))>;

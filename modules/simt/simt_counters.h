@@ -1,4 +1,4 @@
-// What the SIMT core of an SM counts; counters of several SMs add up.
+// Counters of an SM's SIMT core; those of several SMs are summed.
 #pragma once
 
 #include <array>
@@ -13,21 +13,21 @@
 
 namespace grtx::modules {
 
-/// What a resident warp does in a cycle; exactly one of these.
+/// Activity of a resident warp in a cycle; exactly one of these.
 enum class WarpActivity : std::uint8_t {
   raygen,   ///< prologue, evict move, trace call, sort or epilogue: waiting for its issue slot or executing
   blend,    ///< the same for the blending phase
   any_hit,  ///< the same for the any-hit and intersection shaders
   memory,   ///< any phase: waiting for its loads
-  trace,    ///< handed to the RT unit, no any-hit shader running
-  fetch,    ///< fetches nodes for the RT unit (when shaders do): waiting for its issue slot or executing
-  drain,    ///< finished but for the acknowledgements of its stores
+  trace,    ///< in the RT unit, no shader running for it
+  fetch,    ///< node fetch for the RT unit (if shaders fetch nodes): waiting for its issue slot or executing
+  drain,    ///< finished except for the acknowledgements of its stores
 };
 constexpr auto enum_names(WarpActivity) {
   return names_in_order<WarpActivity>({"raygen", "blend", "any_hit", "memory", "trace", "fetch", "drain"});
 }
 inline constexpr std::size_t kWarpActivities = kCountOf<WarpActivity>;
-/// What a warp does that executes a phase, or waits for its issue slot.
+/// Activity of a warp that executes a phase or waits for its issue slot.
 constexpr WarpActivity activity_of(PhaseKind kind) {
   if (kind == PhaseKind::blend) return WarpActivity::blend;
   if (kind == PhaseKind::any_hit || kind == PhaseKind::intersection) return WarpActivity::any_hit;
@@ -45,7 +45,7 @@ struct SimtCounters {
   ShaderCounters shader;
   LoadStoreCounters memory;
   PrivateStore::Counters private_store;
-  OwnCounts own;  ///< of a core that is not the project's
+  OwnCounts own;  ///< extra counters of a user-supplied core
 
   static const CounterTable<SimtCounters>& table();
   void add(const SimtCounters& o) { table().add(*this, o); }
@@ -53,7 +53,7 @@ struct SimtCounters {
   std::uint64_t resident_warp_cycles() const;  ///< occupancy integral: sum of warp_cycles
 };
 
-/// Adds all counters to `list`, names beginning with `prefix` and a dot.
+/// Appends all counters as prefix + ".name".
 void describe(const SimtCounters& counters, StatisticList& list, const std::string& prefix);
 
 }  // namespace grtx::modules

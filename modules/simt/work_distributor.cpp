@@ -72,7 +72,7 @@ Cycle WorkDistributor::tick(Cycle now) {
   return due;
 }
 
-// The first group of a launch starts when the launch before has ended; an end is what wakes the distributor up.
+// The first group of a launch must wait until the previous launch has ended; each WarpEnded wakes the distributor.
 bool WorkDistributor::held_back(Cycle now) {
   if (ready_ == nullptr) ready_ = source_.acquire(next_);
   return order_.holds_back(*ready_, running_ > 0, now);

@@ -1,8 +1,7 @@
-// Work distributor of the GPU: hands the ray groups of a trace, in index order, to SMs with a free warp slot.
+// Work distributor of the GPU: assigns the ray groups of a trace, in index order, to SMs with a free warp slot.
 // One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
-// A launch waits for the end of the one before (launch_order.h): a frame's secondary rays for its primary rays, a frame
-// for the frame before.
-// Cost: a credit counter per SM; not part of the GRTX hardware.
+// A launch waits for the end of the previous one (launch_order.h): a frame's secondary rays for its primary rays, a
+// frame for the previous frame. Cost: a credit counter per SM; not part of the GRTX hardware.
 #pragma once
 
 #include <cstdint>
@@ -22,17 +21,17 @@
 
 namespace grtx::modules {
 
-/// Where ray groups come from. Positions 0..count()-1 are acquired in ascending order, each once, and released in any.
+/// Source of ray groups. Positions 0..count()-1 are each acquired once, in ascending order, and released in any order.
 class GroupSource {
  public:
   virtual ~GroupSource() = default;
   virtual std::uint64_t count() const = 0;
-  /// The group at `position`; it stays valid and unchanged until released. Throws Error if it cannot be read.
+  /// Returns the group at `position`, valid and unchanged until released. Throws Error if it cannot be read.
   virtual const traces::RayGroup* acquire(std::uint64_t position) = 0;
   virtual void release(std::uint64_t position) = 0;
 };
 
-/// Is told of each warp's start and end; for pictures of where the time went. Called a few times a warp.
+/// Observer of each warp's start and end, for timeline pictures.
 class WarpObserver {
  public:
   virtual ~WarpObserver() = default;
@@ -40,27 +39,27 @@ class WarpObserver {
   virtual void ended(unsigned sm, unsigned slot, Cycle now) = 0;
 };
 
-/// What a distributor of work has done.
+/// Counters of a work distributor.
 struct DistributorCounters {
   std::uint64_t groups = 0;
   std::uint64_t most_on_one_sm = 0;
   std::uint64_t fewest_on_one_sm = 0;
-  Cycle tail_cycles = 0;  ///< from the last launch to the end
+  Cycle tail_cycles = 0;  ///< from the launch of the last warp to the end
   std::vector<LaunchSpan> launches;
 };
 
-/// A distributor as the GPU sees it: hands the ray groups of a source to SMs with a free warp slot, each group once.
+/// A distributor as the GPU sees it: assigns each ray group of a source to an SM with a free warp slot.
 class WorkDistributorModule : public ClockedModule {
  public:
-  sc_core::sc_vector<LinkOut<LaunchWarp>> launch;  ///< to each SM
-  sc_core::sc_vector<LinkIn<WarpEnded>> ended;     ///< from each SM
+  sc_core::sc_vector<LinkOut<LaunchWarp>> launch;  ///< [sm]
+  sc_core::sc_vector<LinkIn<WarpEnded>> ended;     ///< [sm]
 
-  /// Fires in the delta cycle after the one in which the last group's end was seen.
+  /// Notified in the delta cycle after the one in which the end of the last group was seen.
   virtual const sc_core::sc_event& done() const = 0;
-  /// Attach before the run; must outlive it. nullptr: none.
+  /// Sets the observer, before the run; it must outlive the run. nullptr: none.
   virtual void observe(WarpObserver* observer) = 0;
   virtual bool finished() const = 0;
-  /// Cycle in which the end of the last group was seen: the cycles that the GPU took. Valid once finished().
+  /// Cycle in which the end of the last group was seen, that is, the GPU's run time. Valid once finished().
   virtual Cycle end_cycle() const = 0;
   virtual std::uint64_t launched() const = 0;
   virtual std::uint64_t running() const = 0;
@@ -79,7 +78,7 @@ struct WorkDistributorConfig {
   unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
 };
 
-/// Adds the counts as prefix + ".name".
+/// Appends the counters as prefix + ".name".
 void describe(const DistributorCounters& counters, StatisticList& list, const std::string& prefix);
 
 class WorkDistributor final : public WorkDistributorModule {
@@ -107,7 +106,7 @@ class WorkDistributor final : public WorkDistributorModule {
     LinkWriter<LaunchWarp> launch;
     LinkReader<WarpEnded> ended;
     LaneMask free_slots = 0;
-    std::vector<std::uint64_t> position;  ///< of the group that runs in a slot
+    std::vector<std::uint64_t> position;  ///< [slot] position of its running group
     std::uint64_t launched = 0;
   };
 
@@ -124,11 +123,11 @@ class WorkDistributor final : public WorkDistributorModule {
   WarpObserver* observer_ = nullptr;
   sc_core::sc_event done_;
   std::vector<Sm> sms_;
-  std::uint64_t groups_;    ///< count of the source
-  std::uint64_t next_ = 0;  ///< position handed out next
+  std::uint64_t groups_;    ///< number of groups in the source
+  std::uint64_t next_ = 0;  ///< next position to launch
   std::uint64_t running_ = 0;
-  unsigned free_slots_;                      ///< of all SMs
-  unsigned turn_ = 0;                        ///< SM that is looked at first
+  unsigned free_slots_;                      ///< free slots of all SMs
+  unsigned turn_ = 0;                        ///< round robin: SM to try first
   const traces::RayGroup* ready_ = nullptr;  ///< acquired at next_, not launched yet
   LaunchOrder order_;
   bool finished_ = false;

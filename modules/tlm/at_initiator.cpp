@@ -52,7 +52,7 @@ void AtInitiator::fill(AtPayload& payload) {
 void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin) {
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
-  update(clock_.cycle());  // END_RESP of this cycle goes first: the target may answer within the call below
+  update(clock_.cycle());  // END_RESP of this cycle first, since the target may respond within the call below
   AtPayload& payload = pool_.acquire();
   payload.context = context;
   payload.origin.origin = origin;
@@ -80,7 +80,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
 
 ::tlm::tlm_sync_enum AtInitiator::nb_transport_bw(::tlm::tlm_generic_payload& transaction, ::tlm::tlm_phase& phase,
                                                   sc_core::sc_time& delay) {
-  AtPayload& payload = static_cast<AtPayload&>(transaction);  // only payloads of our own pool come back to us
+  AtPayload& payload = static_cast<AtPayload&>(transaction);  // the target only returns payloads of our pool
   if (phase == tlm::END_REQ) {
     end_request(payload, delay);
     return ::tlm::TLM_ACCEPTED;
@@ -103,7 +103,7 @@ void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& del
   make_visible(end_cycle_);
 }
 
-// At the first edge after BEGIN_RESP: not later than one clock after it, so the rest of that clock is the delay.
+// Called at the first edge after BEGIN_RESP, at most one clock after it; the rest of that clock is annotated as delay.
 void AtInitiator::end_response(Cycle now) {
   AtPayload& payload = *std::exchange(responding_, nullptr);
   end_cycle_ = kNever;
@@ -132,7 +132,7 @@ void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
   payload.responded = true;
   --outstanding_;
   Cycle visible = clock_.edge_after(delay.value());
-  // Annotated delays may overtake; the queue hands completions over in the order of their calls.
+  // A call with a shorter annotated delay may overtake an earlier one; completions stay in the order of the calls.
   if (!completions_.empty() && visible < last_visible_) visible = last_visible_;
   last_visible_ = visible;
   completions_.push(

@@ -1,4 +1,4 @@
-// The initiator side of the TLM-2.0 AT base protocol that an L2 slice uses towards its DRAM channel. Any base-protocol
+// Initiator side of the TLM-2.0 AT base protocol, used by an L2 slice towards its DRAM channel. Any base-protocol
 // target with a 32-bit socket fits: the built-in Dram or an external DRAM simulator. IEEE 1666-2011, clauses 14 and 15.
 #pragma once
 
@@ -13,11 +13,11 @@
 
 namespace grtx::modules {
 
-/// A member of a clocked module, which calls update() first in each of its ticks. One request is in its request phase
-/// at a time: withheld END_REQ is the back-pressure. Responses are always taken, in any order. BEGIN_RESP is answered
-/// with TLM_ACCEPTED, and END_RESP is a forward call that takes effect one clock later: targets with a time grid of
-/// their own round what calls them, but not what they are returned (DRAMSys 5.1). Whatever arrives at time t is seen by
-/// the module at its first edge after t, and that edge is booked in the clock domain.
+/// A member of a clocked module, which must call update() first in each tick. One request is in its request phase at a
+/// time; back-pressure is a withheld END_REQ. Responses are always accepted, in any order. BEGIN_RESP is answered with
+/// TLM_ACCEPTED, and END_RESP is a separate forward call that takes effect one clock later, because targets with their
+/// own time grid (DRAMSys 5.1) round the times of calls but not of return values. Anything that arrives at time t is
+/// visible to the module at its first edge after t, which is booked in the clock domain.
 class AtInitiator final {
  public:
   struct Completion {
@@ -28,50 +28,50 @@ class AtInitiator final {
     Cycle visible = 0;
     bool ok() const { return status == ::tlm::TLM_OK_RESPONSE; }
   };
-  /// Type of the kernel's report on what the memory did wrong; its text is "socket: place: rule".
+  /// SystemC report type for errors of the memory; the text is "socket: place: rule".
   static constexpr const char* kReport = "/grtx/memory";
 
   AtInitiator(const char* socket_name, ClockDomain& clock);
-  /// The present cycle: sends the END_RESP that is due.
+  /// Must be called first in each tick: sends an END_RESP that is due.
   void update(Cycle now) {
     if (end_cycle_ <= now) end_response(now);
   }
-  /// The alarm of the module's process, which is then set for what arrives; without one the domain ticks.
+  /// Registers the module's alarm, set for each arrival. Without one the clock domain's tick() is requested instead.
   void wake(Alarm* process) { process_ = process; }
 
   tlm_utils::simple_initiator_socket<AtInitiator, 32> socket;
 
-  /// The request phase of the last request has ended, as seen at `now`.
+  /// Whether the last request phase has ended, as seen in cycle `now`.
   bool can_send(Cycle now) const { return requesting_ == nullptr && free_from_ <= now; }
-  /// bytes: a power of two up to AtPayload::kMaxBytes; address: a multiple of it; context: returned with the
-  /// completion; origin: for whom, to targets that ask. What is read is dropped, and what is written is 0, but for what
-  /// keep_data() says.
+  /// bytes: a power of two up to AtPayload::kMaxBytes. address: a multiple of bytes. context: returned with the
+  /// completion. origin: sent as an OriginExtension. Read data is discarded; writes write 0 unless keep_data() was
+  /// called.
   void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin = {});
-  /// The memory belongs to others, too: writes carry what it holds already, which its transport_dbg tells.
+  /// For a memory shared with other initiators: writes then carry the present contents, read by transport_dbg.
   void keep_data() { keeps_data_ = true; }
-  /// Before a write is sent: gives it that data.
+  /// Fills a write payload with the present contents of the memory; called before it is sent.
   void fill(AtPayload& payload);
-  /// Oldest completion that has arrived by `now`, else nullptr.
+  /// Oldest completion that is visible in cycle `now`, else nullptr.
   const Completion* front(Cycle now) const {
     return !completions_.empty() && completions_.front().visible <= now ? &completions_.front() : nullptr;
   }
   void pop() { completions_.pop(); }
-  /// Cycle in which the oldest completion becomes visible, or END_RESP is due; kNever when neither is under way.
+  /// First cycle in which a completion becomes visible or END_RESP is due; kNever if neither is pending.
   Cycle next_visible() const {
     return completions_.empty() ? end_cycle_ : std::min(end_cycle_, completions_.front().visible);
   }
-  /// First cycle in which can_send() holds, as far as is known; kNever while a request phase has not ended.
+  /// First cycle in which can_send() holds; kNever while a request phase has not ended.
   Cycle next_send() const { return requesting_ == nullptr ? free_from_ : kNever; }
   std::size_t completions() const { return completions_.size(); }
-  /// Requests sent whose response has not begun.
+  /// Requests sent whose response has not begun yet.
   std::uint64_t outstanding() const { return outstanding_; }
   const AtPayloadPool& pool() const { return pool_; }
   bool idle() const {
     return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr && responding_ == nullptr;
   }
-  /// The clock begins anew (ClockDomain::restart()).
+  /// For another launch (ClockDomain::restart()); requires idle().
   void restart();
-  /// Ends the simulation with a report on a completion that is not ok().
+  /// Ends the simulation with an error report on a completion that is not ok().
   void report_refusal(const Completion& completion) const;
 
  private:
@@ -94,8 +94,8 @@ class AtInitiator final {
   Cycle free_from_ = 0;
   std::uint64_t outstanding_ = 0;
   AtPayload* responding_ = nullptr;  ///< in its response phase
-  Cycle end_cycle_ = kNever;         ///< in which its END_RESP is sent
-  std::uint64_t end_fs_ = 0;         ///< time at which it takes effect
+  Cycle end_cycle_ = kNever;         ///< cycle in which END_RESP is sent
+  std::uint64_t end_fs_ = 0;         ///< time at which END_RESP takes effect
   Cycle last_visible_ = 0;
   RingQueue<Completion> completions_;
 };

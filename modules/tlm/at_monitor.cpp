@@ -26,7 +26,7 @@ void AtMonitor::count_response(const tlm_generic_payload& payload, const sc_time
   latency_ += (sc_core::sc_time_stamp() + delay).value();
 }
 
-// A transaction that has ended may be pooled again by the time a call returns: payloads are read before.
+// Reads the payload before the call: when the call returns, an ended transaction may be back in its pool.
 tlm_sync_enum AtMonitor::forward(tlm_generic_payload& payload, tlm_phase& phase, sc_time& delay) {
   const bool begin = phase == tlm::BEGIN_REQ;
   if (begin) count_request(payload, delay);

@@ -1,5 +1,5 @@
-// Counts what passes a 32-bit TLM-2.0 socket, approximately timed or blocking: put in line between an initiator and its
-// target. Changes nothing. Costs a few additions a call.
+// Counts the transactions on a 32-bit TLM-2.0 connection, approximately timed or blocking. Inserted between an
+// initiator and its target; changes nothing. Costs a few additions per call.
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
@@ -21,11 +21,11 @@ class AtMonitor final : public sc_core::sc_module {
   tlm_utils::simple_initiator_socket<AtMonitor, 32> initiator;  ///< bind this to the target
 
   const MemoryTraffic& traffic() const { return traffic_; }
-  /// Begun and not answered.
+  /// Requests begun and not answered yet.
   std::uint64_t outstanding() const { return traffic_.reads + traffic_.writes - traffic_.responses; }
-  /// Every transaction has ended, response phases included.
+  /// Whether all transactions have ended, including their response phases.
   bool idle() const { return ended_ == traffic_.reads + traffic_.writes; }
-  /// Counts from 0 again; only when idle().
+  /// Resets all counts; requires idle().
   void restart() {
     traffic_ = {};
     ended_ = latency_ = 0;
@@ -43,7 +43,7 @@ class AtMonitor final : public sc_core::sc_module {
 
   MemoryTraffic traffic_;
   std::uint64_t ended_ = 0;
-  std::uint64_t latency_ = 0;  ///< times of responses - times of requests, in units of the resolution, modulo 2^64
+  std::uint64_t latency_ = 0;  ///< sum of response times - sum of request times, in kernel time units, modulo 2^64
 };
 
 }  // namespace grtx::modules

@@ -1,4 +1,4 @@
-// The attributes of a payload as every initiator of this project sets them.
+// Sets the attributes of a payload in the way common to all initiators of this project.
 #pragma once
 
 #include "grtx/modules/tlm/at_payload_pool.h"

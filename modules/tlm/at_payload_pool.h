@@ -12,15 +12,15 @@
 
 namespace grtx::modules {
 
-/// A generic payload with its data buffer and the requester's own word, so that responses are matched by payload and
-/// the address, which interconnects may rewrite, is never read back.
+/// A generic payload with its data buffer and the requester's context. Responses are matched by payload; the address,
+/// which interconnects may rewrite, is never read back.
 class AtPayload final : public ::tlm::tlm_generic_payload {
  public:
   static constexpr unsigned kMaxBytes = 128;
   explicit AtPayload(::tlm::tlm_mm_interface* memory_manager) : tlm_generic_payload(memory_manager) {
     set_extension(&origin);
   }
-  ~AtPayload() override { clear_extension(&origin); }  // it is a member: the payload must not free it
+  ~AtPayload() override { clear_extension(&origin); }  // a member, which the base class must not free
 
   std::uint64_t sent_address = 0;
   std::uint32_t context = 0;
@@ -29,11 +29,11 @@ class AtPayload final : public ::tlm::tlm_generic_payload {
   std::array<unsigned char, kMaxBytes> data{};
 };
 
-/// free() resets the payload, which removes the automatic extensions of targets. Payloads that a target still holds
-/// when the pool dies must not be released afterwards.
+/// free() resets the payload, which removes auto-extensions added by targets. A payload still held by a target when the
+/// pool is destroyed must not be released afterwards.
 class AtPayloadPool final : public ::tlm::tlm_mm_interface {
  public:
-  /// A payload with reference count 1, all attributes at their defaults of the base protocol.
+  /// Returns a payload with reference count 1 and the default attributes of the base protocol.
   AtPayload& acquire() {
     if (free_.empty()) {
       all_.push_back(std::make_unique<AtPayload>(this));

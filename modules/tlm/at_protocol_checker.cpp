@@ -31,7 +31,7 @@ tlm_sync_enum AtProtocolChecker::forward(tlm_generic_payload& payload, tlm_phase
   if (begin) begin_request(payload, delay);
   if (end) end_response(payload, delay);
   if (end) finish(payload);
-  // A transaction that ended may be pooled again by the time the call returns: look at it no more.
+  // When the call returns, an ended transaction may be back in its pool: do not read it after that.
   const tlm_sync_enum status = initiator->nb_transport_fw(payload, phase, delay);
   if (!begin) return status;
 

@@ -1,7 +1,7 @@
-// Checks the TLM-2.0 AT base protocol on a 32-bit socket: put in line between an initiator and its target.
-// Rules and clause numbers of IEEE 1666-2011; besides them what DRAM simulators need (DRAMSys 5.1): power-of-two
-// lengths, natural alignment, END_RESP at least one clock after BEGIN_RESP and never TLM_COMPLETED for it. Costs one
-// hash lookup a call; leave it out where speed counts.
+// Checks the TLM-2.0 AT base protocol on a 32-bit connection; inserted between an initiator and its target.
+// Rules and clause numbers of IEEE 1666-2011, plus what DRAM simulators need (DRAMSys 5.1): power-of-two lengths,
+// natural alignment, END_RESP at least one clock after BEGIN_RESP and never TLM_COMPLETED instead. Costs one hash
+// lookup per call; leave it out if speed matters.
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
@@ -18,10 +18,10 @@ namespace grtx::modules {
 class AtProtocolChecker final : public sc_core::sc_module {
  public:
   struct Config {
-    bool project_rules = true;        ///< the rules beyond the standard
-    std::uint64_t period_fs = 0;      ///< END_RESP comes at least this long after BEGIN_RESP; 0: any time
-    std::uint64_t address_limit = 0;  ///< addresses must lie below; 0: anywhere
-    std::size_t max_messages = 100;   ///< kept; all violations are counted
+    bool project_rules = true;        ///< also check the rules beyond the standard
+    std::uint64_t period_fs = 0;      ///< least time from BEGIN_RESP to END_RESP; 0: not checked
+    std::uint64_t address_limit = 0;  ///< addresses must be below; 0: not checked
+    std::size_t max_messages = 100;   ///< messages kept; violations beyond are only counted
   };
 
   AtProtocolChecker(const sc_core::sc_module_name& name, const Config& config);
@@ -30,10 +30,10 @@ class AtProtocolChecker final : public sc_core::sc_module {
   tlm_utils::simple_initiator_socket<AtProtocolChecker, 32> initiator;  ///< bind this to the target
 
   std::uint64_t violations() const { return violations_; }
-  /// "name @time: clause: what", one a violation.
+  /// One message per violation: "name @time: clause: what".
   const std::vector<std::string>& messages() const { return messages_; }
-  std::uint64_t transactions() const { return transactions_; }  ///< begun
-  std::uint64_t outstanding() const { return live_.size(); }    ///< begun and not ended
+  std::uint64_t transactions() const { return transactions_; }  ///< transactions begun
+  std::uint64_t outstanding() const { return live_.size(); }    ///< transactions begun and not ended
 
  private:
   enum class State : std::uint8_t { requested, accepted, responding };
@@ -59,7 +59,7 @@ class AtProtocolChecker final : public sc_core::sc_module {
   void begin_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
   void end_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
   void finish(const ::tlm::tlm_generic_payload& payload);
-  /// Checks what holds on every call and return; nullptr when the transaction is not alive.
+  /// Checks the rules that hold on every call and return. Returns nullptr if the transaction is not in progress.
   Life* follow(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay, const char* where);
   void require(bool holds, const char* clause, const std::string& what);
 

@@ -1,6 +1,6 @@
-// Joins TLM-2.0 sockets of different bus widths. The width is a part of their type alone: what travels is the same.
-// Before a bridge, a GpuComponent or behind the memory sockets of a GPU, whose own sockets have 32 bits. Costs nothing
-// in hardware, and no time.
+// Connects TLM-2.0 sockets of different bus widths. The width is only part of the socket type; calls are passed on
+// unchanged, without delay. For sockets of other widths than the 32 bits of this project's bridges and GPU. No
+// hardware.
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
@@ -23,8 +23,8 @@ class BusWidth final : public sc_core::sc_module {
     to.register_invalidate_direct_mem_ptr(this, &BusWidth::invalidate_direct_mem_ptr);
   }
 
-  tlm_utils::simple_target_socket<BusWidth, FromBits> from;  ///< an initiator of this width binds to it
-  tlm_utils::simple_initiator_socket<BusWidth, ToBits> to;   ///< bind to a target of this width
+  tlm_utils::simple_target_socket<BusWidth, FromBits> from;  ///< bind the initiator to this
+  tlm_utils::simple_initiator_socket<BusWidth, ToBits> to;   ///< bind this to the target
 
  private:
   using Payload = ::tlm::tlm_generic_payload;

@@ -1,4 +1,4 @@
-// What a memory holds, without time: bytes in pages that exist once they are written. Others read as 0.
+// Contents of a memory, without timing: pages allocated on first write; bytes never written read as 0.
 #pragma once
 
 #include <array>
@@ -10,7 +10,8 @@ namespace grtx::modules {
 
 class FunctionalMemory {
  public:
-  /// Reads or writes what the payload says, its byte enables honoured, and returns how many bytes it covered: all.
+  /// Executes the payload's read or write, honouring byte enables. Returns its length in bytes; 0 without a data
+  /// pointer.
   unsigned access(const ::tlm::tlm_generic_payload& payload) {
     const unsigned bytes = payload.get_data_length();
     if (payload.get_data_ptr() == nullptr) return 0;

@@ -44,7 +44,7 @@ bool LinkToTlm::answer(Cycle now, std::uint32_t slot) {
   return true;
 }
 
-// One response a cycle.
+// One response per cycle.
 void LinkToTlm::take_completion(Cycle now) {
   if (const AtInitiator::Completion* completion = memory.front(now); completion != nullptr) {
     if (!completion->ok()) memory.report_refusal(*completion);
@@ -69,7 +69,7 @@ void LinkToTlm::send(Cycle now) {
   called_.notify(clock_.ahead_of_kernel());
 }
 
-// A thread, because the target may wait.
+// An SC_THREAD, because the target's b_transport may call wait().
 void LinkToTlm::call() {
   while (true) {
     wait(called_);

@@ -1,5 +1,6 @@
-// A TLM-2.0 initiator behind a pair of links, so that any memory answers a module that asks for links: an L1 without an
-// L2, a crossbar output, a unit under test. Approximately timed by default, blocking where the target has no other way.
+// Bridge from a pair of links to a TLM-2.0 initiator socket, so that a TLM memory can serve a module with link ports:
+// an L1 without an L2, a crossbar output, a unit under test. Approximately timed by default; blocking for targets that
+// offer nothing else.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +17,16 @@
 
 namespace grtx::modules {
 
-/// A request that is visible in cycle c is sent in cycle c, one sector of 32 B a transaction, when fewer than
-/// `outstanding` are under way and the previous request phase has ended. A response that takes effect at time t enters
-/// the response link at the first clock edge after t. An error status ends the simulation with a report.
-/// Links carry no data: a write rewrites what the target holds (its transport_dbg says what), so that a memory with
-/// data of others stays as it is. Who has data writes it functionally: TlmToLink::Config::data.
+/// A request visible in cycle c is sent in cycle c as one 32 B transaction, if fewer than `outstanding` are in flight
+/// and the previous request phase has ended. A response that takes effect at time t enters the response link at the
+/// first clock edge after t. An error status ends the simulation with a report.
+/// Links carry no data: a write rewrites the target's present contents (read by transport_dbg), so other users' data is
+/// preserved. Data proper is written functionally, see TlmToLink::Config::data.
 class LinkToTlm final : public ClockedModule {
  public:
   struct Config {
-    unsigned outstanding = 64;  ///< requests under way
-    bool blocking = false;      ///< calls b_transport from a thread, one call a cycle, the returned delay as latency
+    unsigned outstanding = 64;  ///< most requests in flight
+    bool blocking = false;  ///< call b_transport from a thread, one call per cycle; the returned delay is the latency
   };
 
   using SC_CURRENT_USER_MODULE = LinkToTlm;  // SC_HAS_PROCESS, which SystemC 3 deprecates
@@ -33,7 +34,7 @@ class LinkToTlm final : public ClockedModule {
 
   LinkIn<MemoryRequest> request;     ///< consumed here
   LinkOut<MemoryResponse> response;  ///< produced here
-  AtInitiator memory;                ///< bind memory.socket; addresses are those of the requests
+  AtInitiator memory;                ///< bind memory.socket to the target; request addresses are passed on unchanged
 
   bool idle() const { return free_.size() == slots_.size() && memory.idle(); }
   std::uint64_t requests() const { return requests_; }
@@ -56,7 +57,7 @@ class LinkToTlm final : public ClockedModule {
   bool calling_ = false;
   Cycle next_call_ = 0;
   std::uint32_t calling_slot_ = 0;
-  std::multimap<Cycle, std::uint32_t> returned_;  ///< slots by the cycle in which the response is visible
+  std::multimap<Cycle, std::uint32_t> returned_;  ///< cycle in which the response becomes visible -> slot
   std::uint64_t requests_ = 0;
 };
 

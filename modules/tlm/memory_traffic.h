@@ -1,4 +1,4 @@
-// What a memory was asked for and what it answered.
+// Counters of the requests to and responses from a memory.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@ namespace grtx::modules {
 struct MemoryTraffic {
   std::uint64_t reads = 0;      ///< requests
   std::uint64_t writes = 0;     ///< requests
-  std::uint64_t bytes = 0;      ///< of both
-  std::uint64_t responses = 0;  ///< begun
+  std::uint64_t bytes = 0;      ///< read and written
+  std::uint64_t responses = 0;  ///< responses begun
   std::uint64_t refused = 0;    ///< responses with an error status
 
   MemoryTraffic& operator+=(const MemoryTraffic& other) {

@@ -1,5 +1,4 @@
-// Which SM a TLM-2.0 transaction is for, and what it is for: an ignorable extension, so that any base-protocol target
-// still fits.
+// Ignorable TLM-2.0 extension with the SM and region that a transaction is for. Base-protocol targets may ignore it.
 #pragma once
 
 #include <tlm>
@@ -18,7 +17,7 @@ class OriginExtension final : public ::tlm::tlm_extension<OriginExtension> {
   }
 };
 
-/// That of the payload; of one without the extension: nobody's.
+/// Origin of a payload; a default RequestOrigin (kNobody) if it has no such extension.
 inline RequestOrigin origin_of(const ::tlm::tlm_generic_payload& payload) {
   const auto* extension = payload.get_extension<OriginExtension>();
   return extension != nullptr ? extension->origin : RequestOrigin();

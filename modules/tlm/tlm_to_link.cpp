@@ -65,7 +65,7 @@ bool TlmToLink::refuse(tlm_generic_payload& payload) {
 
 void TlmToLink::b_transport(tlm_generic_payload& payload, sc_time& delay) {
   if (refuse(payload)) return;
-  if (delay != sc_core::SC_ZERO_TIME) wait(delay);  // loosely timed initiators may be ahead: here they synchronise
+  if (delay != sc_core::SC_ZERO_TIME) wait(delay);  // synchronises loosely timed initiators that are ahead of time
   delay = sc_core::SC_ZERO_TIME;
   while (!room()) wait(room_);
   sc_core::sc_event done;

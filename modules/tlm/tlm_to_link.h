@@ -1,6 +1,6 @@
-// A TLM-2.0 target in front of a pair of links, so that any initiator drives a module that asks for links: an L1 client
-// port, an L2 slice, a crossbar input. Approximately timed and blocking calls, also mixed between transactions.
-// Costs nothing in hardware: it stands at the edge of the model.
+// Bridge from a TLM-2.0 target socket to a pair of links, so that a TLM initiator can drive a module with link ports:
+// an L1 client port, an L2 slice, a crossbar input. Accepts approximately timed and blocking transactions, also mixed.
+// No hardware: it is the boundary of the model.
 #pragma once
 
 #include <tlm_utils/simple_target_socket.h>
@@ -20,27 +20,26 @@
 
 namespace grtx::modules {
 
-/// A call that takes effect at time t is seen at the first clock edge after t. The transaction is cut into the 32 B
-/// sectors that it touches, one a cycle; when all have been answered, BEGIN_RESP is called, or b_transport returns, in
-/// the cycle in which the last response is visible. So a single sector costs, from the edge that sees it,
-///   latency of the request link + latency of the module behind it, its response link included.
-/// Caches and links carry no data. It is read, or written, where Config::data says when the last response has come.
-/// transport_dbg goes there too, at once. A direct memory interface would pass the model by: only where Config::dmi
-/// gives one.
+/// A call that takes effect at time t is seen at the first clock edge after t. The transaction is split into the 32 B
+/// sectors that it touches, one per cycle. When all are answered, BEGIN_RESP is called, or b_transport returns, in the
+/// cycle in which the last response is visible. So a single sector costs, from the edge that sees it,
+///   latency of the request link + latency of the module behind it, including its response link.
+/// Caches and links carry no data: Config::data reads or writes it when the last response has arrived, and at once for
+/// transport_dbg. DMI would bypass the model, so it is refused unless Config::dmi is set.
 class TlmToLink final : public ClockedModule {
  public:
   struct Config {
-    /// Transactions inside; further ones wait in their request phase. More than an L1's round trip, so that hits
-    /// stream.
+    /// Most transactions in flight; further ones wait in their request phase. The default exceeds an L1's round trip in
+    /// cycles, so that hits stream.
     unsigned outstanding = 64;
-    Region region = Region::tlas;  ///< what caches count the sectors as
-    std::uint8_t client = 0;       ///< as in MemoryRequest; an L1 sets it by itself
-    std::uint8_t sm = 0;           ///< as in MemoryRequest, where no L1 is in front
-    /// Functional access without time, as transport_dbg of the memory that is modelled: returns the bytes that it has
-    /// read or written; fewer than asked for are an address error. None: a memory of the bridge's own, all 0 at first.
+    Region region = Region::tlas;  ///< region under which caches count the sectors
+    std::uint8_t client = 0;       ///< as in MemoryRequest; overwritten by an L1
+    std::uint8_t sm = 0;           ///< as in MemoryRequest; overwritten by an L1
+    /// Functional access to the modelled memory, like transport_dbg: returns the number of bytes read or written; fewer
+    /// than requested is an address error. If not set, the bridge has a memory of its own, initially 0.
     std::function<unsigned(::tlm::tlm_generic_payload&)> data = nullptr;
     std::function<bool(::tlm::tlm_generic_payload&, ::tlm::tlm_dmi&)> dmi =
-        nullptr;  ///< get_direct_mem_ptr; none: refused
+        nullptr;  ///< implements get_direct_mem_ptr; refused if not set
   };
 
   TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
@@ -50,18 +49,18 @@ class TlmToLink final : public ClockedModule {
   LinkIn<MemoryResponse> response;  ///< consumed here
 
   bool idle() const { return inside_ == 0 && arriving_ == nullptr && responding_ == nullptr; }
-  std::uint64_t transactions() const { return transactions_; }  ///< answered
-  std::uint64_t sectors() const { return sectors_; }            ///< sent
+  std::uint64_t transactions() const { return transactions_; }  ///< transactions answered
+  std::uint64_t sectors() const { return sectors_; }            ///< sectors sent
   std::uint64_t refused() const { return refused_; }  ///< malformed transactions, answered with an error status
   void dump_state(std::ostream& out) const;
 
  private:
   struct Transaction {
     ::tlm::tlm_generic_payload* payload = nullptr;  ///< null: slot is free
-    sc_core::sc_event* done = nullptr;              ///< of a blocking call
+    sc_core::sc_event* done = nullptr;              ///< notified when a blocking call is complete; else null
     std::uint64_t next_sector = 0;
-    std::uint64_t to_send = 0;  ///< sectors
-    std::uint64_t to_come = 0;  ///< responses
+    std::uint64_t to_send = 0;  ///< sectors not sent yet
+    std::uint64_t to_come = 0;  ///< responses not received yet
     bool write = false;
   };
 
@@ -91,11 +90,11 @@ class TlmToLink final : public ClockedModule {
   std::vector<Transaction> slots_;
   std::vector<std::uint32_t> free_;
   std::deque<std::uint32_t> sending_;                 ///< slots with sectors to send, oldest first
-  std::deque<::tlm::tlm_generic_payload*> answered_;  ///< non-blocking, BEGIN_RESP not called
+  std::deque<::tlm::tlm_generic_payload*> answered_;  ///< complete non-blocking transactions, BEGIN_RESP not sent yet
   ::tlm::tlm_generic_payload* arriving_ = nullptr;    ///< in its request phase
-  Cycle arrival_ = 0;                                 ///< cycle from which it is seen
+  Cycle arrival_ = 0;                                 ///< first cycle in which arriving_ is visible
   ::tlm::tlm_generic_payload* responding_ = nullptr;  ///< in its response phase
-  Cycle response_free_ = 0;                           ///< cycle from which the next response may begin
+  Cycle response_free_ = 0;                           ///< first cycle in which the next response may begin
   sc_core::sc_event room_;
   unsigned inside_ = 0;
   std::uint64_t transactions_ = 0;

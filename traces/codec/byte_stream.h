@@ -1,4 +1,4 @@
-// Little-endian numbers and varints in byte strings, and a reader that refuses to run past its end.
+// Little-endian numbers and varints in byte strings, and a bounds-checked reader.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,8 @@ namespace grtx::traces {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Bytes that break a rule of the format. Caught where file and offset are known and rethrown as grtx::Error.
+/// Thrown for bytes that break a rule of the format. Caught where file and offset are known, and rethrown as
+/// grtx::Error.
 class Malformed : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -35,7 +36,7 @@ inline std::uint64_t load_u64(const std::uint8_t* bytes) {
   return value;
 }
 
-/// Seven bits a byte, low bits first, high bit set on all bytes but the last (LEB128).
+/// LEB128: seven bits per byte, low bits first, high bit set on all bytes but the last.
 inline void put_varint(Bytes& out, std::uint64_t value) {
   while (value >= 0x80) {
     out.push_back(static_cast<std::uint8_t>(value | 0x80));
@@ -44,14 +45,14 @@ inline void put_varint(Bytes& out, std::uint64_t value) {
   out.push_back(static_cast<std::uint8_t>(value));
 }
 
-/// The same where nothing checks that there is room; returns where it ends.
+/// The same into a buffer with enough room, which is not checked. Returns the end.
 inline std::uint8_t* store_varint(std::uint8_t* at, std::uint64_t value) {
   for (; value >= 0x80; value >>= 7) *at++ = static_cast<std::uint8_t>(value | 0x80);
   *at++ = static_cast<std::uint8_t>(value);
   return at;
 }
 
-/// Signed numbers as varints: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+/// Maps signed numbers to unsigned ones for varints: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
 inline std::uint64_t zigzag(std::int64_t value) {
   return (static_cast<std::uint64_t>(value) << 1) ^ static_cast<std::uint64_t>(value >> 63);
 }
@@ -59,7 +60,7 @@ inline std::int64_t unzigzag(std::uint64_t value) {
   return static_cast<std::int64_t>(value >> 1) ^ -static_cast<std::int64_t>(value & 1);
 }
 
-/// Reads a byte string from front to back. Throws Malformed, naming the string, when it ends too early.
+/// Reads a byte string from front to back. Throws Malformed, with the string's name, if it ends too early.
 class ByteReader {
  public:
   ByteReader() = default;
@@ -77,7 +78,7 @@ class ByteReader {
     if (next_ != end_ && *next_ < 0x80) return *next_++;
     return long_varint();
   }
-  /// A varint that may not exceed `limit`.
+  /// A varint; throws Malformed if it exceeds `limit`.
   std::uint64_t varint(std::uint64_t limit) {
     const std::uint64_t value = varint();
     if (value > limit) fail("holds a number beyond its limit");
@@ -113,7 +114,7 @@ class ByteReader {
   const char* name_ = "";
 };
 
-/// A number that must fit 32 bits without a sign, computed from what `from` read last. Throws Malformed.
+/// Converts a value computed from data of `from` to 32 bits. Throws Malformed if it does not fit.
 inline std::uint32_t checked_u32(const ByteReader& from, std::int64_t value) {
   if (value < 0 || value > std::numeric_limits<std::uint32_t>::max()) from.fail("leaves 32 bits");
   return static_cast<std::uint32_t>(value);

@@ -117,7 +117,7 @@ class GroupChecker {
     if (round.overflow) {
       ++totals_.overflows;
       destination_.clear();
-      const bool unused = last && round.eviction_dropped == 0;  // a ray that ends needs no eviction buffer
+      const bool unused = last && round.eviction_dropped == 0;  // the last round needs no eviction buffer
       require(unused || round.eviction_dropped == evictions_, "an overflow must drop the whole eviction buffer");
       evictions_ -= round.eviction_dropped;
     } else {
@@ -151,7 +151,7 @@ class GroupChecker {
     }
     lossless_ = header_->checkpoint && !round.overflow;
     StackFrame top{kRootParent, {}, round.replay ? 0U : 1U};
-    std::size_t depth = 0;  // of the frames below
+    std::size_t depth = 0;  // frames below the top one
     CheckedNode* const nodes = nodes_.begin();
     const std::uint32_t first_node = nodes_.first_node();
     const std::uint32_t node_count = nodes_.dictionary_size();
@@ -235,7 +235,7 @@ class GroupChecker {
     require(has_bins_ || read_ == source_.size(), "every source entry must be read");
   }
 
-  // The first event that visits the root tells what it is.
+  // The first event that visits the root determines its kind.
   void learn_root(EventKind kind) {
     CheckedNode& parent = nodes_[kRootParent];
     root_known_ =
@@ -244,7 +244,7 @@ class GroupChecker {
     parent.instance_mask = kind == EventKind::visit_instance ? 1 : 0;
   }
 
-  // The next event, for a node taken from the source buffer that lies below `instance`.
+  // Checks the event after the take of a source entry below `instance`: it must be the visit of that instance leaf.
   void check_transform(std::span<const Event> events, std::uint32_t instance) {
     ++event_;
     require(event_ < events.size(), "visit_instance must follow the take of a node inside an instance");
@@ -256,7 +256,7 @@ class GroupChecker {
     ++totals_.visits_instance;
   }
 
-  // An entry read from the source buffer; returns what is pushed.
+  // Checks the read of a source entry. Returns the frame that it pushes.
   StackFrame check_read(const Event& event) {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
@@ -279,7 +279,7 @@ class GroupChecker {
     return {};
   }
 
-  // Returns what is pushed.
+  // Returns the frame that the visit pushes.
   StackFrame check_instance(const Event& event, const NodeReference& popped) {
     require(header_->two_level, "an instance leaf needs a two-level structure");
     require((nodes_[popped.parent].instance_mask >> popped.slot & 1) != 0,
@@ -334,7 +334,7 @@ class GroupChecker {
     }
   }
 
-  // How the header's tracing collects hits, beyond what holds for each outcome.
+  // Rules of the header's tracing mode on collected hits, in addition to those of each outcome.
   void check_collection(const Event& event, LeafOutcome outcome) const {
     if (closest_) {
       require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
@@ -355,8 +355,8 @@ class GroupChecker {
             "a leaf must lie in the node image");
   }
 
-  // A node beyond t_max that was on the stack or in the source buffer: without checkpointing, or once the destination
-  // has overflowed, it is found again from the root; otherwise dropping it would lose it.
+  // A node beyond t_max from the stack or the source buffer may be dropped only without checkpointing or after an
+  // overflow of the destination, because then the next round finds it again from the root.
   void check_dropped_or_written(const Event& event, const NodeReference& node) {
     require(event.checkpoints <= 1, "a single node writes at most one checkpoint");
     require(event.checkpoints == 1 || !lossless_, "a node beyond t_max may not be dropped");
@@ -387,31 +387,31 @@ class GroupChecker {
   std::size_t event_ = kNowhere;
   Totals totals_;
   CheckedNodes nodes_;
-  bool root_known_ = false;  ///< some event has visited the root
+  bool root_known_ = false;  ///< an event has visited the root
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   SourceAssignment assignment_;
-  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
-  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::vector<std::uint32_t> addresses_;                  ///< order nearest: addresses of the source entries
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< order nearest: position of each read
   std::size_t read_ = 0;                                  ///< source entries read in this round
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
-  PopOrder pop_order_;                                    ///< the header's words, looked at once
+  PopOrder pop_order_;                                    ///< the header's modes, decoded once
   ReadOrder read_order_;
   bool multi_ = false;
   bool closest_ = false;
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
   bool lossless_ = false;                ///< this round must keep every node beyond t_max
 };
 
 }  // namespace
 
 Totals check_group(const std::string& file, const Header& header, const RayGroup& group) {
-  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  // On the heap, because every member access of a thread_local object would go through the thread pointer.
   thread_local const std::unique_ptr<GroupChecker> checker = std::make_unique<GroupChecker>();
   return checker->check(file, header, group);
 }

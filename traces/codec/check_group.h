@@ -1,4 +1,4 @@
-// The rules that one group of a trace obeys, on its own.
+// Checks the rules of the trace format for a single group.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace grtx::traces {
 
 /// Replays `group` by the rules of traces/event.h and the tracer's k-buffer, eviction and checkpoint rules. Throws
-/// Error{file, "group G lane L round R event E", rule} at the first violation; never relies on the group being sound.
-/// Returns its totals, counted on the way. docs/model/trace-format.md lists the rules.
+/// Error{file, "group G lane L round R event E", rule} at the first violation; safe for arbitrary input. Returns the
+/// group's totals. docs/model/trace-format.md lists the rules.
 Totals check_group(const std::string& file, const Header& header, const RayGroup& group);
 
 }  // namespace grtx::traces

@@ -1,4 +1,4 @@
-// The nodes of a group as the checker sees them: small, so that those of a whole group stay in the caches.
+// The checker's copy of a group's nodes: small, so that all nodes of a group stay in the host's caches.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace grtx::traces {
 
-/// A node of the dictionary, or the pseudo parent of a root: what the rules need of it.
+/// The data that the rules need of a dictionary node, or of the pseudo parent of a root.
 struct alignas(16) CheckedNode {
   std::uint32_t address = 0;     ///< in units
   std::uint32_t child_base = 0;  ///< in units
@@ -24,7 +24,7 @@ struct alignas(16) CheckedNode {
   std::uint32_t child_address(unsigned slot) const {
     return child_base + slot + bits_of_byte(wide_mask & ((1U << slot) - 1));
   }
-  /// Slot of the child of `remaining` at `child`; kMaxWidth when there is none.
+  /// Slot in mask `remaining` of the child at address `child`; kMaxWidth if there is none.
   unsigned slot_of(unsigned remaining, std::uint32_t child) const {
     const std::uint32_t offset = child - child_base;
     if (offset > 15) return kMaxWidth;
@@ -33,10 +33,10 @@ struct alignas(16) CheckedNode {
   }
 };
 
-/// Pseudo parents, then the dictionary: indices as in GroupModel. Keeps its memory.
+/// Pseudo parents, then the dictionary, with the indices of GroupModel. Reuses its memory for the next group.
 class CheckedNodes {
  public:
-  /// Replaces all nodes. Returns the rule that they break, or null.
+  /// Replaces all nodes. Returns the rule that the dictionary breaks, or null.
   const char* take(const Header& header, const std::vector<NodeDefinition>& dictionary);
 
   CheckedNode* begin() { return nodes_.data(); }
@@ -44,7 +44,7 @@ class CheckedNodes {
   const CheckedNode& operator[](std::uint32_t index) const { return nodes_[index]; }
   std::uint32_t dictionary_size() const { return static_cast<std::uint32_t>(nodes_.size()) - first_node(); }
   std::uint32_t first_node() const { return levels_.roots(); }
-  /// Every node of the dictionary.
+  /// Whether every dictionary node has been visited.
   bool all_visited() const;
   const InstanceLevels& levels() const { return levels_; }
 

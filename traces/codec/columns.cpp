@@ -13,12 +13,12 @@
 namespace grtx::traces {
 namespace {
 
-// What the columns hold is already predicted: short matches that zstd finds in them cost more than the Huffman codes of
-// the same bytes. A fast level that soon stops looking for them is both smaller and faster than level 1, as long as it
-// does not leave out Huffman codes, which fast levels do unless told otherwise.
+// The columns hold prediction residuals, in which short zstd matches cost more than Huffman codes of the same bytes. A
+// fast level that soon gives up searching for matches is both smaller and faster than level 1, if Huffman coding is
+// enabled explicitly, which fast levels otherwise leave out.
 constexpr int kCompressionLevel = -50;
-constexpr std::size_t kStoreBelow = 24;  ///< shorter columns do not repay zstd's frame header
-// A zstd block of up to 128 KiB takes at least four bytes (run-length block).
+constexpr std::size_t kStoreBelow = 24;  ///< shorter columns are not worth zstd's frame header
+// A zstd block of up to 128 KiB takes at least 4 bytes (run-length block).
 constexpr std::uint64_t kMaxExpansion = (128ULL << 10) / 4;
 
 struct FreeContext {
@@ -33,7 +33,7 @@ ZSTD_CCtx* compression_context() {
     if (!context) throw std::bad_alloc();
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kCompressionLevel);
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);  // sizes stand in the column table
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_contentSizeFlag, 0);  // sizes are in the column table
   }
   return context.get();
 }
@@ -72,10 +72,10 @@ void pack_columns(std::span<const ColumnView> columns, Bytes& out) {
   thread_local Bytes frame;
   blobs.clear();
   for (const ColumnView column : columns) {
-    std::size_t stored = 0;  // 0: as is
+    std::size_t stored = 0;  // compressed size; 0 if stored uncompressed
     if (column.size() >= kStoreBelow) {
       const std::size_t bound = ZSTD_compressBound(column.size());
-      if (frame.size() < bound) frame.resize(bound);  // growing and shrinking it would fill it with zeros each time
+      if (frame.size() < bound) frame.resize(bound);  // never shrunk: each resize would fill it with zeros
       stored = ZSTD_compress2(compression_context(), frame.data(), frame.size(), column.data(), column.size());
       if (ZSTD_isError(stored)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(stored));
       if (stored >= column.size()) stored = 0;

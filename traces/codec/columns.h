@@ -1,5 +1,5 @@
-// A chunk's payload is a fixed list of byte columns, each compressed on its own: bytes of one meaning share statistics,
-// so that zstd's entropy stage models each column by itself.
+// A chunk's payload is a fixed list of byte columns, compressed separately: bytes of one meaning share statistics,
+// which suits zstd's entropy coder. The comments of Column give the item that adds to a column, then what is stored.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@ namespace grtx::traces {
 
 enum class Column : std::uint8_t {
   group = 0,         ///< index, kind, root kind, counts
-  node_address,      ///< a node, unless they form a tree: distance to the one before
-  node_tree,         ///< a node of a tree with internal children: which of them the group visited
+  node_address,      ///< a node, unless they form a tree: distance to the previous one
+  node_tree,         ///< a node of a tree with internal children: mask of those that the group visited
   node_shape,        ///< a node: child count, kind of its leaves
-  node_kinds,        ///< a node with children of several kinds: which is which
-  node_children,     ///< a node: child base against its prediction
+  node_kinds,        ///< a node with children of several kinds: the kind of each
+  node_children,     ///< a node: difference of its child base from the prediction
   node_hits,         ///< a node: children hit at its first visit
   ray,               ///< a ray: pixel, rounds
   round_flags,       ///< a round: replay, overflow, terminated
@@ -26,22 +26,22 @@ enum class Column : std::uint8_t {
   k_count,           ///< a round
   processed_count,   ///< a round: k_count - processed_count
   eviction_dropped,  ///< an overflowed round
-  inner_gap,         ///< where an internal node or instance leaf is expected: predicted pops between two others
-  inner,             ///< ... a pop that was not predicted
-  hits,              ///< a visited internal node with other hits than at the last visit: mask of the difference
-  checkpoints,       ///< a visited internal node that checkpoints: which of its hits
-  leaf_gap,          ///< where a leaf is expected: predicted pops between two others
-  leaf,              ///< ... a pop that was not predicted
+  inner_gap,         ///< pops where an internal node or instance leaf is expected: predicted pops in a row
+  inner,             ///< ... a mispredicted one
+  hits,              ///< a visit of an internal node with other hits than at its last visit: mask of the difference
+  checkpoints,       ///< a visit of an internal node that checkpoints: mask among its hits
+  leaf_gap,          ///< pops where a leaf is expected: predicted pops in a row
+  leaf,              ///< ... a mispredicted one
   shifts,            ///< an insertion into the k-buffer
   replay_op,         ///< a source entry read: taken or forwarded
   replay_entry,      ///< a source entry read in nearest order: its position
   gaussian_id,       ///< the distinct Gaussians processed, ascending
   processed,         ///< a processed entry: blended, predicted
-  gaussian_low,      ///< a processed entry not predicted: position in gaussian_id, low byte
-  gaussian_high,     ///< the rest of that position
-  bin,               ///< with bins: a replay, a checkpoint entry written
+  gaussian_low,      ///< a mispredicted processed entry: position in gaussian_id, low byte
+  gaussian_high,     ///< ... the remaining bits of that position
+  bin,               ///< with bins: a replay: its order; a checkpoint entry written: its bin
 };
-/// As in docs/model/trace-format.md.
+/// Column names as in docs/model/trace-format.md.
 constexpr auto enum_names(Column) {
   return names_in_order<Column>({"group",
                                  "node_address",
@@ -72,12 +72,12 @@ constexpr auto enum_names(Column) {
                                  "bin"});
 }
 inline constexpr std::size_t kColumnCount = kCountOf<Column>;
-/// Columns of a group whose header has no checkpoint_bins: all but the last.
+/// Number of columns if the header has no checkpoint_bins: all but the last.
 inline constexpr std::size_t kColumnsWithoutBins = kColumnCount - 1;
 
 using ColumnView = std::span<const std::uint8_t>;
 
-/// Columns as byte strings. clear() keeps the memory.
+/// Columns as byte strings. clear() keeps the allocated memory.
 class ColumnSet {
  public:
   Bytes& operator[](Column column) { return columns_[static_cast<std::size_t>(column)]; }
@@ -91,10 +91,10 @@ class ColumnSet {
   std::array<Bytes, kColumnCount> columns_;
 };
 
-/// A reader of each column.
+/// One ByteReader per column.
 class ColumnReaders {
  public:
-  /// At the front of all columns, which must live as long as they are read.
+  /// Starts at the front of all columns, which must stay valid while they are read.
   void begin(const ColumnSet& columns) {
     for (std::size_t i = 0; i < kColumnCount; ++i) {
       const auto column = static_cast<Column>(i);
@@ -110,13 +110,13 @@ class ColumnReaders {
   std::array<ByteReader, kColumnCount> readers_;
 };
 
-/// Columns being filled. clear() keeps the memory.
+/// Columns being filled. clear() keeps the allocated memory.
 class ColumnWriter {
  public:
   void clear() {
     for (Buffer& buffer : buffers_) buffer.end = buffer.bytes.data();
   }
-  /// Room for `more` bytes. Nothing else checks.
+  /// Makes room for `more` bytes. put(), put_varint() and end() do not check.
   void reserve(Column column, std::size_t more) {
     Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
     const auto used = static_cast<std::size_t>(buffer.end - buffer.bytes.data());
@@ -126,7 +126,7 @@ class ColumnWriter {
   }
   void put(Column column, unsigned byte) { *end(column)++ = static_cast<std::uint8_t>(byte); }
   void put_varint(Column column, std::uint64_t value) { end(column) = store_varint(end(column), value); }
-  /// Where the next byte goes.
+  /// Pointer to the next byte to write.
   std::uint8_t*& end(Column column) { return buffers_[static_cast<std::size_t>(column)].end; }
   ColumnView view(Column column) const {
     const Buffer& buffer = buffers_[static_cast<std::size_t>(column)];
@@ -142,12 +142,12 @@ class ColumnWriter {
   std::array<Buffer, kColumnCount> buffers_;
 };
 
-/// Appends the packed columns to `out`. Uses a compression context of the calling thread. Same input, same bytes.
+/// Appends the compressed columns to `out`. Deterministic. Uses a thread-local compression context.
 void pack_columns(std::span<const ColumnView> columns, Bytes& out);
 void pack_columns(const ColumnSet& columns, Bytes& out, std::size_t count = kColumnsWithoutBins);
 
-/// Undoes pack_columns; columns behind `count` are empty. Throws Malformed. Allocates no more than the stored bytes can
-/// stand for (kMaxGroupBytes at most).
+/// Inverse of pack_columns(); columns from `count` on are empty. Throws Malformed. Allocates no more than the stored
+/// bytes can decompress to, and at most kMaxGroupBytes.
 void unpack_columns(const std::uint8_t* bytes, std::size_t size, ColumnSet& columns,
                     std::size_t count = kColumnsWithoutBins);
 

@@ -7,7 +7,7 @@
 
 namespace grtx::traces {
 
-// A cell for each kind and detail: what an event is follows no pattern that a branch could learn.
+// Counts in one cell per kind and detail, without branches, since the sequence of events is unpredictable.
 void RoundCounts::count(std::span<const Event> events) {
   constexpr std::size_t kDetails = 8;
   std::array<std::uint32_t, 16 * kDetails> cells{};
@@ -40,7 +40,7 @@ void count_round(const Header& header, const Round& round, const RoundCounts& co
   totals.checkpoints_written += counts.written;
   totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, counts.written);
   if (round.overflow) ++totals.overflows;
-  if (!header.checkpoint) return;  // what does not fit is found again by the next round
+  if (!header.checkpoint) return;  // no eviction buffer: the next round finds these hits again
   const std::uint64_t evicted = counts.leaves[static_cast<std::size_t>(LeafOutcome::displaced)] +
                                 counts.leaves[static_cast<std::size_t>(LeafOutcome::rejected)];
   totals.evictions += evicted;

@@ -1,4 +1,4 @@
-// The sums of a trace, round by round. Adding groups in any order gives the same totals.
+// Computes the totals of a trace. The order in which groups are added does not matter.
 #pragma once
 
 #include <array>
@@ -16,22 +16,22 @@ struct RoundCounts {
   std::uint64_t internal = 0;
   std::uint64_t instances = 0;
   std::uint64_t culls = 0;
-  std::uint64_t read = 0;                 ///< source entries
-  std::uint64_t written = 0;              ///< checkpoints
-  std::array<std::uint64_t, 8> leaves{};  ///< by outcome
+  std::uint64_t read = 0;                 ///< source entries read
+  std::uint64_t written = 0;              ///< checkpoint entries written
+  std::array<std::uint64_t, 8> leaves{};  ///< [LeafOutcome] leaf visits
 
-  /// Counts them all: none has been counted before.
+  /// Counts all events of the round; call once.
   void count(std::span<const Event> events);
 };
 
-/// Counts one round. `in_eviction_buffer`: entries that the ray has there; 0 before its first round.
+/// Adds one round to `totals`. in_eviction_buffer: the ray's current number of entries there; 0 before its first round.
 void count_round(const Header& header, const Round& round, const RoundCounts& counts, std::uint64_t& in_eviction_buffer,
                  Totals& totals);
 
-/// Counts one group. Trusts the group; check() has its own count.
+/// Totals of one group, which is assumed to be valid; check() counts independently.
 Totals count_totals(const Header& header, const RayGroup& group);
 
-/// A total: its key in a trace's footer, and whether that of several groups is the largest, not the sum.
+/// A field of Totals: its key in the trace's footer, and whether groups are combined by maximum instead of sum.
 struct TotalField {
   const char* name;
   std::uint64_t Totals::*value;
@@ -56,7 +56,7 @@ inline constexpr TotalField kTotalFields[] = {
 };
 static_assert(sizeof(Totals) == std::size(kTotalFields) * sizeof(std::uint64_t), "every field");
 
-/// Sums, and maxima of the largest.
+/// Adds `from` to `to`: sums, or maxima for the fields marked `largest`.
 void add_totals(Totals& to, const Totals& from);
 
 }  // namespace grtx::traces

@@ -1,4 +1,4 @@
-// What groups take in memory when they are decoded: a small file may stand for a great deal.
+// Memory that decoded groups take: a small file may decode to very much.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace grtx::traces {
 
-/// Bytes of the arrays' entries.
+/// Bytes of a group's array elements.
 inline std::uint64_t decoded_bytes(const RayGroup& group) {
   std::uint64_t sum = group.nodes.size() * sizeof(NodeDefinition);
   for (const Ray& ray : group.rays) {
@@ -18,13 +18,13 @@ inline std::uint64_t decoded_bytes(const RayGroup& group) {
   return sum;
 }
 
-/// The same of groups with these totals, but for the nodes, which are few.
+/// The same for groups with these totals, without their nodes, which are few.
 inline std::uint64_t decoded_bytes(const Totals& totals) {
   return (totals.visits() + totals.culls + totals.checkpoints_read) * sizeof(Event) +
          totals.processed * sizeof(Processed) + totals.rounds * sizeof(Round) + totals.checkpoints_written;
 }
 
-/// Asked for before it is taken. Throws Malformed when that is more than is free. Asks the system once in every 8 MiB.
+/// Call before allocating `bytes`. Throws Malformed if less is free. Queries the system once per 8 MiB and thread.
 void take_memory(std::uint64_t bytes);
 
 }  // namespace grtx::traces

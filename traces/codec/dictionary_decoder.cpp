@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
 
-constexpr std::uint32_t kSkipped = 1U << 31;  ///< with an index: a child not in the dictionary lies before it
+constexpr std::uint32_t kSkipped = 1U << 31;  ///< flag in a node index: an unvisited child comes before it
 
 }  // namespace
 
@@ -30,13 +30,13 @@ void DictionaryDecoder::take(const Header& header, unsigned flags, std::vector<N
   }
 }
 
-// In ascending order: model and dictionary count alike.
+// Checks that addresses ascend, so that model and dictionary have the same order.
 void DictionaryDecoder::ascend(std::int64_t address) {
   if (address <= last_address_) throw Malformed("nodes must ascend by address");
   last_address_ = address;
 }
 
-/// `tree_mask`: mask of its children in a tree, else 0.
+/// tree_mask: the node's children in the tree; 0 if the dictionary is not stored as a tree.
 void DictionaryDecoder::set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape,
                             unsigned tree_mask) {
   model_.set(model_.first_node() + index, node, shape);
@@ -92,7 +92,7 @@ void DictionaryDecoder::take_tree(const Header& header, unsigned flags, std::vec
       end = static_cast<std::int64_t>(node.child_base) + shape.units;
       const unsigned count = bits_of_byte(linked);
       if (count > nodes.size() - next) masks.fail("names more nodes than there are");
-      // The lowest slot comes first, so it goes on top.
+      // The lowest slot is walked first, so it goes on top.
       unsigned skipped = shape.internal_mask & ~linked;
       if (depth != 0 && skipped > linked) walk_[depth - 1] |= kSkipped;
       NodeModel& model = model_[model_.first_node() + index];

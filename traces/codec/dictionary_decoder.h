@@ -1,4 +1,4 @@
-// The dictionary of a group being decoded: undoes DictionaryEncoder.
+// Decodes the node dictionary of a group; inverse of DictionaryEncoder.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@
 
 namespace grtx::traces {
 
-/// Keeps its memory. Throws Malformed.
+/// Reuses its memory for the next group. Throws Malformed.
 class DictionaryDecoder {
  public:
-  /// Reads from `readers` and adds nodes to `model`, which GroupDecoder begins. Both must outlive this.
+  /// Reads from `readers` and adds nodes to `model`, whose begin() is called by GroupDecoder. Both must outlive this.
   DictionaryDecoder(ColumnReaders& readers, GroupModel& model) : readers_(readers), model_(model) {}
 
-  /// Fills `nodes`, whose size is their number, ascending by address: node i is model_.first_node() + i of the
-  /// model. `flags` tell how they are stored (kNodesInTree and others).
+  /// Fills `nodes`, already of the right size, ascending by address; node i has index model_.first_node() + i in the
+  /// model. flags: how they are stored (kNodesInTree and others).
   void take(const Header& header, unsigned flags, std::vector<NodeDefinition>& nodes);
 
  private:

@@ -73,9 +73,9 @@ unsigned DictionaryEncoder::put(ColumnWriter& columns) {
   return 0;
 }
 
-// Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
-// Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
-// between that no ray visited. Returns false otherwise, and then leaves the columns as they were.
+// Builders usually place nodes depth first, a node's children before their subtrees. Then addresses follow from the
+// tree: each group of children directly follows the previous one, except for a gap where unvisited subtrees lie
+// between. Returns false if the addresses do not have this order, and then leaves the columns unchanged.
 bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   static constexpr Column kColumns[] = {Column::node_tree, Column::node_shape, Column::node_kinds,
                                         Column::node_children, Column::node_hits};
@@ -90,8 +90,8 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   walk_.resize(records_.size());
   std::uint32_t* const walk = walk_.data();
   std::size_t found = 0;
-  std::int64_t last_address = -1;  // of the nodes found so far, in their order
-  std::uint64_t end = 0;           // of the children so far
+  std::int64_t last_address = -1;  // highest address of the nodes found so far
+  std::uint64_t end = 0;           // end of the children so far, units
   flags = kNodesInTree;
   for (const auto& [parent, flag] : {std::pair{GroupModel::kRootParent, kNodesHoldRoot},
                                      std::pair{GroupModel::kBlasRootParent, kNodesHoldBlasRoot}}) {
@@ -116,7 +116,7 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
       *shapes++ = record.code;
       kinds = store_kinds(kinds, record);
       unsigned mask = 0;
-      // From the last child to the first, so that the first is on top. They ascend.
+      // Pushed from the last child to the first, so that the first is on top; addresses must ascend.
       std::uint32_t first = NodeModel::kUnknownLink, last = NodeModel::kUnknownLink;
       for (unsigned left = node.internal_mask; left != 0;) {
         const unsigned slot = static_cast<unsigned>(std::bit_width(left)) - 1;
@@ -175,7 +175,7 @@ void DictionaryEncoder::put_by_address(ColumnWriter& columns) {
   }
 }
 
-// Writes the record's bytes of column node_kinds; returns where they end.
+// Writes the record's bytes for column node_kinds and returns their end.
 std::uint8_t* DictionaryEncoder::store_kinds(std::uint8_t* at, const NodeRecord& record) {
   if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return at;
   *at++ = static_cast<std::uint8_t>(record.kinds_code);

@@ -1,5 +1,5 @@
-// The dictionary of a group being encoded: the internal nodes that its rays visited, stored as a tree where their
-// addresses allow that.
+// Encodes the node dictionary of a group: the internal nodes that its rays visited, stored as a tree if their addresses
+// allow it.
 #pragma once
 
 #include <cstddef>
@@ -14,30 +14,30 @@
 
 namespace grtx::traces {
 
-/// Keeps its memory. Errors are std::logic_error, at `place`.
+/// Reuses its memory for the next group. Throws std::logic_error that names `place`.
 class DictionaryEncoder {
  public:
-  /// Nodes are added to `model`, which its owner begins. Both references must outlive this.
+  /// Adds nodes to `model`, whose begin() is called by its owner. Both references must outlive this.
   DictionaryEncoder(GroupModel& model, const GroupPlace& place) : model_(model), place_(place) {}
 
-  /// Forgets all nodes. `source` must live until the last reach().
+  /// Starts a new group without nodes. `source` must stay valid until the last reach().
   void begin(const NodeSource& source);
-  /// All nodes, ascending by address: none is asked of the source.
+  /// Sets all nodes, ascending by address; the source is then not used.
   void list(const std::vector<NodeDefinition>& nodes);
-  /// Index into the model of the node at `address` (in units) that a visit reaches for the first time through this
-  /// slot of this parent. References to nodes of the model become invalid.
+  /// A visit reaches the node at `address` (in units) for the first time through this slot of this parent. Returns its
+  /// index in the model. Invalidates references to nodes of the model.
   std::uint32_t reach(std::uint32_t parent, unsigned slot, std::uint32_t address);
-  /// What that visit hit, unless the node had been visited before.
+  /// Records the hits of the node's first visit; ignored for later visits.
   void visit_first(std::uint32_t index, unsigned hits);
   std::size_t size() const { return records_.size(); }
-  /// Fills the columns of nodes. Returns how they are stored (kNodesInTree and others).
+  /// Fills the node columns. Returns how the nodes are stored (kNodesInTree and others).
   unsigned put(ColumnWriter& columns);
 
  private:
-  /// With an index: a child that no ray visited lies before it.
+  /// Flag in a node index: an unvisited child comes before this node.
   static constexpr std::uint32_t kSkipped = 1U << 31;
 
-  /// What the dictionary stores of a node beside its model.
+  /// Data of a dictionary node in addition to its NodeModel.
   struct NodeRecord {
     std::uint32_t address = 0;
     std::uint16_t kinds_code = 0;
@@ -55,8 +55,8 @@ class DictionaryEncoder {
   GroupModel& model_;
   const GroupPlace& place_;
   const NodeSource* source_ = nullptr;
-  std::vector<NodeRecord> records_;  ///< of the model's nodes from model_.first_node() on
-  bool all_listed_ = false;          ///< list() made the records, by ascending address
+  std::vector<NodeRecord> records_;  ///< [model index - model_.first_node()]
+  bool all_listed_ = false;          ///< the records come from list() and ascend by address
   std::vector<std::uint32_t> walk_;
 };
 

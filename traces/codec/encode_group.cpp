@@ -11,13 +11,13 @@
 namespace grtx::traces {
 namespace {
 
-/// For a dictionary that exists before its events.
+/// Used if the dictionary is complete before the first event.
 class NoOtherNodes : public NodeSource {
  public:
   NodeDefinition define(std::uint32_t) const override { throw std::logic_error("all nodes are listed"); }
 };
 
-// The first event of a round from the root tells what the root is; a root that is only culled may pass as internal.
+// The first event of a round from the root gives the root's kind; a root that is only culled is taken as internal.
 NodeKind root_kind(const RayGroup& group) {
   for (const Ray& ray : group.rays) {
     std::size_t first = 0;

@@ -1,4 +1,4 @@
-// A group as it stands in the file.
+// A group encoded as in the file.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace grtx::traces {
 /// Ready for Writer::append().
 struct EncodedGroup {
   std::uint32_t index = 0;
-  Bytes chunk;  ///< as in the file
+  Bytes chunk;  ///< bytes of the chunk in the file
   Totals totals;
 };
 

@@ -1,4 +1,4 @@
-// Fixed parts of a trace file and the limits that keep a reader from believing garbage. See docs/model/trace-format.md.
+// Fixed parts of a trace file, and limits by which a reader rejects corrupt sizes. See docs/model/trace-format.md.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace grtx::traces {
 
-// The first bytes follow PNG's idea: a byte above 0x7F and both kinds of line end show text-mode damage at once.
+// As in PNG, a byte above 0x7F and both kinds of line end reveal damage by text-mode transfers.
 inline constexpr std::array<std::uint8_t, 8> kFileMagic{0x93, 'G', 'R', 'T', 'X', '\r', '\n', 0x1A};
 inline constexpr std::array<std::uint8_t, 8> kTrailerMagic{'G', 'R', 'T', 'X', 'E', 'N', 'D', '\n'};
 
@@ -17,7 +17,7 @@ inline constexpr std::size_t kTrailerBytes = 8 + 8;           ///< footer offset
 
 inline constexpr std::uint64_t kMaxHeaderBytes = 1ULL << 20;
 inline constexpr std::uint64_t kMaxTotalsBytes = 1ULL << 16;
-/// Columns of one group before compression. 32 rays of ten million visits each stay below it.
+/// Most bytes of a group's columns before compression; 32 rays of ten million visits each stay below it.
 inline constexpr std::uint64_t kMaxGroupBytes = 1ULL << 30;
 
 }  // namespace grtx::traces

@@ -20,7 +20,7 @@
 namespace grtx::traces {
 namespace {
 
-/// Leaf operations that need more than their event: they shift or checkpoint something, or are unknown.
+/// Leaf operations that take_leaf() handles: they shift or checkpoint, or are unknown.
 constexpr unsigned kSpecialLeafOps =
     ~(1U << kLeafCullDropped | 1U << kLeafNearest | 1U << static_cast<unsigned>(LeafOutcome::miss) |
       1U << static_cast<unsigned>(LeafOutcome::behind) | 1U << static_cast<unsigned>(LeafOutcome::beyond) |
@@ -36,7 +36,7 @@ constexpr Event make_event(EventKind kind, std::uint32_t node, unsigned detail, 
   return event;
 }
 
-/// Events of the other leaf operations, without their node.
+/// Events of the other leaf operations; their node is filled in later.
 constexpr std::array<Event, kPopOp + 1> kLeafEvents = [] {
   std::array<Event, kPopOp + 1> events{};
   for (unsigned op = 0; op < events.size(); ++op) events[op] = make_event(EventKind::visit_leaf, 0, op, 0);
@@ -155,8 +155,8 @@ class GroupDecoder {
     }
   }
 
-  // One pop after another, each with an event. What is left of the frame on top stays in registers, in the order in
-  // which it is expected, so that a leaf takes little more than its event.
+  // Decodes the pops of a round, one event each. The remaining children of the top frame stay in a register, in
+  // expected order, so that a leaf costs little more than storing its event.
   void take_events(const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
@@ -169,8 +169,8 @@ class GroupDecoder {
     const std::uint32_t first_node = model_.first_node();
     StackFrame top{GroupModel::kRootParent, {}, 1};
     if (round.replay) top.remaining = 0;
-    std::size_t depth = 0;                         // of the frames below
-    Event* event = events_.data() + event_count_;  // the next
+    std::size_t depth = 0;                         // frames below the top one
+    Event* event = events_.data() + event_count_;  // next event to write
     const Event* end = events_.data() + events_.size();
     while (true) {
       if (top.remaining == 0) {
@@ -247,7 +247,7 @@ class GroupDecoder {
     if (round.overflow) destination_.clear();
   }
 
-  // The slot of those left that has `rank` others before it.
+  // The slot in `left` that `rank` others precede in the expected order.
   unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
     const unsigned remaining = NodeModel::mask_of(left);
     if (pop_order_.by_slots() || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
@@ -263,7 +263,7 @@ class GroupDecoder {
     node.last_hits = static_cast<std::uint8_t>(node.last_hits ^ difference);
   }
 
-  // Room for three events or more behind `next`.
+  // Makes room for at least three events from `next` on.
   [[gnu::noinline]] void grow_events(Event*& next, const Event*& end) {
     const auto used = static_cast<std::size_t>(next - events_.data());
     if (used - replayed_ > pops_left_) fail_pops();
@@ -287,7 +287,8 @@ class GroupDecoder {
     bins_.push_back(static_cast<std::uint8_t>(bin));
   }
 
-  // What is pushed on the empty stack. False: the round ends, and what is left to be read stays in its bins.
+  // Reads one source entry, with the stack empty; `top` is its frame if it is taken. Returns false if the round stops
+  // with entries left in its bins.
   bool take_replay(Event*& event, StackFrame& top) {
     top = {};
     ByteReader& ops = reader(Column::replay_op);
@@ -322,13 +323,13 @@ class GroupDecoder {
     return true;
   }
 
-  // The visit of the instance leaf above a node that was taken.
+  // Adds the visit of the instance leaf above a taken node.
   void take_instance(Event*& event, std::uint32_t leaf) {
     ++replayed_;
     *event++ = make_event(EventKind::visit_instance, leaf, 1, 0);
   }
 
-  // A leaf operation of kSpecialLeafOps.
+  // Decodes a leaf operation of kSpecialLeafOps.
   Event take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
     if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
       return make_event(EventKind::visit_leaf, address, op, 0,
@@ -340,7 +341,7 @@ class GroupDecoder {
     return make_event(EventKind::visit_leaf, address, static_cast<unsigned>(LeafOutcome::beyond), 1);
   }
 
-  // All but the visit of an internal node that checkpoints nothing. Returns what is pushed.
+  // Decodes all inner operations but the visit of an internal node without checkpoints. Returns the pushed frame.
   StackFrame take_other_inner(const NodeReference& popped, std::uint32_t address, unsigned op, bool changed_hits,
                               const PopReader& pops, Event& event) {
     if (op > static_cast<unsigned>(InnerOp::cull_checkpointed)) pops.fail("holds an unknown operation");
@@ -364,7 +365,7 @@ class GroupDecoder {
     return {root, model_.levels().below(popped.path, address), 1};
   }
 
-  // The visit of an internal node that checkpoints children. Returns what is pushed.
+  // Decodes the visit of an internal node that checkpoints children. Returns the pushed frame.
   StackFrame take_checkpointing(const NodeReference& popped, std::uint32_t address, bool changed_hits, Event& event) {
     std::uint32_t& link = model_[popped.parent].links[popped.slot];
     if (link == NodeModel::kUnknownLink) link = find(address);
@@ -389,7 +390,7 @@ class GroupDecoder {
     return {index, popped.path, pushed};
   }
 
-  /// Index into the model of the internal node at `address`.
+  /// Model index of the internal node at `address`.
   std::uint32_t find(std::uint32_t address) const {
     const auto found = std::lower_bound(nodes_->begin(), nodes_->end(), address,
                                         [](const NodeDefinition& node, std::uint32_t a) { return node.address < a; });
@@ -413,27 +414,27 @@ class GroupDecoder {
   PopReader inner_;
   PopReader leaves_;
   ByteReader hits_;
-  std::uint64_t pops_left_ = 0;  ///< of the group
-  std::uint64_t replayed_ = 0;   ///< events of the ray that are no pops
+  std::uint64_t pops_left_ = 0;  ///< pops that the group may still have
+  std::uint64_t replayed_ = 0;   ///< events of the ray that are not pops
   const std::vector<NodeDefinition>* nodes_ = nullptr;
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
-  std::vector<Event> events_ = std::vector<Event>(1024);  ///< of the ray; from event_count_ on there is only room
+  std::vector<Event> events_ = std::vector<Event>(1024);  ///< events of the ray; only the first event_count_ are valid
   std::size_t event_count_ = 0;
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round
-  std::int64_t last_taken_ = -1;  ///< position of the one read last
-  std::vector<bool> read_;        ///< nearest order: entries already read
+  std::int64_t last_taken_ = -1;  ///< position of the last entry read
+  std::vector<bool> read_;        ///< order nearest: entries already read
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::vector<std::uint8_t> bins_;       ///< of the ray's entries
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::vector<std::uint8_t> bins_;       ///< bins of the ray's entries
 };
 
 }  // namespace
 
 void decode_group(const Header& header, const std::uint8_t* payload, std::size_t size, std::uint64_t index,
                   RayGroup& group) {
-  // On the heap: members of a thread_local object would each be reached through the thread pointer.
+  // On the heap, because every member access of a thread_local object would go through the thread pointer.
   thread_local const std::unique_ptr<GroupDecoder> decoder = std::make_unique<GroupDecoder>();
   decoder->decode(header, payload, size, index, group);
 }

@@ -48,13 +48,13 @@ struct GroupEncoder::Impl {
   std::vector<NodeReference> source_;
   std::vector<NodeReference> destination_;
   std::size_t taken_ = 0;         ///< source entries read in this round
-  std::int64_t last_taken_ = -1;  ///< position of the one read last
+  std::int64_t last_taken_ = -1;  ///< position of the last entry read
   SourceAssignment assignment_;
-  std::vector<std::uint32_t> addresses_;                  ///< nearest order: of the source entries
-  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< nearest order: position of each read
+  std::vector<std::uint32_t> addresses_;                  ///< order nearest: addresses of the source entries
+  const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< order nearest: position of each read
   bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< in place of source_ and destination_
-  std::span<const std::uint8_t> bins_;   ///< of the ray's entries that are not written yet
+  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
+  std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
 };
 
 void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root,
@@ -110,7 +110,7 @@ void GroupEncoder::Impl::put_events(const Round& round, std::span<const Event> e
     assigned_ = &assignment_.assign(addresses_, source_, events, levels_);
   }
   StackFrame top{GroupModel::kRootParent, {}, round.replay ? 0U : 1U};
-  frames_.clear();  // below the top
+  frames_.clear();  // frames below the top one
   const Event* const end = events.data() + events.size();
   for (const Event* event = events.data(); event != end; ++event) {
     if (top.remaining == 0) {
@@ -162,7 +162,7 @@ void GroupEncoder::Impl::write(const NodeReference& entry) {
   bins_ = bins_.subspan(1);
 }
 
-// For a node taken from the source buffer that lies below the instance leaf at `leaf`.
+// Handles the event after the take of a node below the instance leaf at `leaf`: the visit of that leaf.
 void GroupEncoder::Impl::take_instance(const Event* event, std::uint32_t leaf) {
   out_.instance_of_taken();
   require(event->kind() == EventKind::visit_instance && event->detail == 1 && event->node == leaf &&
@@ -185,7 +185,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, const Insta
   out_.leaf(at, event->outcome(), event->checkpoints, event->shifts());
 }
 
-/// Returns what is pushed: maybe nothing.
+/// Returns the pushed frame, which may be empty.
 StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, const InstancePath& path) {
   const unsigned slot = at.slot();
   if (event->kind() == EventKind::visit_internal) {
@@ -218,7 +218,7 @@ StackFrame GroupEncoder::Impl::pop_inner(const Event* event, ChildPlace at, cons
   return {root, levels_.below(path, event->node), 1};
 }
 
-/// Returns whether the entry was pushed: `taken` is its frame.
+/// Returns whether the entry was taken; if so, its frame is in `taken`.
 bool GroupEncoder::Impl::read_source(const Event* event, StackFrame& taken) {
   const bool take = event->kind() == EventKind::replay_take;
   require(take || event->kind() == EventKind::replay_forward, event,

@@ -1,4 +1,4 @@
-// Encodes a group ray by ray from the events of each ray, which must follow a stack: it is rebuilt, and checked.
+// Encodes a group ray by ray from events. Rebuilds the traversal stack and checks that the events follow it.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace grtx::traces {
 
-/// What one ray did. Other than in a RayGroup, visit_internal events hold the address of their node (in units).
+/// The rounds and events of one ray. Unlike in a RayGroup, visit_internal events hold the node's address (in units).
 struct TracedRay {
   std::uint32_t pixel = 0;
   std::span<const Round> rounds;
@@ -23,9 +23,9 @@ struct TracedRay {
   std::span<const std::uint8_t> bins = {};  ///< as Ray::bins
 };
 
-/// One a thread; keeps its memory. Throws std::logic_error naming group, lane, round and event when the events do not
-/// follow the stack, the source buffer or the nodes, because then the program that made them is at fault. Rules that do
-/// not decide the bytes (k-buffer, evictions) are left to check().
+/// Use one per thread; reuses its memory. Throws std::logic_error naming group, lane, round and event if the events do
+/// not follow the stack, the source buffer or the nodes, which is a bug of the caller. Rules that do not affect the
+/// encoding (k-buffer, evictions) are left to check().
 class GroupEncoder {
  public:
   GroupEncoder();
@@ -33,23 +33,23 @@ class GroupEncoder {
   GroupEncoder(GroupEncoder&&) noexcept;
   GroupEncoder& operator=(GroupEncoder&&) noexcept;
 
-  /// Begins a group whose root is of kind `root`. Header and nodes must live until finish().
+  /// Begins a group whose root is of kind `root`. `header` and `nodes` must stay valid until finish().
   void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
-  /// The next ray in lane order.
+  /// Adds the next ray, in lane order.
   void add(const TracedRay& ray);
-  /// Replaces `group`.
+  /// Ends the group and stores it in `group`.
   void finish(EncodedGroup& group);
 
  private:
   friend void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out);
-  /// All nodes of the group, ascending by address, before its first ray: none is asked of the NodeSource.
+  /// Sets all nodes of the group, ascending by address, before its first ray; the NodeSource is then not used.
   void list(const std::vector<NodeDefinition>& nodes);
 
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// All rays of a group. Keeps its working memory per calling thread.
+/// Encodes a whole group. Its working memory is thread-local.
 void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out);
 
 }  // namespace grtx::traces

@@ -1,6 +1,6 @@
-// What encoder and decoder of a group know in common while they replay its events: where children lie, and what each
-// node did last time. A ray that restarts, or the ray of the next lane, mostly repeats what was seen, and what repeats
-// takes no bytes.
+// The prediction model that encoder and decoder of a group share while they replay its events: where children lie, and
+// the outcome of each node's last visit. A ray that restarts, or the ray of the next lane, mostly repeats earlier
+// visits, and correct predictions take no bytes.
 #pragma once
 
 #include <array>
@@ -16,16 +16,15 @@
 
 namespace grtx::traces {
 
-/// A node (or a pseudo parent, see GroupModel) with what the coder remembers of it: one cache line.
+/// A node (or a pseudo parent, see GroupModel) and its predictions, in one cache line.
 struct alignas(64) NodeModel {
-  static constexpr std::uint32_t kUnknownLink = 0;  ///< the root's pseudo parent, which is nobody's child
-  /// The slots in the order in which they are expected to be popped, first the lowest byte, each as the bit of its
-  /// mask.
+  static constexpr std::uint32_t kUnknownLink = 0;  ///< index of the root's pseudo parent, which is never a child
+  /// Expected pop order of the slots: one byte per place, the first in the lowest byte, with the slot's bit set.
   std::uint64_t order = kDiagonal;
   std::array<std::uint8_t, kMaxWidth> last_op{};  ///< symbol of the child's last pop
   std::uint32_t child_base = 0;                   ///< in units
   std::uint32_t offsets = 0;                      ///< as in NodeShape
-  std::array<std::uint32_t, kMaxWidth> links{};   ///< index of the node in each slot, if it is internal and known
+  std::array<std::uint32_t, kMaxWidth> links{};   ///< [slot] index of the child, or kUnknownLink
   std::uint8_t child_count = 0;
   std::uint8_t internal_mask = 0;  ///< as in NodeShape
   std::uint8_t instance_mask = 0;  ///< as in NodeShape
@@ -35,7 +34,7 @@ struct alignas(64) NodeModel {
   std::uint32_t child_address(unsigned slot) const { return child_base + ((offsets >> (4 * slot)) & 0xF); }
   bool is_internal(unsigned slot) const { return (internal_mask >> slot & 1) != 0; }
   bool is_instance(unsigned slot) const { return (instance_mask >> slot & 1) != 0; }
-  /// Slot of the child of `remaining` at `address`; kMaxWidth when there is none.
+  /// Slot in mask `remaining` of the child at `address`; kMaxWidth if there is none.
   unsigned slot_of(std::uint32_t remaining, std::uint32_t address) const {
     const std::uint32_t offset = address - child_base;
     if (offset > 15) return kMaxWidth;
@@ -43,7 +42,7 @@ struct alignas(64) NodeModel {
     return (remaining >> slot & 1) != 0 ? slot : kMaxWidth;
   }
 
-  /// The order that a child order (traces/orders/child_order.h) begins with: all slots are hit, entered in slot order.
+  /// Initial `order` for a child order (traces/orders/child_order.h): as if all slots were hit, in slot order of t.
   template <typename Policy>
   static constexpr std::uint64_t order_of(Policy) {
     std::uint64_t order = 0;
@@ -52,30 +51,30 @@ struct alignas(64) NodeModel {
     }
     return order;
   }
-  /// The slots of the mask `remaining` in the order in which they are expected, as bits in `order`.
+  /// `order` restricted to the slots of the mask `remaining`.
   std::uint64_t ordered(unsigned remaining) const { return order & bits_of_mask(remaining); }
-  /// The bits that stand for the slots of a mask, wherever they come in the order.
+  /// All bits of `order` that may stand for the slots of a mask.
   static std::uint64_t bits_of_mask(unsigned mask) { return kOnes * mask; }
-  /// The bits that stand for `slot`, wherever it comes in the order.
+  /// All bits of `order` that may stand for `slot`.
   static std::uint64_t bits_of(unsigned slot) { return kOnes << slot; }
-  /// Undoes ordered().
+  /// Inverse of ordered().
   static unsigned mask_of(std::uint64_t ordered) { return static_cast<unsigned>(ordered * kOnes >> 56); }
-  /// The first of them, which are not none.
+  /// The first slot of a result of ordered() that is not 0.
   static unsigned first_of(std::uint64_t ordered) { return static_cast<unsigned>(std::countr_zero(ordered)) & 7; }
-  /// How many slots of `remaining` are expected before `slot`.
+  /// Number of slots in `remaining` expected before `slot`.
   unsigned rank_of(unsigned remaining, unsigned slot) const {
     const std::uint64_t place = order & kOnes << slot;
     unsigned rank = 0;
     for (std::uint64_t left = ordered(remaining) & (place - 1); left != 0; left &= left - 1) ++rank;
     return rank;
   }
-  /// The slot of `remaining` with `rank` (below the number of slots in it) of them before it.
+  /// Inverse of rank_of(): the slot in `remaining` with this rank, which must be below their number.
   unsigned slot_at(unsigned remaining, unsigned rank) const {
     std::uint64_t left = ordered(remaining);
     for (; rank != 0; --rank) left &= left - 1;
     return static_cast<unsigned>(std::countr_zero(left)) & 7;
   }
-  /// `slot`, which was popped although others of `remaining` were expected first, moves before the first of them.
+  /// Moves `slot`, which was popped although others in `remaining` were expected first, before the first of them.
   void move_up(unsigned remaining, unsigned slot) {
     const auto to = static_cast<unsigned>(std::countr_zero(ordered(remaining))) & ~7U;  // bits of the lower bytes
     const std::uint64_t place = order & kOnes << slot;
@@ -91,36 +90,37 @@ struct alignas(64) NodeModel {
 };
 static_assert(sizeof(NodeModel) == 64);
 
-/// An entry of a checkpoint buffer: one child of one node, reached through its instances.
+/// An entry of a checkpoint buffer: a child of a node, with the instance leaves above it.
 struct NodeReference {
-  std::uint32_t parent = 0;  ///< index into the model
+  std::uint32_t parent = 0;  ///< model index
   std::uint32_t slot = 0;
   InstancePath path;
 };
 
-/// Children of one parent that are on the stack and not popped yet.
+/// The children of one parent that are still on the stack.
 struct StackFrame {
   std::uint32_t parent = 0;
   InstancePath path;
   std::uint32_t remaining = 0;  ///< mask of slots, not empty
 };
 
-/// Pseudo parents, each of whose only child is a root, by its number (InstanceLevels); then the nodes of a group.
+/// Pseudo parents, each with one root as its only child, indexed by root number (InstanceLevels); then the group's
+/// nodes.
 class GroupModel {
  public:
   static constexpr std::uint32_t kRootParent = InstanceLevels::kRoot;
   static constexpr std::uint32_t kBlasRootParent = InstanceLevels::kBlasRoot;
 
-  /// Forgets all nodes.
+  /// Starts a new group without nodes.
   void begin(const Header& header, NodeKind root_kind);
-  /// Throws std::invalid_argument when the node breaks a rule (child kinds, node image). References to nodes become
-  /// invalid.
+  /// Adds a node and returns its index. Throws std::invalid_argument if it breaks a rule (child kinds, node image).
+  /// Invalidates references to nodes.
   std::uint32_t add(const NodeDefinition& node, const NodeShape& shape);
-  /// Adds `count` nodes, which set() then describes. References to nodes become invalid.
+  /// Adds `count` nodes, to be filled by set(). Invalidates references to nodes.
   void add_unset(std::size_t count) { nodes_.resize(nodes_.size() + count); }
-  /// Throws as add() does.
+  /// Fills a node of add_unset(). Throws like add().
   void set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape);
-  /// Shape of any node of the trace.
+  /// Shape of any node of the trace, whether it is in the model or not.
   const NodeShape& shape(const NodeDefinition& node) { return shapes_.of(node); }
   ShapeTable& shapes() { return shapes_; }
 
@@ -129,14 +129,14 @@ class GroupModel {
   NodeModel& operator[](std::uint32_t index) { return nodes_[index]; }
   const NodeModel& operator[](std::uint32_t index) const { return nodes_[index]; }
   const InstanceLevels& levels() const { return levels_; }
-  std::uint32_t first_node() const { return levels_.roots(); }  ///< index of the first that is no pseudo parent
+  std::uint32_t first_node() const { return levels_.roots(); }  ///< first index after the pseudo parents
 
  private:
   std::vector<NodeModel> nodes_;
   InstanceLevels levels_;
   std::uint64_t image_units_ = 0;
   std::uint64_t internal_units_ = 0;
-  std::uint64_t first_order_ = 0;  ///< NodeModel::order of a node not visited yet
+  std::uint64_t first_order_ = 0;  ///< initial NodeModel::order
   ShapeTable shapes_;
 };
 

@@ -1,4 +1,4 @@
-// Where in a group an encoder is: what its errors name.
+// Position of an encoder in a group, for its error messages.
 #pragma once
 
 #include <cstddef>

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// One list of fields serves writing, reading and the count of known keys.
+// The single list of fields, used for writing, reading and counting known keys.
 template <typename HeaderType, typename Visit>
 void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) {
   visit("accel", h.accel);
@@ -126,7 +126,7 @@ Json to_json_value(const T& field) {
   }
 }
 
-// Takes every field that `for_each` lists out of `json`; what is left over is unknown.
+// Reads and removes every field that `for_each` lists from `json`; a key left over is unknown.
 template <typename ForEach>
 void take_all(Json json, ForEach&& for_each) {
   for_each([&](const char* key, auto& field) {
@@ -144,7 +144,7 @@ std::string header_to_json(const Header& header) {
   Json json = Json::object();
   for_each_header_field(header, format_version(header),
                         [&](const char* key, const auto& field) { json[key] = to_json_value(field); });
-  // Traces of before there was another layout do not name theirs, and neither do those of today that have it.
+  // The default layout is not written: older traces, made when it was the only one, have no such key.
   if (header.layout == NodeLayout::vulkan_sim) json.erase("layout");
   return json_text(json);
 }
@@ -167,7 +167,7 @@ Header header_from_json(std::string_view text, std::uint32_t version) {
 
 namespace {
 
-/// What is wrong with the lists that three levels have; "" when they break no rule.
+/// The rule that the lists of a three-level structure break; "" if none.
 std::string scene_fault(const Header& h) {
   if (!h.three_level()) return h.scene_leaves.empty() ? "" : "scene_leaves need object_roots";
   if (!h.two_level) return "object_roots need two_level";
@@ -193,7 +193,7 @@ std::string scene_fault(const Header& h) {
 
 }  // namespace
 
-// What a header may claim. The hardware model has addresses of 2^37 B, of which per-ray buffers take the rest.
+// Upper limits of header fields. The hardware model addresses 2^37 B; per-ray buffers get what the scene leaves.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 constexpr unsigned kMostShDegree = 4;
 constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1} << 36;

@@ -9,11 +9,11 @@
 
 namespace grtx::traces {
 
-/// As format_version() of the header has it.
+/// Header as JSON, with the keys of format_version(header).
 std::string header_to_json(const Header& header);
-/// version: of the file. Throws Malformed naming the key. The result obeys header_fault() == "".
+/// version: of the file. Throws Malformed naming the key. The result is valid (header_fault() is "").
 Header header_from_json(std::string_view text, std::uint32_t version);
-/// The rule that a header breaks, naming the field; "" when it is sound.
+/// The rule that a header breaks, naming the field; "" if it is valid.
 std::string header_fault(const Header& header);
 
 std::string totals_to_json(const Totals& totals);

@@ -24,7 +24,7 @@ void NodePlaces::add(const NodePlaces& other) {
   for (const auto& [address, place] : other.places_) add(address, place);
 }
 
-// Which group came first must not depend on threads: the lowest counts, and so does the lowest that contradicts it.
+// Independent of the threads: keeps the lowest group, and the lowest group that contradicts it.
 void NodePlaces::add(std::uint32_t address, const Place& place) {
   const auto [found, added] = places_.emplace(address, place);
   if (added) return;

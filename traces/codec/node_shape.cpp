@@ -21,7 +21,7 @@ unsigned stored_kind(NodeKind kind) {
   }
 }
 
-// Nodes mostly have leaves of one kind: their kind, and a mask of the internal children if there are both.
+// Usually all leaves of a node have one kind: stores that kind, and a mask of the internal children if there are both.
 void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
   const unsigned leaves = ((1U << shape.child_count) - 1) & ~unsigned{shape.internal_mask};
   const unsigned leaf = leaves != 0 ? stored_kind(kinds[static_cast<unsigned>(std::countr_zero(leaves))]) : 0;
@@ -46,7 +46,7 @@ void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
   shape.code = static_cast<std::uint8_t>(code);
 }
 
-// Bit i moves to bit 2 i.
+// Moves bit i to bit 2 i.
 unsigned spread_bits(unsigned byte) { return scatter_bits(byte, 0x5555); }
 
 }  // namespace

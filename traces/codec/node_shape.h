@@ -1,5 +1,5 @@
-// What follows from the kinds of a node's children: where they lie and which are what. Nodes of a tree share few
-// shapes, so each is worked out once.
+// Child offsets and masks that follow from the kinds of a node's children. The nodes of a tree share few shapes, so
+// each is computed once and cached.
 #pragma once
 
 #include <array>
@@ -11,34 +11,34 @@
 namespace grtx::traces {
 
 struct NodeShape {
-  std::uint32_t offsets = 0;  ///< four bits a slot: address of the child - child base, units
+  std::uint32_t offsets = 0;  ///< 4 bits per slot: address of the child - child base, units
   std::uint8_t child_count = 0;
   std::uint8_t internal_mask = 0;  ///< slots with an internal node
   std::uint8_t instance_mask = 0;  ///< slots with an instance leaf
   std::uint8_t wide_mask = 0;      ///< slots that take two units
-  std::uint8_t units = 0;          ///< of all children together
+  std::uint8_t units = 0;          ///< total size of the children
   std::uint8_t code = 0;           ///< as in column node_shape
   std::uint16_t kinds_code = 0;    ///< as in column node_kinds
-  const char* fault = nullptr;     ///< the rule that the kinds break
+  const char* fault = nullptr;     ///< the rule that the kinds break, or null
 };
 
 NodeShape make_shape(const NodeSizes& sizes, const std::array<NodeKind, kMaxWidth>& kinds, unsigned child_count);
 
-/// Remembers shapes. One a thread.
+/// Cache of shapes. Use one per thread.
 class ShapeTable {
  public:
   using Kinds = std::array<NodeKind, kMaxWidth>;
-  /// A shape with what stores it.
+  /// A shape with its encoding.
   struct Stored {
     std::uint32_t codes = kNoCodes;
     Kinds kinds{};
     NodeShape shape;
   };
 
-  /// Forgets the shapes of other nodes.
+  /// Sets the node sizes and clears the cache if they differ.
   void set_sizes(const NodeSizes& sizes);
   const NodeShape& of(const NodeDefinition& node);
-  /// Shape of a node with this byte of column node_shape and these of node_kinds. Null when no node is stored so.
+  /// Shape of a node with this byte of column node_shape and these of node_kinds; null if the encoding is invalid.
   const Stored* stored(unsigned code, unsigned kinds_code) {
     const std::uint32_t codes = code | kinds_code << 8;
     Stored& entry = stored_[slot_of(codes)];
@@ -65,8 +65,8 @@ class ShapeTable {
   std::vector<Stored> stored_;
 };
 
-/// Slot of the child `offset` units behind the child base, by the mask of children that take two units; kMaxWidth where
-/// none begins. Slots beyond the child count count as one unit.
+/// [mask of children that take two units][offset from the child base in units]: slot of the child that begins there;
+/// kMaxWidth if none does. Slots beyond the child count are taken as one unit.
 inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kSlotAtOffset = [] {
   std::array<std::array<std::uint8_t, 16>, 256> slots{};
   for (unsigned wide = 0; wide < 256; ++wide) {
@@ -80,7 +80,7 @@ inline constexpr std::array<std::array<std::uint8_t, 16>, 256> kSlotAtOffset = [
   return slots;
 }();
 
-/// Bits set in a byte. Without the processor's instruction, which not every x86-64 has, std::popcount is a call.
+/// [byte] number of bits set. A table, because std::popcount is a function call on baseline x86-64.
 inline constexpr std::array<std::uint8_t, 256> kBitsOfByte = [] {
   std::array<std::uint8_t, 256> bits{};
   for (unsigned i = 1; i < 256; ++i) bits[i] = static_cast<std::uint8_t>(bits[i / 2] + (i & 1));

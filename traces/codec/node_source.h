@@ -1,4 +1,4 @@
-// Where an encoder learns what the internal nodes of a structure are.
+// Source from which an encoder gets the internal nodes of an acceleration structure.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace grtx::traces {
 
-/// Tells where the children of an internal node lie that a ray visited.
+/// Implemented by whoever has the node image, for example the tracer.
 class NodeSource {
  public:
   virtual ~NodeSource() = default;

@@ -39,7 +39,7 @@ void PopEncoder::begin_ray() {
   for (Symbols& symbols : symbols_) symbols.end = symbols.bytes.data();
 }
 
-// A varint takes 10 bytes at most, 2 of 12 bits.
+// A varint takes at most 10 bytes, one of 12 bits at most 2.
 void PopEncoder::reserve(std::size_t pops) {
   for (const Column column : {Column::hits, Column::checkpoints, Column::replay_op}) columns_.reserve(column, pops + 1);
   columns_.reserve(Column::shifts, 2 * pops);
@@ -85,7 +85,7 @@ void PopEncoder::end_ray(std::uint32_t pixel, std::size_t rounds, std::span<cons
   place_.lane = GroupPlace::kNowhere;
 }
 
-// A loop of its own, whose state fits the registers.
+// A separate loop, so that its state fits in registers.
 void PopEncoder::put_pops(Column gaps, Column symbols, Symbols& pops, unsigned& run) {
   const std::uint8_t* const begin = pops.bytes.data();
   const auto count = static_cast<std::size_t>(pops.end - begin);

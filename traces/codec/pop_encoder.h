@@ -1,5 +1,5 @@
-// Encodes what the rays of a group do, as they do it: each pop of a stack as the operation on a child of a known node.
-// Who calls it keeps the stack and the checkpoint buffers, in places (ChildPlace).
+// Encodes the traversal of a group's rays while it happens: each stack pop as an operation on a child of a known node.
+// The caller maintains the stack and the checkpoint buffers, as ChildPlace values.
 #pragma once
 
 #include <array>
@@ -24,15 +24,16 @@
 
 namespace grtx::traces {
 
-/// A child of a node of the group's model, on a stack or in a checkpoint buffer; on a stack also how its pop differs
-/// from the expected one.
+/// A child of a node of the group's model, on a stack or in a checkpoint buffer. On a stack it also holds how its pop
+/// differs from the expected one.
 class ChildPlace {
  public:
   static constexpr std::uint32_t kMaxNodes = 1U << 25;
 
   ChildPlace() = default;
   ChildPlace(std::uint32_t parent, unsigned slot) : packed_(parent << 7 | slot << 4) {}
-  /// rank: siblings on the stack that are expected before it. crosses: a leaf where none is expected, or the reverse.
+  /// rank: number of siblings on the stack that are expected first. crosses: 1 for a leaf where an inner node is
+  /// expected, or the reverse.
   ChildPlace(std::uint32_t parent, unsigned slot, unsigned rank, unsigned crosses)
       : packed_(parent << 7 | slot << 4 | rank << 1 | crosses) {}
 
@@ -45,31 +46,31 @@ class ChildPlace {
   std::uint32_t packed_ = 0;
 };
 
-/// One group at a time, one encoder a thread; keeps its memory. Trusts its caller: the operations must be those of a
-/// traversal. What breaks a limit of the format throws std::logic_error.
+/// Encodes one group at a time; use one per thread; reuses its memory. Does not check that the operations form a valid
+/// traversal. Throws std::logic_error if a limit of the format is exceeded.
 class PopEncoder {
  public:
   PopEncoder() = default;
   PopEncoder(const PopEncoder&) = delete;
   PopEncoder& operator=(const PopEncoder&) = delete;
 
-  /// Begins a group whose root is of kind `root`. Header and nodes must live until finish().
+  /// Begins a group whose root is of kind `root`. `header` and `nodes` must stay valid until finish().
   void begin(const Header& header, std::uint32_t index, RayKind kind, NodeKind root, const NodeSource& nodes);
-  /// All nodes of the group, ascending by address, before its first ray: none is asked of the NodeSource.
+  /// Sets all nodes of the group, ascending by address, before its first ray; the NodeSource is then not used.
   void list(const std::vector<NodeDefinition>& nodes) { dictionary_.list(nodes); }
-  /// Replaces `group`.
+  /// Ends the group and stores it in `group`.
   void finish(EncodedGroup& group);
 
-  /// The next ray in lane order.
+  /// Begins the next ray, in lane order.
   void begin_ray();
   void end_ray(std::uint32_t pixel, std::size_t rounds, std::span<const Processed> processed);
   void begin_round() { counts_ = RoundCounts{}; }
   void end_round(const Round& round);
 
-  /// Room for so many more pops and source entries. Nothing below checks.
+  /// Makes room for `pops` more pops and source entries. The functions below do not check.
   void reserve(std::size_t pops);
 
-  /// The pop of a leaf that was visited. checkpoints: 1 when it was checkpointed.
+  /// Pop and visit of a leaf. checkpoints: 1 if it was checkpointed, else 0.
   void leaf(ChildPlace at, LeafOutcome outcome, unsigned checkpoints, unsigned shifts) {
     static constexpr std::uint8_t kOps[8] = {0, 1, 2, 3, 4, 5, 6, kLeafNearest};
     const auto kind = static_cast<unsigned>(outcome);
@@ -82,12 +83,12 @@ class PopEncoder {
       columns_.put_varint(Column::shifts, shifts);
     }
   }
-  /// The pop of an instance leaf that was visited.
+  /// Pop and visit of an instance leaf.
   void instance(ChildPlace at) {
     ++counts_.instances;
     put(at, static_cast<unsigned>(InnerOp::visit), 0, kInner);
   }
-  /// The visit of an instance leaf for a node taken from a checkpoint buffer: it pops nothing.
+  /// Visit of the instance leaf above a node taken from a checkpoint buffer; it pops nothing.
   void instance_of_taken() { ++counts_.instances; }
   void cull(ChildPlace at, unsigned checkpoints) {
     const NodeModel& parent = model_[at.parent()];
@@ -97,12 +98,12 @@ class PopEncoder {
     const unsigned op = inner != 0 ? static_cast<unsigned>(InnerOp::cull_dropped) : kLeafCullDropped;
     put(at, op + checkpoints, 0, inner != 0 ? kInner : kLeaves);
   }
-  /// Index into the model of the internal node at `address` (in units), which is there; internal() comes next.
+  /// Model index of the internal node at `address` (in units), which is the child `at`. Call right before internal().
   std::uint32_t reach(ChildPlace at, std::uint32_t address) {
     const std::uint32_t index = model_[at.parent()].links[at.slot()];
     return index != NodeModel::kUnknownLink ? index : reach_first(at, address);
   }
-  /// The pop of an internal node that was visited, with the children pushed and those checkpointed.
+  /// Pop and visit of an internal node, with the masks of the pushed and the checkpointed children.
   void internal(ChildPlace at, std::uint32_t index, unsigned pushed, unsigned checkpoints) {
     const unsigned hits = pushed | checkpoints;
     if (reached_) {
@@ -120,32 +121,32 @@ class PopEncoder {
     if (checkpoints != 0) {
       op = InnerOp::visit_with_checkpoints;
       counts_.written += bits_of_byte(checkpoints);
-      // A single hit needs no mask: it is the one that is checkpointed.
+      // A single hit needs no mask, since it must be the checkpointed one.
       if (!has_one_bit(hits)) columns_.put(Column::checkpoints, gather_bits(checkpoints, hits));
     }
     put(at, static_cast<unsigned>(op), changed != 0 ? kPopHits : 0, kInner);
   }
-  /// Source entries, which are read while the stack is empty.
+  /// Reads of source entries, while the stack is empty.
   void take() { read(ReplayOp::take); }
   void forward(unsigned checkpoints) {
     counts_.written += checkpoints;
     read(checkpoints != 0 ? ReplayOp::forward_checkpointed : ReplayOp::forward_dropped);
   }
-  /// The round ends, although it might have read more from its bins.
+  /// The round ends although its bins have more entries to read.
   void stop() { columns_.put(Column::replay_op, static_cast<unsigned>(ReplayOp::stop)); }
-  /// In front of a replay's events; takes the room of one.
+  /// Read order of a replay, before its events; takes the room of one pop.
   void bin_order(const BinOrder& order) {
     bin(order.first);
     bin(order.before_far);
   }
-  /// The bin of an entry written.
+  /// Bin of a written checkpoint entry.
   void bin(unsigned bin) { columns_.put(Column::bin, bin); }
-  /// In nearest order: the entry's position against that behind the one read last.
+  /// For read order nearest: the entry's position minus (last read position + 1).
   void source_position(std::int64_t difference) { columns_.put_varint(Column::replay_entry, zigzag(difference)); }
 
-  /// The order in which a node's children are expected to be popped (NodeModel::order).
+  /// Expected pop order of a node's children (NodeModel::order).
   std::uint64_t order(std::uint32_t index) const { return model_[index].order; }
-  /// The child that is popped first of `remaining`, which may be another than the expected one: learns from it.
+  /// The child in `slot` will be popped first among `remaining`. Updates the expected order if another was expected.
   ChildPlace pop(std::uint32_t parent, unsigned remaining, unsigned slot) {
     NodeModel& node = model_[parent];
     const unsigned first = NodeModel::first_of(node.ordered(remaining));
@@ -155,7 +156,7 @@ class PopEncoder {
     node.move_up(remaining, slot);
     return place;
   }
-  /// The same for all children of a node that are pushed, the last of `stack` being popped first.
+  /// The same for all pushed children of a node; the last of `stack` is popped first.
   void pop_all(std::span<ChildPlace> stack);
 
   const GroupModel& model() const { return model_; }
@@ -169,7 +170,7 @@ class PopEncoder {
     std::uint8_t* end = nullptr;
   };
 
-  /// To the symbols of the kind of child that was expected.
+  /// Appends to the symbols of the kind of child (leaf or inner) that was expected.
   void put(ChildPlace at, unsigned op, unsigned changed_hits, unsigned kind) {
     std::uint8_t& last = model_[at.parent()].last_op[at.slot()];
     const unsigned symbol = (op ^ last) | at.rank() << kPopRankShift | changed_hits;
@@ -189,7 +190,7 @@ class PopEncoder {
   NodeKind root_ = NodeKind::internal;
   bool nearest_ = false;
   bool bins_ = false;
-  bool reached_ = false;  ///< by the visit under way, for the first time
+  bool reached_ = false;  ///< the current visit reached its node for the first time
   std::int64_t last_pixel_ = 0;
   std::size_t rays_ = 0;
   std::uint64_t events_ = 0;
@@ -198,8 +199,8 @@ class PopEncoder {
   Totals totals_;
   RoundCounts counts_;
   ColumnWriter columns_;
-  std::array<Symbols, 2> symbols_;         ///< of the ray's pops, the predicted ones as well
-  unsigned inner_run_ = 0, leaf_run_ = 0;  ///< predicted pops since the last other one
+  std::array<Symbols, 2> symbols_;         ///< [kLeaves or kInner] all pops of the ray, including predicted ones
+  unsigned inner_run_ = 0, leaf_run_ = 0;  ///< predicted pops since the last mispredicted one
   GroupModel model_;
   DictionaryEncoder dictionary_{model_, place_};
   ProcessedEncoder processed_;

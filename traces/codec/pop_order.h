@@ -1,4 +1,4 @@
-// What encoder, decoder and checker of a group need of a child order, which see no t (traces/orders/child_order.h).
+// A child order (traces/orders/child_order.h) as used by encoder, decoder and checker, which do not know t values.
 #pragma once
 
 #include <bit>
@@ -19,12 +19,12 @@ class PopOrder {
     });
   }
 
-  /// Slots and kinds tell the order: nothing else is ever popped than what is expected.
+  /// Whether slots and kinds determine the order, so that pops are always as expected.
   bool by_slots() const { return by_slots_; }
-  /// The child popped next of those that remain of one visit (at least one). Only where by_slots().
+  /// The slot popped next among `remaining` (not 0) of one visit. Requires by_slots().
   unsigned next(unsigned remaining) const { return NodeModel::first_of(first_ & NodeModel::bits_of_mask(remaining)); }
-  /// A visit pushes `pushed`. True when one of these children comes before the others, which then lie below it as
-  /// `rest`. internal: mask of the node's internal children.
+  /// A visit pushes `pushed`. If one of its children is visited before all others, moves the others to the frame `rest`
+  /// below it and returns true. internal: mask of the node's internal children.
   bool split(StackFrame& pushed, unsigned internal, StackFrame& rest) const {
     if (followed_ == nullptr) return false;
     const std::uint32_t first = followed_(pushed.remaining, internal);
@@ -37,7 +37,7 @@ class PopOrder {
  private:
   bool by_slots_ = false;
   unsigned (*followed_)(unsigned pushed, unsigned internal) = nullptr;
-  std::uint64_t first_ = 0;  ///< NodeModel::order of a node not visited yet
+  std::uint64_t first_ = 0;  ///< initial NodeModel::order
 };
 
 }  // namespace grtx::traces

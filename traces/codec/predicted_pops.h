@@ -1,4 +1,4 @@
-// Pops of one kind as two columns: those that went as predicted are counted, the others have a symbol.
+// Pops of one kind as two columns: runs of predicted pops are counted, mispredicted pops have a symbol.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace grtx::traces {
 
-/// Written without branches on whether a pop was predicted, which would follow no pattern.
+/// Branch-free, because whether a pop is predicted is itself unpredictable for the host.
 struct PopColumns {
   std::uint8_t* gap = nullptr;
   std::uint8_t* symbols = nullptr;
-  unsigned run = 0;  ///< predicted pops since the last other one
+  unsigned run = 0;  ///< predicted pops since the last mispredicted one
 
-  /// 0 when the pop is as predicted. Nothing checks that the columns have room.
+  /// symbol: 0 for a predicted pop. Does not check that the columns have room.
   void put(unsigned symbol) {
     const unsigned told = symbol != 0 ? 1 : 0;
     *gap = static_cast<std::uint8_t>(run);
@@ -29,7 +29,7 @@ struct PopColumns {
   }
 };
 
-/// Undoes PopColumns. Throws Malformed.
+/// Inverse of PopColumns. Throws Malformed.
 class PopReader {
  public:
   void begin(const ByteReader& gaps, const ByteReader& symbols) {
@@ -38,7 +38,7 @@ class PopReader {
     left_ = 0;
     symbol_behind_ = false;
   }
-  /// 0 when the pop is as predicted.
+  /// Returns the symbol of the next pop; 0 if it is as predicted.
   unsigned next() {
     if (left_ == 0) return next_told();
     --left_;
@@ -69,8 +69,8 @@ class PopReader {
 
   ByteReader gaps_;
   ByteReader symbols_;
-  unsigned left_ = 0;           ///< predicted pops
-  bool symbol_behind_ = false;  ///< whether an unpredicted one follows them
+  unsigned left_ = 0;           ///< predicted pops left in the run
+  bool symbol_behind_ = false;  ///< whether a mispredicted pop follows the run
 };
 
 }  // namespace grtx::traces

@@ -46,7 +46,7 @@ std::size_t ProcessedEncoder::put(ColumnWriter& columns) {
   return gaussians_.size();
 }
 
-// A binary search without branches, which would follow no pattern. The Gaussian is there.
+// Branch-free binary search, since its branches would be unpredictable. The Gaussian must be in the list.
 std::uint32_t ProcessedEncoder::position_of(std::uint32_t gaussian) const {
   const std::uint32_t* first = gaussians_.data();
   for (std::size_t count = gaussians_.size(); count > 1;) {

@@ -1,5 +1,5 @@
-// The Gaussians that the rays of a group processed: a list of the distinct ones, and for each entry of a ray whether it
-// is the one that followed its predecessor last time.
+// Coder of the Gaussians that the rays of a group processed: a list of the distinct ones, and for each entry of a ray
+// whether it is the one that followed its predecessor the last time.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,27 @@
 
 namespace grtx::traces {
 
-/// Keeps its memory.
+/// Reuses its memory for the next group.
 class ProcessedEncoder {
  public:
-  /// Forgets all rays.
+  /// Removes all rays.
   void clear();
-  /// The entries of the next ray.
+  /// Adds the entries of the next ray.
   void add(std::span<const Processed> entries);
-  /// Fills the columns of processed entries. Returns how many distinct Gaussians there are.
+  /// Fills the columns of processed entries. Returns the number of distinct Gaussians.
   std::size_t put(ColumnWriter& columns);
 
  private:
   void put_ray(ColumnWriter& columns, std::span<const Processed> entries);
   std::uint32_t position_of(std::uint32_t gaussian) const;
 
-  std::vector<Processed> processed_;      ///< of all rays
-  std::vector<std::size_t> ends_;         ///< of each ray
+  std::vector<Processed> processed_;      ///< entries of all rays
+  std::vector<std::size_t> ends_;         ///< [ray] end of its entries in processed_
   std::vector<std::uint32_t> gaussians_;  ///< distinct, ascending
-  std::vector<std::uint32_t> successor_;  ///< what followed a Gaussian last time; last place: what began a ray
+  std::vector<std::uint32_t> successor_;  ///< [position] position that followed it last; last element: start of a ray
 };
 
-/// Undoes ProcessedEncoder. Throws Malformed.
+/// Inverse of ProcessedEncoder. Throws Malformed.
 class ProcessedDecoder {
  public:
   /// Reads the list of `count` distinct Gaussians.

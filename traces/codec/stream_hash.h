@@ -1,4 +1,4 @@
-// XXH3 of bytes that arrive piece by piece.
+// Incremental XXH3 hash.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
-// In which order a replay round reads the source buffer: a policy, one file each in this folder. Tracer, trace codec
-// and hardware model ask the same classes. They are chosen at compile time: an entry's place is a line of arithmetic,
-// asked for in the inner loops of the codec.
+// Policies for the order in which a replay round reads the source buffer, one file each in this folder, shared by
+// tracer, trace codec and hardware model. Templates, because the codec's inner loops compute an entry's place with a
+// line of arithmetic.
 #pragma once
 
 #include <concepts>
@@ -15,9 +15,9 @@
 
 namespace grtx::traces {
 
-/// kName: its name. kByPlace: the entries' places tell the order, so a trace need not hold it. kBackwards: the next
-/// entry lies before the last one. arrange(source): puts a buffer of entries with a member t as position() wants it.
-/// position(read, size): place of the next entry in a buffer of `size` of which `read` have been read.
+/// kByPlace: the places of the entries determine the order, so a trace does not store it. kBackwards: each entry read
+/// precedes the last one in the buffer. arrange(source): prepares a buffer of entries with a member t for position().
+/// position(read, size): index of the next entry in a buffer of `size` entries, `read` of which have been read.
 template <typename Policy>
 concept CheckpointOrderPolicy = requires(std::size_t count) {
   { Policy::kName } -> std::convertible_to<CheckpointOrder>;
@@ -27,7 +27,7 @@ concept CheckpointOrderPolicy = requires(std::size_t count) {
 };
 static_assert(CheckpointOrderPolicy<Fifo> && CheckpointOrderPolicy<Lifo> && CheckpointOrderPolicy<Nearest>);
 
-/// Calls f with the policy of that name.
+/// Calls f with an object of the policy for `order`.
 template <typename F>
 decltype(auto) with_checkpoint_order(CheckpointOrder order, F&& f) {
   switch (order) {
@@ -41,7 +41,7 @@ decltype(auto) with_checkpoint_order(CheckpointOrder order, F&& f) {
   return std::forward<F>(f)(Fifo{});
 }
 
-/// A policy where it is asked too seldom to be worth a template.
+/// Run-time wrapper of a policy, for uses too rare to be worth a template.
 class ReadOrder {
  public:
   explicit ReadOrder(CheckpointOrder order = CheckpointOrder::fifo) {

@@ -1,6 +1,5 @@
-// In which order the hit children of a node are visited: a policy, one file each in this folder. Tracer and trace codec
-// ask the same classes. They are chosen at compile time: the tracer asks for each child of each node that it opens, in
-// its innermost loop.
+// Policies for the order in which the hit children of a node are visited, one file each in this folder, shared by
+// tracer and trace codec. Templates, because the tracer's innermost loop uses them for each child of each node.
 #pragma once
 
 #include <concepts>
@@ -13,10 +12,10 @@
 
 namespace grtx::traces {
 
-/// kName: its name. kBySlots: slots and kinds of the children pushed tell the order, so a trace need not hold it.
-/// place(slot, hit, rank): how many of the children `hit` (a mask) are visited before that in `slot`; rank: how many of
-/// them the ray enters before it. followed(pushed, internal): mask of the one child that is visited before all others
-/// pushed with it, whatever its place; 0: places decide. internal: mask of the node's internal children.
+/// kBySlots: slots and kinds of the pushed children determine the order, so a trace does not store it.
+/// place(slot, hit, rank): number of children in the mask `hit` that are visited before the one in `slot`; rank: number
+/// of them that the ray enters before it. followed(pushed, internal): mask of the one child that is visited before all
+/// others, whatever its place(); 0 if there is none. internal: mask of the node's internal children.
 template <typename Policy>
 concept ChildOrderPolicy = requires(unsigned slot, unsigned mask, unsigned rank) {
   { Policy::kName } -> std::convertible_to<ChildOrder>;
@@ -27,7 +26,7 @@ concept ChildOrderPolicy = requires(unsigned slot, unsigned mask, unsigned rank)
 };
 static_assert(ChildOrderPolicy<NearFirst> && ChildOrderPolicy<SlotOrder> && ChildOrderPolicy<VulkanSimOrder>);
 
-/// Calls f with the policy of that name.
+/// Calls f with an object of the policy for `order`.
 template <typename F>
 decltype(auto) with_child_order(ChildOrder order, F&& f) {
   switch (order) {

@@ -1,4 +1,4 @@
-// The entry written first is read first.
+// Checkpoint order fifo: the entry written first is read first.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The entry written last is read first.
+// Checkpoint order lifo: the entry written last is read first.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The child that the ray enters first is visited first; of equal t, the lower slot.
+// Child order near_first: the child that the ray enters first is visited first; for equal t, the lower slot.
 #pragma once
 
 #include "grtx/traces/modes.h"

@@ -1,5 +1,5 @@
-// The entry with the least t is read first; of equal t, the one written first. No order that hardware could have for
-// nothing: it shows what a sorted buffer would give.
+// Checkpoint order nearest: the entry with the smallest t is read first; for equal t, the one written first. Not free
+// in hardware: it shows what a sorted buffer would gain.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Nearest {
   static void arrange(std::vector<Entry>& source) {
     std::stable_sort(source.begin(), source.end(), [](const Entry& a, const Entry& b) { return a.t < b.t; });
   }
-  /// Once arranged. The hardware model, which knows no t when it reads, takes places in this order too.
+  /// Valid after arrange(). The hardware model, which does not know t when it reads, also reads places in this order.
   static constexpr std::size_t position(std::size_t read, std::size_t /*size*/) { return read; }
 };
 

@@ -1,4 +1,4 @@
-// Children are visited in the order of their slots, whatever their distance.
+// Child order slot: children are visited in slot order, regardless of distance.
 #pragma once
 
 #include <bit>

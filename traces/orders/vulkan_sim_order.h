@@ -1,6 +1,6 @@
-// Vulkan-Sim's order (ubc-aamodt-group/vulkan-sim, src/cuda-sim/vulkan_ray_tracing.cc; both levels): in slot order, the
-// first internal child that is hit is followed at once, all others are pushed, leaves always; the stack is popped last
-// in, first out. So of those pushed the highest slot is visited first. Nothing is sorted by distance.
+// Child order vulkan_sim (ubc-aamodt-group/vulkan-sim, src/cuda-sim/vulkan_ray_tracing.cc; both levels): the first hit
+// internal child in slot order is visited at once; all others, and all leaves, are pushed in slot order. The stack is
+// LIFO, so the highest pushed slot is visited first. Nothing is sorted by distance.
 #pragma once
 
 #include <bit>

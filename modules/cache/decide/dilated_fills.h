@@ -1,5 +1,6 @@
-// Sectors on their way to a cache in a sampled run, where `stride` cycles of the machine pass in one of the simulation:
-// a fill is back that much sooner for those who ask later, whether its own request takes time or not.
+// Fills in flight in a sampled run, in which one simulated cycle stands for `stride` machine cycles: a later access to
+// a requested sector waits only (latency - elapsed cycles * stride), whether or not the fill itself was simulated in
+// time.
 #pragma once
 
 #include <algorithm>
@@ -16,21 +17,21 @@ class DilatedFills {
  public:
   using Slot = SectorCacheTags::Slot;
 
-  /// slots: lines of the cache; none where stride is 1.
+  /// slots: number of lines in the cache. Nothing is tracked if stride is 1.
   DilatedFills(unsigned stride, std::size_t slots) : stride_(stride), lines_(stride > 1 ? slots : 0) {}
 
-  /// A miss that took time was back after so many cycles.
+  /// A timed miss completed after `latency` cycles: updates the running average.
   void landed(Cycle latency) { usual_ += (static_cast<double>(latency) - usual_) / kMemory; }
-  /// `sectors` of the line have been asked for in cycle `at`.
+  /// A touch requested these sectors of the line in cycle `at`.
   void ask(Slot slot, std::uint8_t sectors, Cycle at) {
     Line& line = lines_[slot];
     if (left(line.asked, at) <= 0.0) line.sectors = 0;
     line.sectors |= sectors;
     line.asked = at;
   }
-  /// Another line has taken the place.
+  /// The slot now holds another line.
   void forget(Slot slot) { lines_[slot].sectors = 0; }
-  /// Cycles until the sector is there; 0: it is.
+  /// Cycles until the sector arrives; 0 if it is present.
   Cycle remaining(Slot slot, std::uint8_t sector, Cycle now) {
     Line& line = lines_[slot];
     if ((line.sectors & sector) == 0) return 0;
@@ -45,7 +46,7 @@ class DilatedFills {
     held_.push_back({due, response});
     std::push_heap(held_.begin(), held_.end());
   }
-  /// f(response) for those that are due.
+  /// Calls f(response) for each held response that is due, earliest first.
   template <typename F>
   void release(Cycle now, F&& f) {
     while (!held_.empty() && held_.front().due <= now) {
@@ -55,7 +56,7 @@ class DilatedFills {
       f(response);
     }
   }
-  /// When the next response is due; kNever: none is held.
+  /// Cycle in which the next held response is due; kNever if none is held.
   Cycle next_due() const { return held_.empty() ? ~Cycle{0} : held_.front().due; }
   bool idle() const { return held_.empty(); }
   void restart() {
@@ -64,23 +65,23 @@ class DilatedFills {
   }
 
  private:
-  static constexpr double kFirstGuess = 400.0;  ///< cycles, until misses have been seen
-  static constexpr double kMemory = 256.0;      ///< misses over which the usual latency is averaged
+  static constexpr double kFirstGuess = 400.0;  ///< cycles; latency assumed before the first miss
+  static constexpr double kMemory = 256.0;      ///< window of the running average, in misses
   struct Line {
     Cycle asked = 0;
-    std::uint8_t sectors = 0;  ///< asked for then
+    std::uint8_t sectors = 0;  ///< requested in that cycle
   };
   struct Held {
     Cycle due = 0;
     MemoryResponse response;
-    bool operator<(const Held& other) const { return due > other.due; }  // the heap's top is due first
+    bool operator<(const Held& other) const { return due > other.due; }  // inverted: std heaps keep the largest on top
   };
   double left(Cycle asked, Cycle now) const { return usual_ - static_cast<double>(now - asked) * stride_; }
 
   unsigned stride_;
   double usual_ = kFirstGuess;
   std::vector<Line> lines_;
-  std::vector<Held> held_;  ///< a heap
+  std::vector<Held> held_;  ///< heap, earliest due on top
 };
 
 }  // namespace grtx::modules

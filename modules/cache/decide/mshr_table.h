@@ -13,8 +13,7 @@
 
 namespace grtx::modules {
 
-/// A request that waits for a sector; with the sector's address it is the request again. 8 B, so that a list of 8 is
-/// one line of the host's cache.
+/// A waiting request without its address, which the entry holds. 8 B, so that 8 waiters fit one cache line of the host.
 struct MshrWaiter {
   std::uint32_t tag = 0;
   std::uint8_t client = 0;
@@ -24,8 +23,8 @@ struct MshrWaiter {
   bool prefetch : 1 = false;
 };
 
-/// Fully associative over sector addresses. `merges` counts all requests of an entry, the one that missed included
-/// (as in GPGPU-Sim's N:M notation).
+/// Fully associative over sector addresses. `merges`: requests per entry, including the one that missed (as in
+/// GPGPU-Sim's N:M notation).
 class MshrTable {
  public:
   static constexpr std::uint32_t kNone = AddressIndex::kNone;
@@ -39,7 +38,7 @@ class MshrTable {
 
   /// Entry of a pending sector, or kNone.
   std::uint32_t find(std::uint64_t sector_address) const { return index_.find(sector_address / kSectorBytes); }
-  /// Asks the host for what find(), or the release of an entry, reads.
+  /// Software prefetches into the host's cache, ahead of find() and of waiters() and release().
   void prefetch_find(std::uint64_t sector_address) const { index_.prefetch(sector_address / kSectorBytes); }
   void prefetch_entry(std::uint32_t entry) const {
     __builtin_prefetch(&entries_[entry]);
@@ -70,7 +69,7 @@ class MshrTable {
   }
   std::uint64_t sector_address(std::uint32_t entry) const { return entries_[entry].sector_address; }
   Cycle allocated(std::uint32_t entry) const { return entries_[entry].allocated; }
-  /// Some waiter is not a prefetch.
+  /// Whether at least one waiter is a demand access.
   bool demanded(std::uint32_t entry) const { return entries_[entry].demand; }
   bool in_use(std::uint32_t entry) const { return entry < entries_.size() && entries_[entry].count > 0; }
   void release(std::uint32_t entry) {

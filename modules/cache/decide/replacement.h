@@ -1,6 +1,6 @@
-// Which line of a set a cache gives up: a policy, free of SystemC, chosen by its name. `lru` is built into the tags,
-// where the model spends its time; the others stand in policies/, one file each. One of your own is registered before
-// the first cache is made.
+// Cache replacement policies: which line of a full set is evicted. Selected by name, free of SystemC. `lru` is built
+// into the tag array for speed; the others are in policies/, one file each. Register a policy of your own before the
+// first cache is constructed.
 #pragma once
 
 #include <cstdint>
@@ -17,28 +17,28 @@ namespace grtx::modules {
 class CacheReplacement {
  public:
   virtual ~CacheReplacement() = default;
-  /// A line was placed into `way`; empty ways are filled first, lowest first. Another than victim(): its line is dirty
-  /// and had no way out, and this is the next clean one round the set.
+  /// A line was placed into `way`. Empty ways are filled first, lowest first. In a full set `way` differs from victim()
+  /// if the victim was dirty and could not be written back; it is then the next clean way, with wrap-around.
   virtual void filled(std::uint64_t set, unsigned way) = 0;
-  /// A line was hit.
+  /// The line in `way` was hit.
   virtual void referenced(std::uint64_t set, unsigned way) = 0;
-  /// The way that the next line of a full set replaces. The same answer until filled() is called for the set: a cache
-  /// may look twice.
+  /// The way to evict from a full set. Must return the same way until filled() is called for the set, because a cache
+  /// may ask more than once.
   virtual unsigned victim(std::uint64_t set) const = 0;
-  /// State that hardware keeps for it, a line.
+  /// Hardware state of the policy, in bits per line (for the cost model).
   virtual unsigned bits_per_line() const = 0;
-  /// All that it knows, for a run in another process; false: it does not say.
+  /// Saves the complete state, for a run that another process continues. Returns false if not supported.
   virtual bool save(StateWriter&) const { return false; }
   virtual void load(StateReader&) {}
 };
 
 using CacheReplacementFactory = std::function<std::unique_ptr<CacheReplacement>(std::uint64_t sets, unsigned ways)>;
 
-/// Makes `name` a value of l1.replacement and l2.replacement. Throws std::logic_error when it is one already.
+/// Makes `name` a value of l1.replacement and l2.replacement. Throws std::logic_error if the name is taken.
 void register_cache_replacement(const std::string& name, CacheReplacementFactory factory);
-/// lru and all others.
+/// All registered names, including lru.
 std::vector<std::string> cache_replacement_names();
-/// nullptr for lru. Throws Error that lists the names for an unknown one.
+/// Returns nullptr for lru. Throws Error for an unknown name and lists the known ones.
 std::unique_ptr<CacheReplacement> make_cache_replacement(std::string_view name, std::uint64_t sets, unsigned ways);
 
 }  // namespace grtx::modules

@@ -64,7 +64,7 @@ void SectorCacheTags::restart(bool keep_lines) {
   for (Line& line : lines_) line.state.unused_prefetch = 0;
 }
 
-// The ways of a set, the most recently used first.
+// The ways of a set, most recently used first.
 std::vector<unsigned> SectorCacheTags::newest_first(std::uint64_t set) const {
   std::vector<unsigned> ways;
   if (large_) {
@@ -176,8 +176,8 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
   return kNone;
 }
 
-// Neither insert_at() nor touch_large() grows into the flattened ticks of the caches, whichever files are compiled
-// together: that costs more than the call.
+// insert_at() and touch_large() are noinline: inlined into the flattened tick() of the caches they cost more than the
+// call.
 [[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert_at(Slot slot, std::uint64_t address, Victim* evicted) {
   *evicted = victim_in(slot);
   std::uint32_t& line = number(slot);

@@ -1,6 +1,6 @@
-// Tag array of a sectored set-associative cache: one tag a line, valid and dirty bits a sector.
-// Plain C++, shared by L1 and L2. What matters for speed is how many lines of the host's cache an access touches: up to
-// 16 ways a set is two of them and its recency order one word; a 256-way set is a hash probe and an intrusive list.
+// Tag array of a sectored set-associative cache: one tag per line, valid and dirty bits per sector.
+// Plain C++, shared by L1 and L2. Speed depends on how many of the host's cache lines an access touches. A set of up to
+// 16 ways is compact, with its LRU order in one word; larger sets use a hash index and an intrusive LRU list.
 #pragma once
 
 #include <bit>
@@ -28,9 +28,9 @@ class SectorCacheTags {
     unsigned line_bytes = 128;
     unsigned sector_bytes = 32;
     unsigned ways = 256;
-    std::string replacement = "lru";                                                   ///< a name of replacement.h
-    std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down, any number
-    unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< of a line, at most 8
+    std::string replacement = "lru";  ///< one of cache_replacement_names()
+    std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down
+    unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< per line, at most 8
     void shape_parameters(ParameterList& list) {
       list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
       list.add("ways", ways, {1, 4096}, "ways", "associativity, LRU", kTable1);
@@ -50,7 +50,7 @@ class SectorCacheTags {
     std::uint8_t unused_prefetch = 0;
   };
 
-  /// Throws Error when the geometry gives no set, or sizes are not multiples of each other.
+  /// Throws Error if the geometry is impossible (no set, sizes that are no powers of two, more than 8 sectors).
   explicit SectorCacheTags(const Geometry& geometry);
 
   const Geometry& geometry() const { return geometry_; }
@@ -61,13 +61,13 @@ class SectorCacheTags {
     return static_cast<std::uint8_t>(1u << ((address & (geometry_.line_bytes - 1u)) >> sector_shift_));
   }
 
-  /// Slots are below this.
+  /// Upper bound of slot numbers.
   std::size_t slots() const { return static_cast<std::size_t>(set_count_) * stride(); }
   /// Slot of the line that holds `address`, or kNone.
   Slot find(std::uint64_t address) const {
     return large_ ? index_.find(line_number(address)) : find_small(line_number(address));
   }
-  /// Asks the host for what find(address) reads.
+  /// Prefetches into the host's cache what find(address) reads.
   void prefetch(std::uint64_t address) const {
     if (large_) return index_.prefetch(line_number(address));
     const char* set = reinterpret_cast<const char*>(&small_[set_of(line_number(address))]);
@@ -78,30 +78,29 @@ class SectorCacheTags {
   Victim victim(std::uint64_t address) const { return victim_in(replaced_by(address)); }
   /// Where insert(address) would put the line.
   Slot victim_slot(std::uint64_t address) const { return replaced_by(address); }
-  /// Makes the line present with no valid sector and most recently used; the policy's victim goes (lru: the least
-  /// recently used line of the set).
-  /// The line must not be present.
+  /// Inserts the line as most recently used, without valid sectors, in place of the policy's victim (lru: the least
+  /// recently used line of the set). The line must not be present.
   Slot insert(std::uint64_t address, Victim* evicted) { return insert_at(replaced_by(address), address, evicted); }
-  /// The line to replace in the full set of `address` where dirty lines have no way out. lru: the clean line that was
-  /// used least recently; else the first clean one from the policy's victim on, round the set. kNone: all are dirty.
+  /// The clean line to replace if no dirty line can be written back now. lru: the least recently used clean line;
+  /// other policies: the first clean line from their victim on, with wrap-around. kNone if all lines are dirty.
   Slot clean_victim(std::uint64_t address) const;
-  /// insert() into the place of victim_slot() or clean_victim().
+  /// Like insert(), into the slot that victim_slot() or clean_victim() returned.
   Slot insert_at(Slot slot, std::uint64_t address, Victim* evicted);
   /// Marks the line as most recently used.
   void touch(Slot slot) {
     if (policy_ != nullptr) [[unlikely]]
       return policy_->referenced(set_number(slot), way_number(slot));
     if (large_) {
-      if (lines_[slot].newer != kNoWay) touch_large(slot);  // else it is the newest already
+      if (lines_[slot].newer != kNoWay) touch_large(slot);  // otherwise it is already the newest
       return;
     }
     touch_small(small_[slot / kSmallWays], slot % kSmallWays);
   }
 
-  /// Another launch: empty, or with all lines as they are. What a prefetch brought in is then as good as demanded.
+  /// Prepares for another launch: empties the tags or keeps all lines. Clears the marks of unused prefetches.
   void restart(bool keep_lines);
-  /// What restart(true) keeps. load(): into empty tags of the same geometry. Throws Error where a policy of somebody
-  /// else does not say what it keeps.
+  /// Save and restore what restart(true) keeps. load() needs empty tags of the same geometry. save() throws Error if
+  /// the replacement policy does not support saving.
   void save(StateWriter& state) const;
   void load(StateReader& state);
 
@@ -109,18 +108,18 @@ class SectorCacheTags {
   void set_valid(Slot slot, std::uint8_t sectors) { state(slot).valid |= sectors; }
   std::uint8_t dirty(Slot slot) const { return state(slot).dirty; }
   void set_dirty(Slot slot, std::uint8_t sectors) { state(slot).dirty |= sectors; }
-  /// Sectors that a prefetch brought in and no demand access has referenced yet.
+  /// Mask of sectors that a prefetch fetched and no demand access has used yet.
   std::uint8_t unused_prefetch(Slot slot) const { return state(slot).unused_prefetch; }
   void set_unused_prefetch(Slot slot, std::uint8_t sectors) { state(slot).unused_prefetch |= sectors; }
   void clear_unused_prefetch(Slot slot, std::uint8_t sectors) {
     state(slot).unused_prefetch &= static_cast<std::uint8_t>(~sectors);
   }
   std::uint64_t lines_valid() const { return lines_valid_; }
-  /// Sectors with the mark of an unreferenced prefetch, over all lines. Linear: for the end of a run.
+  /// Number of unused prefetched sectors in all lines. Linear in the cache size; call at the end of a run.
   std::uint64_t count_unused_prefetch() const;
-  /// Dirty sectors over all lines. Linear: for the end of a run.
+  /// Number of dirty sectors in all lines. Linear in the cache size.
   std::uint64_t count_dirty() const;
-  /// Bits of tag, valid, dirty and true-LRU state for addresses of `address_bits` bits.
+  /// Storage bits for tags, valid, dirty and replacement state, for addresses of `address_bits` bits.
   std::uint64_t tag_bits(unsigned address_bits, bool with_dirty) const;
 
  private:
@@ -137,13 +136,13 @@ class SectorCacheTags {
   };
   // A set of at most 16 ways. Its slots are set * 16 + way.
   struct alignas(64) SmallSet {
-    std::uint64_t order = 0;  ///< ways, four bits each, the most recently used lowest
+    std::uint64_t order = 0;  ///< way numbers, 4 bits each, most recently used in the lowest bits
     std::uint32_t number[kSmallWays];
     State state[kSmallWays];
   };
   // A line of a larger set. Slots are set * ways + way.
   struct Line {
-    std::uint32_t number = kNoLine;  ///< address / line_bytes, when present
+    std::uint32_t number = kNoLine;  ///< address / line_bytes; kNoLine if empty
     Way newer = kNoWay;              ///< neighbours in the set's recency list
     Way older = kNoWay;
     State state;
@@ -174,7 +173,7 @@ class SectorCacheTags {
     return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
   }
   static void touch_small(SmallSet& set, unsigned way) {
-    // The lowest four bits that equal `way`: the lowest zero of the exclusive or, found with borrows.
+    // Finds the lowest nibble equal to `way`: the lowest zero nibble of the XOR, by the borrow trick.
     constexpr std::uint64_t kOnes = 0x1111111111111111u;
     const std::uint64_t differs = set.order ^ (kOnes * way);
     const auto position = static_cast<unsigned>(std::countr_zero((differs - kOnes) & ~differs & (kOnes << 3))) & ~3u;
@@ -192,7 +191,7 @@ class SectorCacheTags {
     }
     for (const Line& line : lines_) f(line.state);
   }
-  unsigned stride() const { return large_ ? geometry_.ways : kSmallWays; }  ///< slots of a set
+  unsigned stride() const { return large_ ? geometry_.ways : kSmallWays; }  ///< slots per set
   std::uint64_t set_number(Slot slot) const { return slot / stride(); }
   unsigned way_number(Slot slot) const { return static_cast<unsigned>(slot % stride()); }
   Slot replaced_by(std::uint64_t address) const {
@@ -206,19 +205,19 @@ class SectorCacheTags {
   }
 
   Geometry geometry_;
-  bool large_;  ///< sets of more than 16 ways
+  bool large_;  ///< more than 16 ways
   std::uint64_t set_count_;
-  std::vector<SmallSet> small_;  ///< empty when sets are larger: then the next three are in use
+  std::vector<SmallSet> small_;  ///< up to 16 ways; larger sets use the next three members instead
   std::vector<Line> lines_;
   std::vector<Set> sets_;
   AddressIndex index_;
   unsigned line_shift_;
   unsigned sector_shift_;
-  unsigned way_shift_;      ///< a power of two of ways: its exponent, else 0
-  std::uint64_t set_mask_;  ///< sets - 1 for a power of two of sets, else 0
+  unsigned way_shift_;      ///< log2(ways) if a power of two, else 0
+  std::uint64_t set_mask_;  ///< sets - 1 if a power of two, else 0
   std::uint64_t lines_valid_ = 0;
-  std::unique_ptr<CacheReplacement> policy_;  ///< null: lru, by the recency orders above
-  std::vector<unsigned> filled_;              ///< with a policy, by set: ways that hold a line
+  std::unique_ptr<CacheReplacement> policy_;  ///< null for lru, which uses the recency orders above
+  std::vector<unsigned> filled_;              ///< [set], only with a policy: number of ways that hold a line
 };
 
 }  // namespace grtx::modules

@@ -1,4 +1,4 @@
-// What a write does to the L1. The L1 asks here, with and without time.
+// The L1's write policy, used by its timed and by its functional path.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace grtx::modules {
 enum class WritePolicy : std::uint8_t { write_through, write_back };
 constexpr auto enum_names(WritePolicy) { return names_in_order<WritePolicy>({"write_through", "write_back"}); }
 
-/// What holds for regions of one ray or warp (is_private()); all others are written through, without allocation.
+/// Policy for the private regions of a ray or warp (is_private()). All other regions: write-through, no allocation.
 struct PrivateWrites {
   WritePolicy policy = WritePolicy::write_through;
   bool allocate = false;
@@ -26,11 +26,11 @@ struct PrivateWrites {
     list.add("private_allocate", allocate, "a private write whose line is absent takes a line", kOurs).came_later();
   }
   struct Effect {
-    bool keep = false;     ///< the sector is valid in the L1 afterwards, in a new line if need be
-    bool dirty = false;    ///< and has to be written back when its line goes
-    bool forward = false;  ///< it goes on to the L2, which acknowledges it
+    bool keep = false;     ///< the sector is valid in the L1 afterwards; allocates a line if absent
+    bool dirty = false;    ///< the sector is dirty: written back on eviction
+    bool forward = false;  ///< the write goes on to the L2, which acknowledges it
   };
-  /// What the write of a whole sector does; present: its line is in the cache.
+  /// Effect of writing a whole sector. present: its line is in the cache.
   constexpr Effect effect(Region region, bool present) const {
     if (!is_private(region)) return {false, false, true};
     const bool keep = allocate || (policy == WritePolicy::write_back && present);

@@ -50,7 +50,7 @@ void DramChannel::restart(bool keep_rows) {
 void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write,
                           RequestOrigin origin) {
   assert(can_accept(bytes) && next_ >= now);
-  while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // of a channel without requests
+  while (refresh_at_ < now) refresh_all_banks(refresh_at_);  // refreshes that were skipped while there were no requests
   count_queue(now);
   const std::uint32_t number = free_.back();
   free_.pop_back();
@@ -84,8 +84,8 @@ void DramChannel::enqueue(Cycle now, std::uint64_t id, std::uint64_t address, un
   next_ = now;
 }
 
-// What the bank waits for: a column command for its hit, a row command for its oldest request. A bank that may not yet
-// have one of them is looked at again when its time has come.
+// Updates which commands the bank wants: a column command for its hit, a row command for its oldest request. If its
+// timing does not allow one yet, the bank is reconsidered when it does.
 void DramChannel::reconsider(Cycle now, std::uint32_t number) {
   const std::uint64_t bit = std::uint64_t{1} << number;
   const Bank& bank = banks_[number];
@@ -127,7 +127,7 @@ void DramChannel::wake_banks(Cycle now) {
   }
 }
 
-// Banks whose command of this kind all timing allows.
+// Banks that want this command and for which all timing constraints allow it.
 std::uint64_t DramChannel::allowed(Command command, Cycle now) const {
   if (from_[command] > now) return 0;
   std::uint64_t banks = ready_[command];
@@ -167,7 +167,7 @@ void DramChannel::obey(Cycle now, const DramChoice& choice) {
   }
 }
 
-// The next clock in which a command can issue that the policy has not declined.
+// The next clock in which a command can issue, other than those that the policy has declined.
 Cycle DramChannel::next_step(Cycle now, const DramChoice& choice) const {
   if (queues_.busy == 0) return kNever;
   std::uint64_t moved = 0;
@@ -196,8 +196,8 @@ Cycle DramChannel::next_for(Command command, std::uint64_t declined) const {
   return next;
 }
 
-// No command but these is issued from the clock in which the refresh is due until it is over: all open rows are closed
-// with one precharge, as soon as each may be; the refresh follows as soon as each bank could be activated.
+// From the clock in which the refresh is due until it ends no other command is issued. One precharge closes all open
+// rows as soon as every bank allows it; the refresh follows as soon as every bank could be activated.
 void DramChannel::refresh_all_banks(Cycle now) {
   const DramTiming& t = config_.timing;
   Cycle precharge = now;
@@ -275,7 +275,7 @@ void DramChannel::issue_row(Cycle now, std::uint32_t number) {
   find_hit(bank, bank.oldest);
 }
 
-// The oldest entry of the open row, from this one on.
+// Sets the bank's hit: the first entry for the open row, searching from `from` towards newer entries.
 void DramChannel::find_hit(Bank& bank, std::uint32_t from) {
   while (from != kNone && entries_[from].row != bank.row) from = entries_[from].newer;
   set_hit(bank, from);
@@ -301,7 +301,7 @@ void DramChannel::remove(std::uint32_t number) {
   }
   (e.newer != kNone ? entries_[e.newer].older : bank.newest) = e.older;
   if (bank.oldest == kNone) queues_.busy &= ~(std::uint64_t{1} << e.bank);
-  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest of its row
+  if (bank.hit == number) find_hit(bank, e.newer);  // it was the oldest for the open row
   free_.push_back(number);
   --queued_;
 }

@@ -1,5 +1,5 @@
-// One DRAM channel: banks with open rows and command timing; a policy schedules. Plain C++, no SystemC.
-// GPGPU-Sim's GDDR model as configured by Vulkan-Sim; bank groups and refresh where configured (docs/model/dram.md).
+// One DRAM channel: banks with open rows and command timing, scheduled by a policy. Plain C++, no SystemC.
+// GPGPU-Sim's GDDR model as configured by Vulkan-Sim; optional bank groups and refresh (docs/model/dram.md).
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 
 namespace grtx::modules {
 
-/// Commands follow from the requests alone, so the channel simulates ahead lazily: run_until() executes everything up
-/// to a clock, jumping over clocks in which nothing can issue. At most one row and one column command a clock.
+/// Commands depend only on the requests, so the channel is simulated lazily: run_until() executes everything up to a
+/// clock and skips clocks in which nothing can issue. At most one row and one column command per clock.
 class DramChannel {
  public:
   struct Completion {
@@ -28,13 +28,14 @@ class DramChannel {
 
   /// Throws Error for an impossible configuration.
   explicit DramChannel(const DramChannelConfig& config);
-  /// scheduling: in place of the one that config names; nullptr: that one.
+  /// scheduling: replaces the policy that config names, unless nullptr.
   DramChannel(const DramChannelConfig& config, std::unique_ptr<DramScheduling> scheduling);
 
   unsigned bursts(unsigned bytes) const { return (bytes + config_.burst_bytes - 1) / config_.burst_bytes; }
   bool can_accept(unsigned bytes) const { return queued_bursts_ + bursts(bytes) <= config_.queue; }
-  /// A request that may issue from clock `now` on; run_until(now - 1) must have run, can_accept() must hold. address:
-  /// channel-local bytes, within one row. id: returned with the completion. origin: shown to the policy.
+  /// Adds a request that may issue from clock `now` on. Requires run_until(now - 1) and can_accept(). address:
+  /// channel-local byte address; the request lies within one row. id: returned with the completion. origin: for the
+  /// policy.
   void enqueue(Cycle now, std::uint64_t id, std::uint64_t address, unsigned bytes, bool write,
                RequestOrigin origin = {});
   /// Counts a request that a perfect memory answers without the channel.
@@ -46,20 +47,20 @@ class DramChannel {
   void run_until(Cycle now) {
     while (next_ <= now) step(next_);
   }
-  /// Executes one clock. run_until() calls it for the clocks in which a command can issue; for others it does nothing.
+  /// Executes one clock. Called by run_until() for clocks in which a command can issue; has no effect in others.
   void step(Cycle now);
-  /// Executes ahead until the queue has room for `bytes`; returns the clock of that command. Nothing may be enqueued
-  /// for an earlier clock afterwards.
+  /// Runs ahead until the queue has room for `bytes`. Returns the clock of the command that made room; nothing may be
+  /// enqueued for an earlier clock afterwards.
   Cycle run_until_room(unsigned bytes);
 
-  /// Completions in order of `done`, which is the order of the data bus.
+  /// Completions in order of `done`, that is, of the data bus.
   RingQueue<Completion>& completions() { return completions_; }
-  /// No completion that is not in completions() yet can be done before this clock; kNever when nothing is queued.
+  /// Lower bound of `done` for all completions not yet in completions(); kNever if nothing is queued.
   Cycle completion_bound() const;
   Cycle next_command() const { return next_; }
-  /// Another launch, with clocks counted from 0: as built, with rows open as they are, or all closed.
+  /// For another launch, with clocks from 0: back to the constructed state, with open rows kept or all rows closed.
   void restart(bool keep_rows);
-  /// What restart(true) keeps. load(): as built.
+  /// Save and restore what restart(true) keeps: the open rows. load() needs a newly constructed channel.
   void save(StateWriter& state) const {
     for (const Bank& bank : banks_) {
       state.put(static_cast<std::uint8_t>(bank.open));
@@ -76,7 +77,7 @@ class DramChannel {
   std::size_t queued() const { return queued_; }
   const DramChannelCounters& counters() const { return counters_; }
   const DramChannelConfig& config() const { return config_; }
-  /// State that hardware keeps for the scheduling, a bank.
+  /// Hardware state of the scheduling policy, in bits per bank.
   unsigned scheduling_bits_per_bank() const { return scheduling_->bits_per_bank(); }
   void dump_state(std::ostream& out) const;
 
@@ -86,12 +87,12 @@ class DramChannel {
   struct Entry {
     std::uint64_t id = 0;
     std::uint64_t row = 0;
-    std::uint64_t order = 0;  ///< of arrival in the channel
+    std::uint64_t order = 0;  ///< arrival number in the channel
     Cycle enqueued = 0;
     std::uint32_t newer = kNone;  ///< neighbours in the bank's list
     std::uint32_t older = kNone;
     std::uint32_t bank = 0;
-    unsigned remaining = 0;  ///< bursts to go
+    unsigned remaining = 0;  ///< bursts left
     RequestOrigin origin;
     bool write = false;
     bool activated = false;  ///< a row was opened for it
@@ -103,10 +104,10 @@ class DramChannel {
   struct Bank {
     std::uint32_t oldest = kNone;
     std::uint32_t newest = kNone;
-    std::uint32_t hit = kNone;  ///< oldest entry of the open row
+    std::uint32_t hit = kNone;  ///< oldest entry for the open row
     bool open = false;
     std::uint64_t row = 0;
-    ByCommand from{};  ///< first clock in which its own timing allows a command
+    ByCommand from{};  ///< [command] first clock in which the bank's own timing allows it
   };
   struct Group {
     std::uint64_t banks = 0;
@@ -136,26 +137,26 @@ class DramChannel {
   DramChannelConfig config_;
   std::unique_ptr<DramScheduling> scheduling_;
   DramMapping mapping_;
-  std::vector<Group> groups_;  ///< none when they have no times of their own
+  std::vector<Group> groups_;  ///< bank groups; empty if they have no timing of their own
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> free_;
   std::vector<Bank> banks_;
-  DramQueues queues_;                             ///< shown to the policy
-  ByCommand from_{};                              ///< first clock in which the timing that banks share allows a command
-  std::array<std::uint64_t, kCommands> ready_{};  ///< busy banks, by the commands that their own timing allows now
-  std::uint64_t timed_ = 0;                       ///< of these, those that wait for their time
-  // When: by the clock modulo 64, later than the last one executed. What is farther away is looked at in between.
+  DramQueues queues_;                             ///< the policy's view
+  ByCommand from_{};                              ///< [command] first clock in which the channel's timing allows it
+  std::array<std::uint64_t, kCommands> ready_{};  ///< [command] banks that want it and whose own timing allows it now
+  std::uint64_t timed_ = 0;                       ///< banks that wait for their own timing
+  // Timing wheel of the next 64 clocks. A bank due later is booked at the far end and reconsidered there.
   static constexpr Cycle kWheel = 64;
-  std::array<std::uint64_t, kWheel> wakes_{};  ///< banks
-  std::uint64_t wake_clocks_ = 0;              ///< which of wakes_ are not empty
-  std::vector<std::uint8_t> wake_;             ///< of a bank in timed_, in wakes_
+  std::array<std::uint64_t, kWheel> wakes_{};  ///< [clock % kWheel] banks to reconsider
+  std::uint64_t wake_clocks_ = 0;              ///< non-empty elements of wakes_
+  std::vector<std::uint8_t> wake_;             ///< [bank] index in wakes_, if the bank is in timed_
   RingQueue<Completion> completions_;
   std::size_t queued_ = 0;
   unsigned queued_bursts_ = 0;
   std::uint64_t next_order_ = 0;
-  Cycle next_ = kNever;               ///< next clock at which a command can issue
-  std::array<Cycle, 4> activated_{};  ///< the last activates, by their number modulo 4
-  Cycle refresh_at_ = kNever;         ///< the next is due
+  Cycle next_ = kNever;               ///< next clock in which a command can issue
+  std::array<Cycle, 4> activated_{};  ///< clocks of the last four activates, a ring buffer (for faw)
+  Cycle refresh_at_ = kNever;         ///< clock in which the next refresh is due
   Cycle queue_counted_ = 0;
   DramChannelCounters counters_;
 };

@@ -1,4 +1,4 @@
-// What a DRAM channel is made of, and its timing: the keys dram.* and dram.timing.*.
+// Configuration of a DRAM channel and its timing: the keys dram.* and dram.timing.*.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace grtx::modules {
 
-/// In memory clocks (3500 MHz: 0.286 ns).
+/// All in memory clocks (3500 MHz: 0.286 ns).
 struct DramTiming {
   unsigned ccd = 4;
   unsigned rrd = 10;
@@ -88,7 +88,7 @@ struct DramChannelConfig {
   unsigned hit_cap = 4;
   Cycle age_cap = 1024;
   bool bank_xor = false;  ///< needs 2^n banks
-  /// But for the timing, which is a table of its own.
+  /// All but the timing, which is a separate table.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
     list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks; they divide them", kOurs).came_later();
@@ -122,7 +122,7 @@ struct DramChannelConfig {
         "group_bytes", [this] { return bank_groups == 1 || group_bytes >= burst_bytes; },
         "must not be smaller than dram.burst_bytes");
   }
-  /// An aligned request of up to so many bytes is in one row.
+  /// An aligned request of up to this many bytes lies within one row.
   unsigned bytes_in_row() const { return bank_groups == 1 ? row_bytes : group_bytes; }
 };
 

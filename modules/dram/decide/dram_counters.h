@@ -1,4 +1,4 @@
-// What DRAM channels count.
+// Counters of the DRAM channels.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace grtx::modules {
 
-/// What one channel counted, or the sum over channels.
+/// Counters of one channel, or their sum over channels.
 struct DramChannelCounters {
   std::uint64_t reads = 0, writes = 0, bytes = 0, responses = 0;
   std::uint64_t refused = 0;  ///< malformed transactions, answered with an error status
@@ -32,11 +32,11 @@ struct DramCounters {
   double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
 };
 
-/// channels: counts of each, after so many memory clocks.
+/// Sums the counters of `channels` and computes the bandwidth utilisation after `clocks` memory clocks.
 DramCounters dram_counters(const DramChannelConfig& config, const std::vector<DramChannelCounters>& channels,
                            std::uint64_t clocks);
 
-/// Adds the counts as prefix + ".name". channels: counts of each.
+/// Appends the counters as prefix + ".name"; `channels` holds those of the single channels.
 void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
               const std::string& prefix);
 

@@ -1,4 +1,4 @@
-// Which bank and row of a DRAM channel an address is in. Free of SystemC.
+// Maps a channel-local address to its bank and row. Free of SystemC.
 #pragma once
 
 #include <bit>
@@ -12,7 +12,7 @@ class DramMapping {
  public:
   struct Place {
     std::uint64_t row;
-    std::uint32_t bank;  ///< its bank group: bank mod bank_groups
+    std::uint32_t bank;  ///< bank group = bank mod bank_groups
   };
 
   explicit DramMapping(const DramChannelConfig& config)
@@ -22,14 +22,14 @@ class DramMapping {
         banks_of_group_(config.banks / config.bank_groups),
         fold_(config.bank_xor ? config.banks - 1 : 0) {}
 
-  /// local: byte address inside the channel.
+  /// local: channel-local byte address.
   Place place(std::uint64_t local) const {
     std::uint64_t group = 0;
     if (groups_.value > 1) {
       const std::uint64_t block = block_.quotient(local);
       const std::uint64_t block_of_group = groups_.quotient(block);
       group = block - block_of_group * groups_.value;
-      local -= (block - block_of_group) * block_.value;  // inside the group
+      local -= (block - block_of_group) * block_.value;  // now relative to the group
     }
     const std::uint64_t number = row_bytes_.quotient(local);
     const std::uint64_t row = banks_of_group_.quotient(number);
@@ -39,7 +39,7 @@ class DramMapping {
   unsigned group(std::uint32_t bank) const { return bank % groups_.value; }
 
  private:
-  /// A division by a variable takes as long as the rest of a request's way into the queue.
+  /// Shifts if the divisor is a power of two: a real division takes as long as the rest of enqueue().
   struct Divisor {
     explicit Divisor(unsigned divisor)
         : value(divisor), shift(std::has_single_bit(divisor) ? std::countr_zero(divisor) : -1) {}
@@ -49,7 +49,7 @@ class DramMapping {
   };
 
   Divisor groups_, block_, row_bytes_, banks_of_group_;
-  std::uint64_t fold_;  ///< row bits that are folded into the bank
+  std::uint64_t fold_;  ///< mask of the row bits that are XORed into the bank number
 };
 
 }  // namespace grtx::modules

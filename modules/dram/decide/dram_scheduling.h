@@ -1,5 +1,5 @@
-// Which command a DRAM channel issues in a clock: a policy, free of SystemC, chosen by its name. Those of the project
-// stand in policies/, one file each. One of your own is registered before configurations are read.
+// DRAM scheduling policies: which command a channel issues in a clock. Selected by name, free of SystemC. The project's
+// policies are in policies/, one file each. Register a policy of your own before configurations are read.
 #pragma once
 
 #include <bit>
@@ -18,28 +18,28 @@ namespace grtx::modules {
 
 struct DramChannelConfig;
 
-/// A request that waits in a channel.
+/// A request waiting in a channel.
 struct QueuedRequest {
-  std::uint64_t order = 0;  ///< of arrival in the channel: the less, the older
-  Cycle since = 0;          ///< clock of its arrival
+  std::uint64_t order = 0;  ///< arrival number in the channel; lower is older
+  Cycle since = 0;          ///< clock of arrival
   RequestOrigin origin;
   bool write = false;
 };
 
-/// What a channel has to choose from in a clock. A set of banks is a mask: bit b is bank b.
+/// The state that a policy chooses from. Sets of banks are masks: bit b is bank b.
 struct DramQueues {
   static constexpr unsigned kNone = 64;  ///< no bank
 
-  std::uint64_t busy = 0;        ///< have requests
-  std::uint64_t hits = 0;        ///< of these: a row is open, and a request wants it
-  std::uint64_t overtaking = 0;  ///< of these: it is younger than the bank's oldest request
-  std::uint64_t columns = 0;     ///< timing allows the column command of the hit
-  /// Timing allows what the oldest request needs: precharge or activate. Never when it is the hit.
+  std::uint64_t busy = 0;        ///< banks with requests
+  std::uint64_t hits = 0;        ///< busy banks with a request for their open row (a row hit)
+  std::uint64_t overtaking = 0;  ///< banks of `hits` whose hit is younger than their oldest request
+  std::uint64_t columns = 0;     ///< banks of `hits` for which timing allows the column command of the hit
+  /// Banks for which timing allows the precharge or activate of their oldest request. Not if that is the hit.
   std::uint64_t rows = 0;
-  std::vector<QueuedRequest> oldest;  ///< by bank, of those that are busy
-  std::vector<QueuedRequest> hit;     ///< by bank, of `hits`: the oldest request that wants the open row
+  std::vector<QueuedRequest> oldest;  ///< [bank] oldest request, valid for `busy`
+  std::vector<QueuedRequest> hit;     ///< [bank] oldest request for the open row, valid for `hits`
 
-  /// Of `banks` that with the oldest of `requests` (oldest or hit); kNone of no banks.
+  /// The bank among `banks` with the oldest entry in `requests` (`oldest` or `hit`); kNone if `banks` is empty.
   static unsigned oldest_of(std::uint64_t banks, const std::vector<QueuedRequest>& requests) {
     unsigned found = kNone;
     for (std::uint64_t order = ~std::uint64_t{0}; banks != 0; banks &= banks - 1) {
@@ -52,12 +52,12 @@ struct DramQueues {
   }
 };
 
-/// What a channel issues in a clock: at most one column command and one row command, to different banks.
+/// Commands to issue in this clock: at most one column command and one row command, to different banks.
 struct DramChoice {
   unsigned column = DramQueues::kNone;  ///< bank
-  unsigned row = DramQueues::kNone;
-  /// Banks whose command the policy does not want before clock `again`, as long as they get no other and no request
-  /// arrives: the channel need not ask for their sake. For speed alone.
+  unsigned row = DramQueues::kNone;     ///< bank
+  /// Banks whose command the policy will not choose before clock `again`, unless they get another command or a request
+  /// arrives. The channel then skips calls of choose(); only an optimisation.
   std::uint64_t declined_columns = 0;
   std::uint64_t declined_rows = 0;
   Cycle again = std::numeric_limits<Cycle>::max();
@@ -66,10 +66,10 @@ struct DramChoice {
 class DramScheduling {
  public:
   virtual ~DramScheduling() = default;
-  /// Called in every clock in which timing allows a command that is not declined, and sometimes besides. May name no
-  /// command although one is ready.
+  /// Called in every clock in which timing allows a command that is not declined, and possibly in others. May choose no
+  /// command even if one is ready.
   virtual DramChoice choose(Cycle now, const DramQueues& queues) = 0;
-  /// State that hardware keeps for it, a bank.
+  /// Hardware state of the policy, in bits per bank.
   virtual unsigned bits_per_bank() const { return 0; }
 };
 
@@ -78,11 +78,11 @@ using DramSchedulingFactory = std::function<std::unique_ptr<DramScheduling>(cons
 inline constexpr const char* kFrFcfs = "fr_fcfs";
 inline constexpr const char* kFrFcfsCap = "fr_fcfs_cap";
 
-/// Makes `name` a value of dram.scheduling. Throws std::logic_error when it is one already.
+/// Makes `name` a value of dram.scheduling. Throws std::logic_error if the name is taken.
 void register_dram_scheduling(const std::string& name, DramSchedulingFactory factory);
-/// The values of dram.scheduling, those of the project first.
+/// The registered values of dram.scheduling, the project's first.
 std::vector<std::string> dram_scheduling_names();
-/// The one that channel.scheduling names. Throws Error that lists the names for an unknown one.
+/// Constructs the policy named by channel.scheduling. Throws Error for an unknown name and lists the known ones.
 std::unique_ptr<DramScheduling> make_dram_scheduling(const DramChannelConfig& channel);
 
 }  // namespace grtx::modules

@@ -1,5 +1,5 @@
-// The parameters of checkpoint buffers: what an entry is, and what moves it. The checkpoint unit, its layout without
-// time and the memory map ask here.
+// Parameters of checkpoint entries and of their transfer, used by the checkpoint unit, its untimed layout and the
+// memory map.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@
 namespace grtx::modules {
 
 struct CheckpointConfig {
-  unsigned lanes = 4;  ///< or last sectors
+  unsigned lanes = 4;  ///< entries, or open sectors at the end of a round, accepted per cycle
   unsigned write_queue = 16;
-  bool write_combine = false;  ///< else each entry writes every sector it touches
-  unsigned open_sectors = 1;   ///< of a lane, with write_combine; two buffers need one
-  bool read_buffer = false;    ///< else each entry reads every sector it touches
+  bool write_combine = false;  ///< false: each entry writes every sector it touches
+  unsigned open_sectors = 1;   ///< per lane, with write_combine; more than one is useful only with bins
+  bool read_buffer = false;    ///< false: each entry reads every sector it touches
   unsigned entry_bytes = 20;   ///< 8, 16, 20 or 28
   TrafficCharging traffic = TrafficCharging::charged;
   UnitImplementation implementation = UnitImplementation::tlm;

@@ -10,11 +10,11 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kNumberBits = 32;   ///< of an entry of 8 B; 32 more are t
-constexpr unsigned kSceneBits20 = 24;  ///< of an entry of 20 B: above the instance leaf's address of 40
-constexpr unsigned kSceneBits16 = 12;  ///< of an entry of 16 B: between the siblings' masks and the run flag
+constexpr unsigned kNumberBits = 32;   ///< 8 B entry: for all node numbers; the other 32 bits are t
+constexpr unsigned kSceneBits20 = 24;  ///< 20 B entry: scene leaf, above the instance leaf's 40-bit address
+constexpr unsigned kSceneBits16 = 12;  ///< 16 B entry: scene leaf, between the sibling masks and the run flag
 
-/// How many bits number all node units in so many bytes.
+/// Number of bits to number all node units in `bytes`.
 unsigned bits_of(const traces::Header& header, std::uint64_t bytes) {
   const std::uint64_t unit = header.node_sizes().unit();
   const std::uint64_t units = (bytes + unit - 1) / unit;
@@ -40,14 +40,14 @@ void require_entry_fits(unsigned entry_bytes, const traces::Header& header) {
                 std::to_string(entry_bytes) + " B cannot name the trace's " + what + ", which need " + parts +
                     " bits where the entry has " + std::to_string(bits));
   };
-  if (entry_bytes == 8) {  // all numbers in 32 bits
+  if (entry_bytes == 8) {  // all numbers share 32 bits
     std::string parts = std::to_string(split.node_bits);
     for (const unsigned bits : {split.blas_bits, split.scene_bits}) {
       if (bits != 0) parts += " + " + std::to_string(bits);
     }
     require("nodes", split.node_bits + split.blas_bits + split.scene_bits, kNumberBits, parts);
   }
-  if (entry_bytes == 16) {  // two numbers of 32 bits, and the scene leaf's
+  if (entry_bytes == 16) {  // two numbers of 32 bits and the scene leaf
     const unsigned node_bits = bits_of(header, header.node_image_bytes);
     require("nodes", node_bits, kNumberBits, std::to_string(node_bits));
     require("scene leaves", split.scene_bits, kSceneBits16, std::to_string(split.scene_bits));

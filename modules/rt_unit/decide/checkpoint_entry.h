@@ -1,23 +1,23 @@
-// Whether an entry has the bits for what it names, and how the 32 bits of one of 8 B divide:
-// docs/model/checkpoint_unit.md has every layout.
+// Bit widths of the node references in a checkpoint entry: whether they fit, and how an 8 B entry divides its 32 bits.
+// All layouts are in docs/model/checkpoint_unit.md.
 #pragma once
 
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {
 
-/// A node or, of a node inside the shared BLAS, its instance leaf, counted in 64 B from the node image's first byte;
-/// and that BLAS node, counted in 64 B from the BLAS header. 0 is the header, so it says that no BLAS node is named.
+/// An entry names a node by its offset from the start of the node image, in 64 B. A node inside the shared BLAS is
+/// named by its instance leaf and its offset from the BLAS header, in 64 B; offset 0, the header, means no BLAS node.
 struct CheckpointEntrySplit {
   unsigned node_bits = 0;
   unsigned blas_bits = 0;   ///< 0: the structure is monolithic
-  unsigned scene_bits = 0;  ///< of the leaf of the scene TLAS, counted as nodes are; 0: there is none
+  unsigned scene_bits = 0;  ///< for the leaf of the scene TLAS, in the same units as nodes; 0: no scene TLAS
 };
 
-/// The fewest bits that name every node of the trace's structure.
+/// The minimum widths that can name every node of the trace's acceleration structure.
 CheckpointEntrySplit checkpoint_entry_split(const traces::Header& header);
 
-/// Throws Error unless entries of so many bytes can name every node of the trace's structure.
+/// Throws Error unless entries of `entry_bytes` can name every node of the trace's acceleration structure.
 void require_entry_fits(unsigned entry_bytes, const traces::Header& header);
 
 }  // namespace grtx::modules

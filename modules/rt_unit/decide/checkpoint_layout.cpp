@@ -53,8 +53,8 @@ CheckpointLayout::Lane CheckpointLayout::begin(const MemoryMap& map, unsigned sm
   return lane;
 }
 
-// A sector is completed by its last entry, whoever wrote those before. Of the open ones that which was used longest ago
-// makes room.
+// The entry that ends at a sector boundary completes the sector. If no open sector is free, the least recently used one
+// is written.
 CheckpointLayout::Sectors CheckpointLayout::append_to_bin(Lane& lane) {
   Ray& ray = rays_[lane.ray];
   if (ray.next == ray.end || *ray.next >= ray.places.count() || ray.places.full(*ray.next)) refuse("writes");

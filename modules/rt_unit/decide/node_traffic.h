@@ -1,4 +1,4 @@
-// What one node visit reads from memory: which bytes, and under which region the caches count them.
+// Memory reads of a node visit: which bytes, and the region under which the caches count them.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 namespace grtx::modules {
 
 struct NodeTrafficConfig {
-  unsigned instance_leaf_bytes = 128;  ///< 64 is the half that suffices; compact and compressed always read that
-  bool blas_header_read = true;        ///< with a visit_instance whose detail is 0
+  unsigned instance_leaf_bytes = 128;  ///< 64: only the half that is needed, as compact and compressed layouts do
+  bool blas_header_read = true;        ///< for a visit_instance with detail 0
   bool leaf_descriptor_read = false;
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
@@ -29,7 +29,7 @@ struct NodeTrafficConfig {
   }
 };
 
-/// Slot of the child at `address` (in units); kMaxWidth: there is none. units(kind): that a node takes in the image.
+/// Slot of the child at `address` (in units); kMaxWidth if there is none. units(kind): size of a node in the image.
 template <typename Units>
 unsigned child_slot(const traces::NodeDefinition& node, std::uint32_t address, Units&& units) {
   std::uint32_t child = node.child_base;  // children are contiguous in slot order
@@ -40,12 +40,12 @@ unsigned child_slot(const traces::NodeDefinition& node, std::uint32_t address, U
   return traces::kMaxWidth;
 }
 
-/// Sectors that follow each other in memory.
+/// Consecutive sectors.
 struct SectorRun {
   std::uint64_t address = 0;
   unsigned sectors = 0;
   Region region{};
-  bool again = false;  ///< the next run reads them too
+  bool again = false;  ///< the next run reads them again
 };
 
 class NodeTraffic {
@@ -59,25 +59,25 @@ class NodeTraffic {
         levels_(header),
         procedural_(traces::has_procedural_leaves(header.accel)) {}
 
-  /// Kind of every primitive leaf of the trace: one structure holds one kind only.
+  /// Kind of all primitive leaves of the trace; an acceleration structure has only one.
   traces::NodeKind leaf_kind() const { return procedural_ ? traces::NodeKind::procedural : traces::NodeKind::triangle; }
   bool two_level() const { return two_level_; }
   bool header_read() const { return config_.blas_header_read && !sizes_.short_instances(); }
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
   std::uint64_t blas_header() const { return blas_base_; }
   const traces::InstanceLevels& levels() const { return levels_; }
-  /// Byte address of the header of the tree below the instance leaf at byte address `leaf`, which the trace has.
+  /// Byte address of the header of the tree below the instance leaf at byte address `leaf`, which must exist.
   std::uint64_t header_below(std::uint64_t leaf) const {
     if (leaf >= objects_base_) return blas_base_;
     return levels_.object_root(levels_.root_below(static_cast<std::uint32_t>(leaf / sizes_.unit()))) * sizes_.unit() -
            sizes_.header_bytes();
   }
-  /// Byte address of the node that an event names by its address in units.
+  /// Converts a node address in units, as in events, to bytes.
   std::uint64_t address(std::uint32_t units) const { return units * sizes_.unit(); }
   std::uint32_t units(std::uint64_t address) const { return static_cast<std::uint32_t>(address / sizes_.unit()); }
-  /// Units a node occupies in the image: the step from one child to the next.
+  /// Size of a node in the image, in units: the distance from one child to the next.
   unsigned stored_units(traces::NodeKind kind) const { return sizes_.units(kind); }
-  /// The sectors that hold what is read of the node itself.
+  /// The sectors read of the node itself.
   SectorRun run(traces::NodeKind kind, std::uint64_t address) const {
     const std::uint64_t bytes = kind == traces::NodeKind::instance && !sizes_.short_instances()
                                     ? config_.instance_leaf_bytes
@@ -86,7 +86,7 @@ class NodeTraffic {
     return {first * kSectorBytes, static_cast<unsigned>(end - first), region(kind, address)};
   }
   unsigned header_sectors() const { return static_cast<unsigned>(sizes_.header_bytes() / kSectorBytes); }
-  /// Tests that a visit of a primitive leaf asks for.
+  /// Intersection tests per visit of a primitive leaf.
   unsigned leaf_tests() const { return procedural_ ? 1 : sizes_.triangles(); }
   Region region(traces::NodeKind kind, std::uint64_t address) const {
     if (kind == traces::NodeKind::instance) return Region::instance;
@@ -99,7 +99,7 @@ class NodeTraffic {
   traces::NodeSizes sizes_;
   bool two_level_;
   std::uint64_t blas_base_;
-  std::uint64_t objects_base_;  ///< 0: there is no scene TLAS
+  std::uint64_t objects_base_;  ///< 0: no scene TLAS
   traces::InstanceLevels levels_;
   bool procedural_;
 };

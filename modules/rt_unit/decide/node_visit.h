@@ -1,5 +1,5 @@
-// The node that an event of a trace visits, and the sectors that are read for it: the one place where a visit becomes
-// memory requests.
+// The node that a trace event visits, and the sectors to read for it. Every conversion of visits to memory requests
+// uses this.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace grtx::modules {
 struct NodeVisit {
   traces::NodeKind kind = traces::NodeKind::internal;
   std::uint64_t address = 0;  ///< bytes
-  bool header = false;        ///< of an instance leaf: the header of the tree below is read as well
+  bool header = false;        ///< instance leaf: also read the header of the tree below
 };
 
-/// Nothing: the event visits no node, or one that is not there.
+/// Returns nullopt if the event visits no node, or one that does not exist.
 inline std::optional<NodeVisit> node_visit(const traces::Event& event, const traces::RayGroup& group,
                                            const NodeTraffic& traffic) {
   switch (event.kind()) {
@@ -26,7 +26,7 @@ inline std::optional<NodeVisit> node_visit(const traces::Event& event, const tra
       return NodeVisit{traces::NodeKind::internal, traffic.address(group.nodes[event.node].address)};
     case traces::EventKind::visit_instance:
       if (!traffic.two_level()) return std::nullopt;
-      // detail 0 enters the tree below at its root; detail 1 goes on at a node inside that has been replayed.
+      // detail 0 enters the tree below at its root; detail 1 continues at a replayed node inside it.
       return NodeVisit{traces::NodeKind::instance, traffic.address(event.node),
                        event.detail == 0 && traffic.header_read()};
     case traces::EventKind::visit_leaf:
@@ -36,18 +36,19 @@ inline std::optional<NodeVisit> node_visit(const traces::Event& event, const tra
   }
 }
 
-/// The rule that a visit breaks whose node is not there.
+/// The rule that is broken if node_visit() finds no node for a visit.
 inline const char* rule_of_missing_node(const traces::Event& event) {
   return event.kind() == traces::EventKind::visit_internal ? "visits an internal node that the group does not define"
                                                            : "visits an instance leaf of a monolithic structure";
 }
 
-/// What a visit reads, in this order: a leaf's descriptor (if that is a request of its own), the node, the header.
-/// Procedural leaves of a monolithic BVH hold the matrix to the unit sphere; of a shared BLAS the instance leaf does.
+/// Whether the ray is transformed at procedural leaves: in a monolithic BVH they hold the matrix to the unit sphere;
+/// with a shared BLAS the instance leaf does.
 inline bool transforms_leaves(const traces::Header& header) {
   return !header.two_level && traces::has_procedural_leaves(header.accel) && !traces::has_box_leaves(header.accel);
 }
 
+/// The sectors of a visit, in this order: a leaf's descriptor (if it is a separate request), the node, the header.
 class NodeSectors {
  public:
   NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic)
@@ -57,14 +58,14 @@ class NodeSectors {
         header_(visit.header ? traffic.header_below(visit.address) : 0),
         header_region_(traffic.region(traces::NodeKind::internal, header_)) {}
 
-  Region region() const { return body_.region; }  ///< of the node
+  Region region() const { return body_.region; }  ///< region of the node itself
   unsigned count() const { return lead_ + body_.sectors + tail_; }
   SectorAccess at(unsigned index) const {
     const unsigned before = lead_ + body_.sectors;
     if (index >= before) return {header_ + kSectorBytes * (index - before), header_region_};
     return {body_.address + (index < lead_ ? 0 : kSectorBytes * (index - lead_)), body_.region};
   }
-  /// f(run, whether it is the last).
+  /// Calls f(run, whether it is the last) for each run of sectors.
   template <typename F>
   void for_each_run(F&& f) const {
     if (lead_ != 0) f(SectorRun{body_.address, lead_, body_.region, true}, false);

@@ -1,6 +1,5 @@
-// What the RT unit's prefetcher asks for, and what becomes of it: siblings of leaves and nodes of source entries
-// are queued, merged with what waits, or dropped. The sibling prefetcher asks here, with and
-// without time.
+// Decisions of the RT unit's sibling prefetcher: which siblings of a leaf to prefetch, and whether each is queued,
+// merged with a queued one, or dropped. Used by both the timed and the functional path.
 #pragma once
 
 #include <bit>
@@ -13,7 +12,7 @@
 
 namespace grtx::modules {
 
-/// What each counts: in the table, as in all tables.
+/// Counters; table() describes each.
 struct PrefetchCounters {
   std::uint64_t triggers = 0, nodes = 0, merged = 0, dropped = 0;  ///< siblings
   std::uint64_t sectors = 0, responses = 0, replayed = 0;
@@ -23,9 +22,9 @@ struct PrefetchCounters {
 };
 
 struct PrefetcherConfig {
-  unsigned records = 4;   ///< a new one replaces the oldest
-  unsigned queue = 32;    ///< a prefetch that finds it full is dropped
-  bool replayed = false;  ///< a replayed leaf brings the siblings that were checkpointed with it
+  unsigned records = 4;   ///< per lane; a new one replaces the oldest
+  unsigned queue = 32;    ///< a prefetch is dropped if the queue is full
+  bool replayed = false;  ///< a replayed leaf prefetches the siblings that were checkpointed with it
   void parameters(ParameterList& list) {
     list.add("records", records, {1, SiblingRecords::kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
     list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
@@ -35,13 +34,13 @@ struct PrefetcherConfig {
   }
 };
 
-/// What triggers it.
+/// Which accesses trigger prefetches.
 struct PrefetchTriggers {
-  bool siblings = true;   ///< leaves bring their siblings
-  bool replayed = false;  ///< also those that are replayed
+  bool siblings = true;   ///< leaf visits
+  bool replayed = false;  ///< also visits of replayed leaves
 };
 
-/// Those of several lanes. A queue is asked waits(address) and full(), and told push(kind, address), all in bytes.
+/// Decisions for all lanes. A Queue has waits(address), full() and push(kind, address); addresses in bytes.
 class PrefetchDecisions {
  public:
   /// traffic must outlive it.
@@ -49,7 +48,7 @@ class PrefetchDecisions {
                     const NodeTraffic& traffic)
       : triggers_(triggers), traffic_(traffic), records_(lanes, config.records, triggers.replayed, traffic) {}
 
-  // As prefetch_if has them; ray: number of the lane's.
+  // As in prefetch_if. ray: number of the lane's ray.
   void begin_lane(std::size_t lane, std::size_t ray, bool replays) { records_.begin(lane, ray, replays); }
   void begin_warp() { asked_.begin(); }
   void note_internal(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
@@ -57,7 +56,7 @@ class PrefetchDecisions {
     if (triggers_.siblings) records_.note(lane, group, definition, hit, checkpointed);
   }
   void note_replayed(std::size_t lane, std::uint32_t address) { records_.note_replayed(lane, address); }
-  /// The lane asks for the leaf at `address` (in units): what it brings along.
+  /// The lane visits the leaf at `address` (in units). Returns the siblings to prefetch.
   Siblings take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address) {
     return records_.take(lane, group, address);
   }

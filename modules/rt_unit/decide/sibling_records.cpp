@@ -13,16 +13,16 @@ using traces::NodeKind;
 
 namespace {
 
-/// The kinds of a node's children, all at once.
+/// The kinds of a node's children, processed in parallel as bytes of one word.
 class ChildKinds {
  public:
   explicit ChildKinds(const NodeDefinition& node) {
     static_assert(sizeof(node.child_kinds) == sizeof(bytes_));
     std::memcpy(&bytes_, node.child_kinds.data(), sizeof(bytes_));
   }
-  /// Mask of slots whose child is no internal node.
+  /// Mask of the slots whose child is not an internal node.
   unsigned leaves() const { return ~mask_of(NodeKind::internal) & 0xFF; }
-  /// Sum over the first `children` of what a child of its kind takes; those behind them are internal.
+  /// Sum of of_kind[kind] over the first `children` slots; the remaining slots have kind internal.
   std::uint32_t total(const std::array<std::uint32_t, 8>& of_kind, unsigned children) const {
     std::uint32_t sum = 0;
     unsigned internal = children;
@@ -82,7 +82,7 @@ void SiblingRecords::remember(std::size_t lane, const Record& record) {
 void SiblingRecords::note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
                           unsigned checkpointed) {
   if (!replayed_) checkpointed = 0;
-  // A child alone has no siblings.
+  // A single child has no siblings.
   const bool pushed = (hit & (hit - 1)) != 0, written = (checkpointed & (checkpointed - 1)) != 0;
   if (!pushed && !written) return;
   const NodeDefinition& node = group.nodes[definition];
@@ -104,7 +104,7 @@ Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, s
     armed |= std::uint32_t{records[i].armed} << i;
   }
   if ((within & armed) == 0 && !replayed_) return {};
-  // From the newest to the oldest: from newest_ down, then from the highest down.
+  // From the newest record to the oldest: from newest_ down, then from the highest index down.
   const std::uint32_t recent = (2u << newest_[lane]) - 1;
   while (within != 0) {
     const std::uint32_t now = (within & recent) != 0 ? within & recent : within;
@@ -112,7 +112,7 @@ Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, s
     within &= ~(1u << i);
     Record& record = records[i];
     const unsigned slot = slot_of(group.nodes[record.definition], address);
-    if (slot == traces::kMaxWidth || (record.hit >> slot & 1) == 0) continue;  // of another visit of the node
+    if (slot == traces::kMaxWidth || (record.hit >> slot & 1) == 0) continue;  // hit by another visit of the node
     if (!record.armed) return {};
     record.armed = false;
     return {record.definition, record.hit & ~(1u << slot)};
@@ -120,8 +120,8 @@ Siblings SiblingRecords::take(std::size_t lane, const traces::RayGroup& group, s
   return replayed_ && replayed_of_[lane] == address ? take_replayed(lane, group, address) : Siblings{};
 }
 
-// The entry says with which siblings it was written. They are prefetched now, and not again in this round as long as
-// the lane remembers it.
+// Prefetches the siblings with which the entry was written. A disarmed record keeps the other siblings from doing so
+// again in this round, as long as the record exists.
 Siblings SiblingRecords::take_replayed(std::size_t lane, const traces::RayGroup& group, std::uint32_t address) {
   const std::vector<Checkpointed>& visits = checkpointed_[ray_of_[lane]];
   for (auto visit = visits.rbegin(); visit != visits.rend(); ++visit) {

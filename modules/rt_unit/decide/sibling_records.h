@@ -1,5 +1,5 @@
-// Which siblings a leaf brings along: what each lane remembers of its internal visits. The sibling
-// prefetcher asks here, with and without time.
+// Which siblings to prefetch with a leaf: each lane's records of its recent internal visits. Used by the timed and the
+// functional path of the sibling prefetcher.
 #pragma once
 
 #include <array>
@@ -12,35 +12,33 @@
 
 namespace grtx::modules {
 
-/// Hit children of a node that nobody has asked for.
+/// Hit children of a node to prefetch.
 struct Siblings {
-  std::uint32_t definition = 0;  ///< of the node, in RayGroup::nodes
-  unsigned mask = 0;             ///< slots; 0: none
-  bool replayed = false;         ///< a source entry named them
+  std::uint32_t definition = 0;  ///< index of the node in RayGroup::nodes
+  unsigned mask = 0;             ///< child slots; 0: none
+  bool replayed = false;         ///< triggered by a source entry
 };
 
 class SiblingRecords {
  public:
   static constexpr unsigned kMaxRecords = 8;
 
-  /// records: internal visits remembered a lane, 1..kMaxRecords; a new one replaces the oldest. replayed: checkpoint
-  /// entries name the siblings with which they were written, and a leaf that is replayed asks for them.
+  /// records: internal visits remembered per lane, 1..kMaxRecords; a new one replaces the oldest. replayed: checkpoint
+  /// entries name the siblings written with them, and a replayed leaf prefetches these. Throws Error for wrong records.
   SiblingRecords(std::size_t lanes, unsigned records, bool replayed, const NodeTraffic& traffic);
 
-  /// A lane begins a round of ray number `ray`: what it remembers is void; what its source entries name is not, if it
-  /// replays them.
+  /// A lane begins a round of ray number `ray`: clears its records; what checkpoint entries name is kept if it replays.
   void begin(std::size_t lane, std::size_t ray, bool replays);
-  /// The lane's visit of group.nodes[definition] found the children in `hit`: they are remembered if there are two and
-  /// one of them is a leaf, which can ask for the others. It wrote the children in `checkpointed` to checkpoint
-  /// entries.
+  /// The lane visited group.nodes[definition]: it hit the children in `hit` and checkpointed those in `checkpointed`.
+  /// Each set is recorded if it has at least two children, one of them a leaf, which can trigger a prefetch.
   void note(std::size_t lane, const traces::RayGroup& group, std::uint32_t definition, unsigned hit,
             unsigned checkpointed);
-  /// The lane's next node is one that a source entry names, at `address` (in units).
+  /// The lane's next node, at `address` (in units), comes from a source entry.
   void note_replayed(std::size_t lane, std::uint32_t address) { replayed_of_[lane] = address; }
-  /// The lane asks for the leaf at `address` (in units). The first of a node's hit children that is asked for brings
-  /// the others; so does the first in a round of those that were checkpointed together.
+  /// The lane visits the leaf at `address` (in units). The first visited leaf among a node's hit children returns the
+  /// others; so does the first one in a round among children that were checkpointed together.
   Siblings take(std::size_t lane, const traces::RayGroup& group, std::uint32_t address);
-  /// f(kind, address in units) for the children in the slots of `mask`, in slot order.
+  /// Calls f(kind, address in units) for the children in the slots of `mask`, in slot order.
   template <typename F>
   void for_each_child(const traces::NodeDefinition& node, unsigned mask, F&& f) const {
     std::uint32_t child = node.child_base;  // children are contiguous in slot order
@@ -50,16 +48,17 @@ class SiblingRecords {
       child += units_[static_cast<std::size_t>(kind)];
     }
   }
-  std::size_t size() const { return records_.size(); }  ///< of all lanes
+  std::size_t size() const { return records_.size(); }  ///< records of all lanes
 
  private:
   struct Record {
-    std::uint32_t begin = 0, end = 0;  ///< addresses of the children in units
+    std::uint32_t begin = 0, end = 0;  ///< address range of the children, in units
     std::uint32_t definition = 0;
     std::uint8_t hit = 0;
     bool armed = false;
   };
-  /// What the entries of a visit's children say: they are in memory with the entries, and not the prefetcher's.
+  /// Siblings named in the checkpoint entries of one visit: part of the entries in memory, no storage of the
+  /// prefetcher.
   struct Checkpointed {
     std::uint32_t begin = 0, end = 0;
     std::uint32_t definition = 0;
@@ -67,25 +66,25 @@ class SiblingRecords {
   };
   void remember(std::size_t lane, const Record& record);
   Siblings take_replayed(std::size_t lane, const traces::RayGroup& group, std::uint32_t address);
-  /// Slot of the child at `address`; kMaxWidth: there is none.
+  /// Slot of the child at `address`; kMaxWidth if there is none.
   unsigned slot_of(const traces::NodeDefinition& node, std::uint32_t address) const;
 
   unsigned a_lane_;
-  std::array<std::uint32_t, 8> units_{};  ///< units that a node takes in the image, by kind
-  std::vector<Record> records_;           ///< a_lane_ of each lane
-  std::vector<std::uint8_t> newest_;      ///< of a lane's records
+  std::array<std::uint32_t, 8> units_{};  ///< [NodeKind] node size in the image, in units
+  std::vector<Record> records_;           ///< [lane * a_lane_ + record]
+  std::vector<std::uint8_t> newest_;      ///< [lane] index of its newest record
   bool replayed_;
-  std::uint32_t shared_from_;                            ///< nodes of the shared BLAS begin here
-  std::vector<std::uint32_t> replayed_of_;               ///< by lane: address of the node taken last
-  std::vector<std::size_t> ray_of_;                      ///< by lane
-  std::vector<std::vector<Checkpointed>> checkpointed_;  ///< by ray, in the order of visits
+  std::uint32_t shared_from_;                            ///< first address of the shared BLAS, in units
+  std::vector<std::uint32_t> replayed_of_;               ///< [lane] address of the node last replayed
+  std::vector<std::size_t> ray_of_;                      ///< [lane]
+  std::vector<std::vector<Checkpointed>> checkpointed_;  ///< [ray] in visit order
 };
 
-/// What the lanes of one warp have asked for in one cycle: a node's siblings are brought once.
+/// Prefetches triggered by the lanes of one warp in one cycle, so that a node's siblings are requested once.
 class SiblingRequests {
  public:
   void begin() { count_ = 0; }
-  /// The slots of `siblings` that no lane has asked for before.
+  /// The slots of `siblings` that no lane has requested since begin().
   unsigned fresh(const Siblings& siblings) {
     unsigned i = 0;
     while (i < count_ && asked_[i].definition != siblings.definition) ++i;

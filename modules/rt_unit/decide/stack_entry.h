@@ -1,5 +1,5 @@
-// What an entry of a lane's traversal stack holds: the node's address, and its t where popped nodes are tested against
-// t_max (Header::pop_test). The paper gives no layout. Storage, spills and stack areas follow from here.
+// Layout of a traversal stack entry: the node's address and, if popped nodes are tested against t_max
+// (Header::pop_test), its t. The paper gives no layout. Determines storage, spills and stack areas.
 #pragma once
 
 #include <bit>
@@ -11,8 +11,8 @@ namespace grtx::modules {
 
 struct StackEntryLayout {
   unsigned bits;         ///< in the warp buffer
-  unsigned bytes;        ///< in memory: padded, so that entries divide a sector
-  unsigned in_a_sector;  ///< entries that move together
+  unsigned bytes;        ///< in memory, padded to a power of two
+  unsigned in_a_sector;  ///< entries per sector, which are spilled and filled together
 };
 
 constexpr StackEntryLayout stack_entry_layout(traces::PopTest pop_test) {

@@ -1,5 +1,5 @@
-// Which entries of a lane's traversal stack lie in memory: the top stays in the warp buffer, a sector of entries moves
-// at a time. Without time: the stack unit sends the sectors.
+// Spill decisions for a lane's traversal stack: the top stays in the warp buffer, and entries move to and from memory
+// one sector at a time. Untimed: the stack unit sends the sectors.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,16 @@
 
 namespace grtx::modules {
 
-/// Entries of a lane where none spill: a depth-first walk of a 6-wide tree of 28 levels needs at most 140.
+/// Stack entries per lane without spilling: a depth-first walk of a 6-wide tree of 28 levels needs at most 28 * 5 =
+/// 140.
 inline constexpr unsigned kUnspilledStackEntries = 140;
 
 class StackSpill {
  public:
   struct Lane {
-    std::uint32_t in_memory = 0;  ///< entries; a multiple of those in a sector
+    std::uint32_t in_memory = 0;  ///< spilled entries, a multiple of in_a_sector
   };
-  /// Sectors of the lane's stack area, from `first` on: to be written, or one to be read.
+  /// `spills` sectors to write, or one to read (`fill`), from sector `first` of the lane's stack area on.
   struct Move {
     std::uint32_t first = 0;
     unsigned spills = 0;
@@ -25,15 +26,15 @@ class StackSpill {
     bool any() const { return spills > 0 || fill; }
   };
 
-  /// on_chip: entries of a lane in the warp buffer, in_a_sector: entries that move together (StackEntryLayout). Throws
-  /// Error if fewer are on chip than move together.
+  /// on_chip: entries per lane in the warp buffer. in_a_sector: entries per sector (StackEntryLayout). Throws Error if
+  /// on_chip < in_a_sector.
   StackSpill(unsigned on_chip, unsigned in_a_sector) : on_chip_(on_chip), in_a_sector_(in_a_sector) {
     if (on_chip >= in_a_sector) return;
     throw Error("configuration", "rt.warp_buffer.stack_entries",
                 "must be at least " + std::to_string(in_a_sector) + " when the stack spills as many entries a sector");
   }
 
-  /// The lane's stack has `depth` entries now; takes_top: its next event takes the top one. Only then a fill is needed:
+  /// The lane's stack now has `depth` entries. takes_top: its next event takes the top entry. Fills happen only then;
   /// nothing is read ahead.
   Move settle(Lane& lane, std::uint32_t depth, bool takes_top) const {
     Move move;

@@ -1,4 +1,4 @@
-// Who does a unit's work.
+// Choice between the SystemC and the RTL implementation of a unit.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Which warp of the warp buffer the RT scheduler serves: a policy, free of SystemC, chosen by its name. Policies of the
-// project stand in policies/, one file each; one of your own is registered before the first RT unit is made.
+// Warp selection policies of the RT scheduler: which warp of the warp buffer is served. Selected by name, free of
+// SystemC. The project's are in policies/, one file each. Register one of your own before the first RT unit is built.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@ namespace grtx::modules {
 class WarpSelection {
  public:
   virtual ~WarpSelection() = default;
-  /// candidates: one bit an entry, not 0. ages: acceptance number of the warp in each entry. Returns the chosen entry.
+  /// candidates: one bit per entry, not 0. ages: [entry] acceptance number, lower is older. Returns the chosen entry.
   virtual unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) = 0;
 };
 
 using WarpSelectionFactory = std::function<std::unique_ptr<WarpSelection>()>;
 
-/// Makes `name` a value of rt.scheduler.policy. Throws std::logic_error when it is one already.
+/// Makes `name` a value of rt.scheduler.policy. Throws std::logic_error if the name is taken.
 void register_warp_selection(const std::string& name, WarpSelectionFactory factory);
-/// The values of rt.scheduler.policy, those of the project first.
+/// The registered values of rt.scheduler.policy, the project's first.
 std::vector<std::string> warp_selection_names();
-/// Throws Error that lists the names for an unknown one.
+/// Throws Error for an unknown name and lists the known ones.
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name);
 
 }  // namespace grtx::modules

@@ -1,4 +1,4 @@
-// What a warp in the warp buffer waits for, and why then no warp is scheduled.
+// What a warp in the warp buffer waits for, and why no warp is scheduled in a cycle.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace grtx::modules {
 
-/// What a warp of the buffer waits for: the first of these that one of its lanes does (wait_of()).
+/// What a warp waits for: the first of these that applies to one of its lanes (wait_of()).
 enum class WarpWait : std::uint8_t {
   ready,       ///< a lane is ready: to be selected by the scheduler
   memory,      ///< a lane waits for a node
@@ -24,7 +24,7 @@ constexpr auto enum_names(WarpWait) {
 }
 inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
 
-/// What a warp waits for whose lanes are in these states.
+/// What a warp waits for, from the masks of its lanes in each state.
 constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
                            LaneMask any_hit) {
   if (ready != 0) return WarpWait::ready;
@@ -35,7 +35,7 @@ constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint,
   return any_hit != 0 ? WarpWait::any_hit : WarpWait::retire;
 }
 
-/// Why no warp was scheduled in a cycle. Judged on the oldest warp, first reason that applies in this order.
+/// Why no warp was scheduled in a cycle: the first reason that applies, in this order, to the oldest warp.
 enum class Stall : std::uint8_t {
   empty,       ///< no warp in the buffer
   queue_full,  ///< a lane is ready, but the memory scheduler's queue lacks room
@@ -51,7 +51,7 @@ constexpr auto enum_names(Stall) {
 }
 inline constexpr std::size_t kStalls = kCountOf<Stall>;
 
-/// The same where no warp is ready. oldest: what the oldest waits for.
+/// The stall reason if no warp is ready. oldest: what the oldest warp waits for.
 constexpr Stall stall_of(WarpWait oldest) {
   switch (oldest) {
     case WarpWait::memory:

@@ -1,5 +1,5 @@
-// The order of launches: the groups of a launch start when those of the launch before have all ended. The primary rays
-// of a frame are a launch, and so are its secondary rays.
+// The order of launches: the groups of a launch start when all groups of the previous launch have ended. The primary
+// rays of a frame are one launch, its secondary rays another.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@ namespace grtx::modules {
 struct LaunchSpan {
   std::uint32_t frame = 0;
   bool secondary = false;
-  Cycle end = 0;  ///< when the end of its last group was seen; the next launch begins then
+  Cycle end = 0;  ///< cycle in which the end of its last group was seen; the next launch begins then
   friend bool operator==(const LaunchSpan&, const LaunchSpan&) = default;
 };
 
 class LaunchOrder {
  public:
-  /// Whether `group` must wait, because groups of the launch before run. If not, it is the launch's next group.
+  /// Whether `group` must wait because groups of the previous launch are running. If not, it counts as launched.
   bool holds_back(const traces::RayGroup& group, bool running, Cycle now) {
     const LaunchSpan next{group.frame, group.kind != traces::RayKind::primary, 0};
     if (begun_ && next == current_) return false;
@@ -31,7 +31,7 @@ class LaunchOrder {
   }
   /// The last group has ended.
   void finish(Cycle now) { end_launch(now); }
-  /// When each launch that is over began and ended, in order.
+  /// The finished launches, in order. A launch begins at the end of the previous one.
   const std::vector<LaunchSpan>& spans() const { return spans_; }
 
  private:
@@ -42,7 +42,7 @@ class LaunchOrder {
   std::vector<LaunchSpan> spans_;
 };
 
-/// Cycles of all launches of one kind.
+/// Total cycles of all launches of one kind.
 inline Cycle cycles_of_kind(const std::vector<LaunchSpan>& spans, bool secondary) {
   Cycle sum = 0;
   Cycle start = 0;

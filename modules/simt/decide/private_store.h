@@ -1,7 +1,7 @@
-// Private store of an SM: the first entries of every resident ray's k-buffer and eviction buffer in an SRAM beside the
-// SIMT core, a bank a lane, in place of memory. Paper: all of them lie in global memory; this is an option beyond it.
-// With `insertion` each bank sorts hits into its k-buffers itself, and no any-hit shader runs.
-// Cost: 8 B an entry, lane and warp slot. docs/model/private_store.md states its timing to the cycle.
+// Private store of an SM: keeps the first entries of every resident ray's k-buffer and eviction buffer in an SRAM
+// beside the SIMT core, one bank per lane, instead of in memory. Not in the paper, where they are in global memory.
+// With `insertion` each bank inserts hits into its k-buffers itself, and no any-hit shader runs.
+// Cost: 8 B per entry, lane and warp slot. docs/model/private_store.md has the timing to the cycle.
 #pragma once
 
 #include <algorithm>
@@ -16,18 +16,18 @@
 
 namespace grtx::modules {
 
-/// Kernel-free: reservations in the order of the calls. Lane l of any warp has bank l, so an access of a warp to one
-/// entry of each of its lanes has no conflicts, whichever entries they are.
+/// Free of SystemC: accesses are reserved in call order. Lane l of any warp uses bank l, so a warp's access to one
+/// entry per lane never has bank conflicts.
 class PrivateStore {
  public:
   static constexpr unsigned kEntryBytes = 8;  ///< t and id
 
   struct Config {
-    unsigned k_buffer_entries = 0;  ///< of each ray; those behind lie in memory
-    unsigned eviction_entries = 0;  ///< the same
+    unsigned k_buffer_entries = 0;  ///< per ray; further entries are in memory
+    unsigned eviction_entries = 0;  ///< per ray; further entries are in memory
     unsigned latency = 19;
-    unsigned lane_bytes = 4;  ///< of a bank a cycle, 4 or 8
-    bool insertion = false;   ///< hits are inserted at the banks, without a shader
+    unsigned lane_bytes = 4;  ///< bank width, bytes per cycle, 4 or 8
+    bool insertion = false;   ///< the banks insert hits, without a shader
     unsigned insertion_latency = 4;
     void parameters(ParameterList& list) {
       list.add("k_buffer_entries", k_buffer_entries, {0, 4096}, "entries",
@@ -54,9 +54,9 @@ class PrivateStore {
           "insertion", [this] { return !insertion || k_buffer_entries > 0; },
           "needs k-buffers on chip: simt.private_store.k_buffer_entries");
     }
-    /// In hardware, of each ray.
+    /// Entries per ray in the store.
     unsigned entries() const { return k_buffer_entries + eviction_entries; }
-    /// At the banks, of an access to one entry of each lane.
+    /// Cycles that the banks are busy with an access to one entry per lane.
     unsigned cycles() const { return kEntryBytes / lane_bytes; }
   };
 
@@ -69,20 +69,20 @@ class PrivateStore {
 
   explicit PrivateStore(const Config& config) : config_(config) {}
 
-  /// `count` reads of a warp, behind all that was reserved before. Returns the cycle in which the last one's data are
-  /// there: max(now, free) + count x cycles() - 1 + latency.
+  /// Reserves `count` reads of a warp after all earlier reservations. Returns the cycle in which the last data are
+  /// available: max(now, free) + count x cycles() - 1 + latency.
   Cycle read(std::uint64_t count, Cycle now) {
     counters_.reads += count;
     return reserve(count, now) - 1 + config_.latency;
   }
-  /// Nobody waits for writes: what is read later was reserved later.
+  /// Reserves writes. Nobody waits for them, since later reads are reserved after them.
   void write(std::uint64_t count, Cycle now) {
     counters_.writes += count;
     reserve(count, now);
   }
-  /// A hit of a lane goes into the k-buffer in the lane's bank with `accesses` reads and writes of an entry, behind
-  /// what was reserved before and beside what other banks do. Returns the cycle in which the answer is there:
-  /// max(now, free) + accesses x cycles() - 1 + insertion_latency; without an access now + insertion_latency.
+  /// Inserts a lane's hit into the k-buffer in its bank with `accesses` entry reads and writes, after the bank's
+  /// earlier reservations and in parallel to other banks. Returns the cycle in which the answer is available: max(now,
+  /// free) + accesses x cycles() - 1 + insertion_latency; without an access now + insertion_latency.
   Cycle insert(unsigned lane, std::uint32_t accesses, Cycle now) {
     ++counters_.insertions;
     if (accesses == 0) return now + config_.insertion_latency;
@@ -95,7 +95,7 @@ class PrivateStore {
     banks_free_ = std::max(banks_free_, bank);
     return bank - 1 + config_.insertion_latency;
   }
-  /// The hits of these lanes of a warp. Returns the last answer.
+  /// Inserts the hits of several lanes of a warp. Returns the cycle of the last answer.
   Cycle insert(LaneMask lanes, const std::array<std::uint32_t, kMaxLanes>& accesses, Cycle now) {
     Cycle last = now;
     for_each_bit(lanes, [&](unsigned lane) { last = std::max(last, insert(lane, accesses[lane], now)); });
@@ -108,16 +108,16 @@ class PrivateStore {
 
  private:
   Cycle reserve(std::uint64_t count, Cycle now) {
-    if (count == 0) return now + 1;  // nothing to wait for but the latency
+    if (count == 0) return now + 1;  // only the latency remains
     const Cycle begin = std::max(free_from(), now);
     counters_.wait_cycles += begin - now;
     return free_ = begin + count * config_.cycles();
   }
 
   Config config_;
-  Cycle free_ = 0;                            ///< of what warps reserved
-  std::array<Cycle, kMaxLanes> bank_free_{};  ///< of insertions
-  Cycle banks_free_ = 0;                      ///< the last of them
+  Cycle free_ = 0;                            ///< end of the reservations of all banks together
+  std::array<Cycle, kMaxLanes> bank_free_{};  ///< [bank] end of its insertions
+  Cycle banks_free_ = 0;                      ///< latest of bank_free_
   Counters counters_;
 };
 

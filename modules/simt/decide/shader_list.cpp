@@ -1,6 +1,6 @@
-// What the ray generation shader does when hits lie in a list of the ray (traces::Tracing::list), as GRay's: it never
-// sorts the list. Before each batch it reads all of it and keeps the nearest behind the last batch, sorted, in
-// registers. docs/model/simt_core.md.
+// The ray generation shader if hits are in an unsorted list per ray (traces::Tracing::list), as in GRay. Before each
+// batch it scans the whole list and keeps the nearest hits beyond the last batch, sorted, in registers.
+// docs/model/simt_core.md.
 #include <algorithm>
 
 #include "grtx/modules/messages/lane_loop.h"
@@ -16,8 +16,8 @@ bool ShaderProgram::has_batch(const Warp& warp, unsigned batch) const {
   return more;
 }
 
-// A ray that has ended, or whose last batch was its last, takes no part. An entry passes the whole batch whether it is
-// kept or not: registers cannot be indexed.
+// Rays that have no further batch do not take part. Every entry is compared with all places of the batch, whether it is
+// kept or not, because registers cannot be indexed.
 void ShaderProgram::scan_list(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
   LaneCounts entries{};

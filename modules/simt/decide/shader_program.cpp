@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
 
-// Lanes of `lanes` whose loop runs longer than `iteration`.
+// The lanes whose loop runs beyond `iteration`.
 template <typename Counts>
 LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) {
   LaneMask still = 0;
@@ -22,7 +22,7 @@ LaneMask running(LaneMask lanes, const Counts& counts, std::uint32_t iteration) 
   return still;
 }
 
-// Most distinct sectors of one warp instruction: every lane reads a record of its own.
+// Most distinct sectors of one warp instruction, when every lane reads a different record.
 std::size_t most_sectors(const traces::Header& header) {
   const std::uint64_t bytes =
       std::max({header.gaussian_record_bytes, header.sh_record_bytes, MemoryMap::kPixelBytes, MemoryMap::kShapeBytes});
@@ -100,12 +100,12 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts preloaded{};
   LaneCounts remaining{};
-  LaneMask moving = 0;  // lanes that rewrite what stays in their eviction buffer
+  LaneMask moving = 0;  // lanes that rewrite the rest of their eviction buffer
   std::uint32_t most_entries = 0;
   for_each_bit(warp.active, [&](unsigned lane) {
     most_entries = std::max(most_entries, warp.evictions[lane]);
     preloaded[lane] = std::min<std::uint32_t>(round_of(warp, lane).preloaded, k_);
-    // A trace that moves more than was evicted is refused by trace-check; here it must only stay inside the buffer.
+    // trace-check rejects a trace that moves more than was evicted; here the access must only stay inside the buffer.
     remaining[lane] = warp.evictions[lane] - std::min(warp.evictions[lane], preloaded[lane]);
     if (preloaded[lane] > 0) moving |= bit(lane);
   });
@@ -148,12 +148,12 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   if (single_ || list_) return any_hit_single(batch, phase);
 
-  // The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
-  // and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+  // The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
+  // and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one.
   using Entries = std::array<std::uint32_t, kMaxLanes>;
   LaneCounts reads{};
   LaneCounts writes{};
-  Entries last_read{};  // entry of the first read; the next ones lie before it
+  Entries last_read{};  // entry of the first read; further reads go downwards
   Entries last_written{};
   LaneMask evicting = 0;
   std::uint32_t most_shifts = 0;
@@ -204,7 +204,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   }
 }
 
-// Below an instance leaf the RT unit has transformed the ray, and hands it over; else the shader does it.
+// Below an instance leaf the RT unit has already transformed the ray; in a monolithic BVH the shader transforms it.
 void ShaderProgram::intersection(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.intersection_batches;
   counters_.intersection_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
@@ -223,7 +223,7 @@ AnyHitBatch ShaderProgram::hits_of(AnyHitBatch batch) {
   return batch;
 }
 
-// The last step takes what loads are left, and the instructions that the others leave.
+// The last step gets all remaining loads and instructions.
 void ShaderProgram::close_steps(ShaderPhase& phase) const {
   const LoadStep all{static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads};
   if (!phase.steps.empty() && phase.steps.back() != all) phase.steps.push_back(all);
@@ -241,7 +241,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   Warp& warp = warps_[slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
-  LaneCounts first{};  // where the sorted entries of a lane begin
+  LaneCounts first{};  // [lane] index of its first sorted entry
   const std::uint32_t before = warp.batch * costs_.list_batch;
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
@@ -258,7 +258,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     const auto entry = [&](unsigned lane) {
       return warp.group->rays[lane].processed[warp.first_processed[lane] + before + i];
     };
-    if (!closest_ && !list_) {  // these have it in registers
+    if (!closest_ && !list_) {  // with closest and list the entry is in registers
       access_k_buffer(
           warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
@@ -271,7 +271,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     });
     phase.instructions += costs_.blend_per_entry;
     counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
-    if (blending == 0) continue;  // no lane takes the branch that evaluates the colour
+    if (blending == 0) continue;  // no lane evaluates the colour
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
     load(Region::sh, phase);
     for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });

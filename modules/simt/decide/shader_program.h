@@ -1,5 +1,5 @@
-// What the two shaders of the paper's Listing 1 cost: instructions and memory sectors of each phase of a warp. Plain
-// policy without SystemC; every decision (who is inserted, evicted, blended) comes from the trace.
+// Cost of the two shaders of the paper's Listing 1: instructions and memory sectors of each phase of a warp. Free of
+// SystemC; every decision (which hit is inserted, evicted, blended) comes from the trace.
 // SIMT: lanes run in lock step, so a loop costs the iterations of its longest lane.
 #pragma once
 
@@ -22,12 +22,12 @@
 
 namespace grtx::modules {
 
-/// Warp instructions. The paper gives none of these: estimates, to be swept.
+/// In warp instructions. The paper gives none of these; they are estimates, to be varied in sweeps.
 struct ShaderCosts {
   unsigned raygen_prologue = 40;
   unsigned trace_call = 6;
   unsigned evict_move_fixed = 8;
-  unsigned evict_move_per_entry = 4;  ///< of the longest eviction buffer: selection of the k nearest
+  unsigned evict_move_per_entry = 4;  ///< per entry of the longest eviction buffer: selection of the k nearest
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
   unsigned intersection_fixed = 28;
@@ -35,9 +35,9 @@ struct ShaderCosts {
   unsigned sort_per_entry = 6;  ///< compare, select, advance
   unsigned list_per_entry = 8;
   unsigned list_exchange = 5;
-  unsigned list_batch = 32;  ///< list: hits blended between two scans, sorted in registers
+  unsigned list_batch = 32;  ///< list: hits per scan, sorted in registers and then blended
   TrafficCharging eviction_traffic = TrafficCharging::charged;
-  bool dependent_loads = true;  ///< of the any-hit shader's loop over the k-buffer
+  bool dependent_loads = true;  ///< in the any-hit shader's loop over the k-buffer, each load waits for the previous
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
   unsigned sh_per_coefficient = 4;
@@ -91,8 +91,8 @@ enum class PhaseKind : std::uint8_t {
   sort,
   blend,
   epilogue,
-  node_fetch,    ///< when shaders fetch nodes for the RT unit
-  intersection,  ///< when leaves are boxes
+  node_fetch,    ///< if shaders fetch nodes for the RT unit
+  intersection,  ///< if leaves are boxes
 };
 constexpr auto enum_names(PhaseKind) {
   return names_in_order<PhaseKind>(
@@ -100,26 +100,26 @@ constexpr auto enum_names(PhaseKind) {
 }
 inline constexpr std::size_t kPhaseKinds = kCountOf<PhaseKind>;
 
-/// Where a step of a phase's loads ends: in ShaderPhase::loads, and among its reads of the private store.
+/// End of a step of a phase's loads: index in ShaderPhase::loads, and number of private-store reads.
 struct LoadStep {
   std::uint32_t loads = 0;
   std::uint32_t store_reads = 0;
   friend bool operator==(const LoadStep&, const LoadStep&) = default;
 };
 
-/// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after the other.
+/// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after another.
 struct ShaderPhase {
   PhaseKind kind = PhaseKind::prologue;
   std::uint64_t instructions = 0;
   std::vector<SectorAccess> loads;
   std::vector<SectorAccess> stores;
-  std::uint32_t store_reads = 0;   ///< of the private store, by the warp: an entry of each lane that takes part
-  std::uint32_t store_writes = 0;  ///< the same
-  /// Loads in steps that wait for each other, as the iterations of a loop whose end depends on what was read: of each
-  /// step where its loads end. Empty: all loads go out at once.
+  std::uint32_t store_reads = 0;   ///< private-store reads of the warp, each one entry per participating lane
+  std::uint32_t store_writes = 0;  ///< private-store writes, likewise
+  /// Ends of the steps of loads that wait for each other, as the iterations of a loop whose exit depends on the data
+  /// read. Empty: all loads are sent at once.
   std::vector<LoadStep> steps;
-  std::uint64_t step_instructions = 0;  ///< executed after each step but the last; part of `instructions`
-  /// Reads and writes of entries at the bank of each lane, when the private store inserts hits by itself.
+  std::uint64_t step_instructions = 0;  ///< executed after each step but the last; included in `instructions`
+  /// [lane] entry accesses at its bank, if the private store inserts hits itself.
   std::array<std::uint32_t, kMaxLanes> insertion_accesses{};
 
   void reset(PhaseKind k, std::uint64_t n) {
@@ -132,55 +132,55 @@ struct ShaderPhase {
   }
 };
 
-/// Functional work done, for conservation checks against the totals of the trace.
+/// Work done, for conservation checks against the totals of the trace.
 struct ShaderCounters {
   std::uint64_t warp_rounds = 0, ray_rounds = 0, any_hit_batches = 0, any_hit_calls = 0;
   std::uint64_t intersection_batches = 0, intersection_calls = 0;
   std::uint64_t evictions = 0, eviction_moves = 0, entries_processed = 0, entries_blended = 0;
   std::uint64_t load_instructions = 0, store_instructions = 0;
-  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
+  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< private-store entries, counted per lane
   std::uint64_t k_buffer_mismatches = 0;
 };
 
-/// The shader state of all resident warps of one SM. Call order of a warp: begin, prologue, then while active_lanes():
-/// evict_move (when checkpointing), trace_call, any_hit..., sort (while sorts()), blend, the last two again while
-/// blends_on(); at last epilogue.
+/// The shader state of all resident warps of one SM. Call order for a warp: begin, prologue; then, while
+/// active_lanes(): evict_move (with checkpointing), trace_call, any_hit..., sort (while sorts()), blend, sort and blend
+/// again while blends_on(); finally epilogue.
 class ShaderProgram {
  public:
-  /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store is to insert hits that it cannot hold.
+  /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store cannot hold the hits that it shall
+  /// insert.
   ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
                 unsigned resident_warps, const PrivateStore::Config& store = {});
 
-  /// A new warp in `slot`. The group must outlive its epilogue.
+  /// Starts a new warp in `slot`. The group must stay valid until after its epilogue.
   void begin(unsigned slot, const traces::RayGroup& group);
-  /// Lanes whose ray has a round with the warp's present round number.
+  /// Lanes whose ray has a round with the warp's current round number.
   LaneMask active_lanes(unsigned slot) const { return warps_[slot].active; }
   std::uint32_t round(unsigned slot) const { return warps_[slot].round; }
   const traces::RayGroup* group(unsigned slot) const { return warps_[slot].group; }
   /// Whether rounds start with an evict_move phase (checkpointing is on).
   bool moves_evictions() const { return checkpoint_; }
 
-  // Each fills `phase` (reusing its memory) and advances the warp's state.
+  // Each phase function fills `phase` (reusing its memory) and advances the warp's state.
   void prologue(unsigned slot, ShaderPhase& phase);
   void evict_move(unsigned slot, ShaderPhase& phase);
   void trace_call(unsigned slot, ShaderPhase& phase);
-  /// When the private store inserts hits, the phase has no instructions but insertion_accesses of the batch's lanes.
+  /// If the private store inserts hits, the phase has no instructions, only insertion_accesses of the batch's lanes.
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
   bool inserts_at_store() const { return store_.insertion; }
-  /// Leaves are boxes: a batch of the RT unit calls the intersection shader, and the any-hit shader for its hits.
+  /// Whether leaves are boxes: a batch then calls the intersection shader first, and the any-hit shader for its hits.
   bool intersects() const { return boxes_; }
   void intersection(const AnyHitBatch& batch, ShaderPhase& phase);
-  /// The lanes of a batch for which the intersection shader reports a hit within reach: the any-hit shader's batch.
+  /// The batch for the any-hit shader: the lanes for which the intersection shader reports a hit within range.
   static AnyHitBatch hits_of(AnyHitBatch batch);
   void node_fetch(const NodeFetchBatch& batch, ShaderPhase& phase);
-  /// Whether hits of the warp's round remain to be sorted before it blends. Single-round tracing: a merge sort, one
-  /// pass a phase. List: a scan for the next batch.
+  /// Whether a sort phase is needed before the warp blends. Single-round tracing: a merge sort, one pass per phase.
+  /// List: a scan for the next batch.
   bool sorts(unsigned slot) const;
   void sort(unsigned slot, ShaderPhase& phase);
-  /// Blends the warp's round and moves on to the next one; of a list, the batch that has been sorted, and moves on
-  /// after the last.
+  /// Blends the warp's round and advances to the next one. List: blends the sorted batch, and advances after the last.
   void blend(unsigned slot, ShaderPhase& phase);
-  /// After blend(): the round has further batches (list).
+  /// After blend(): whether the round has further batches (list).
   bool blends_on(unsigned slot) const { return warps_[slot].batch > 0; }
   void epilogue(unsigned slot, ShaderPhase& phase);
 
@@ -192,10 +192,10 @@ class ShaderProgram {
     std::uint32_t round = 0;
     LaneMask active = 0;
     unsigned sort_pass = 0;                                  ///< merge passes, or scans, done in this round
-    unsigned batch = 0;                                      ///< list: batches blended of this round
+    unsigned batch = 0;                                      ///< list: batches blended in this round
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
-    std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< of the present round, in Ray::processed
+    std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< index in Ray::processed of the round's first entry
   };
   using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
 
@@ -205,11 +205,11 @@ class ShaderProgram {
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
-  /// Whether the round has a batch of that number.
+  /// Whether the round has a batch with this number.
   bool has_batch(const Warp& warp, unsigned batch) const;
   void scan_list(unsigned slot, ShaderPhase& phase);
-  /// Loads or stores entry at(lane, i) of each lane of `lanes` for i = 0 .. counts[lane] - 1, in lock step. A step of
-  /// the phase's loads ends after the iterations for which ends_step(i) holds.
+  /// Loads or stores entry at(lane, i) for each lane of `lanes` and i = 0 .. counts[lane] - 1, in lock step. A load
+  /// step of the phase ends after each iteration i with ends_step(i).
   template <typename IndexAt, typename EndsStep>
   void for_each_entry(std::uint64_t warp_slot, LaneMask lanes, const LaneCounts& counts, const IndexAt& at,
                       bool is_store, ShaderPhase& phase, const EndsStep& ends_step);
@@ -218,15 +218,15 @@ class ShaderProgram {
                       bool is_store, ShaderPhase& phase) {
     for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
   }
-  /// A warp's access to entry index_of(lane) of the k-buffer of each of `lanes`: one of the private store for those
-  /// that lie there, one of memory for t and one for id of the others.
+  /// A warp's access to entry index_of(lane) of the k-buffers of `lanes`: one private-store access for the entries held
+  /// there, and one memory instruction each for t and id of the others.
   template <typename IndexOf>
   void access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                        ShaderPhase& phase);
-  /// The same in the eviction buffers of warp slot `slot`, whose entries are one memory access.
+  /// The same for the eviction buffers of warp slot `slot`; an entry there is a single memory access.
   template <typename IndexOf>
   void access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
-  /// Access of the private store by those of `lanes` whose entry is among the first `entries`. Returns the others.
+  /// Private-store access by the lanes whose entry index is below `entries`. Returns the other lanes.
   template <typename IndexOf>
   LaneMask access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
   void close_steps(ShaderPhase& phase) const;
@@ -242,7 +242,7 @@ class ShaderProgram {
   bool checkpoint_;
   bool single_;  ///< header.tracing
   bool list_;
-  bool closest_;  ///< header.tracing: no any-hit shader; the hit is handed over in registers
+  bool closest_;  ///< header.tracing: no any-hit shader; the hit is returned in registers
   bool boxes_;
   bool two_level_;
   unsigned sh_coefficients_;

@@ -1,5 +1,5 @@
-// What the shaders do differently in single-round tracing (traces::Header::tracing): the any-hit shader appends, the
-// ray generation shader sorts. docs/model/simt_core.md.
+// The shaders in single-round tracing (traces::Header::tracing): the any-hit shader appends hits, the ray generation
+// shader sorts them. docs/model/simt_core.md.
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -9,9 +9,9 @@
 
 namespace grtx::modules {
 
-// An append writes one entry and reads nothing. The one that fills the buffer makes a heap of it: reads all entries,
-// writes those that move. A full buffer's root is read; a smaller hit replaces it and sinks, reading two children a
-// level. Which child it follows is not in the trace: the leftmost path stands for all.
+// An append writes one entry and reads none. The append that fills the buffer builds a heap: it reads all entries and
+// writes those that move. In a full buffer a hit is compared with the root; a nearer hit replaces it and sinks, reading
+// two children per level. Which child it follows is not in the trace, so the leftmost path is assumed.
 void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase) {
   Warp& warp = warps_[batch.slot];
   const std::uint64_t warp_slot = map_.warp_slot(sm_, batch.slot);
@@ -56,7 +56,7 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
     if ((sinking & bit(lane)) != 0) return std::min((1U << i) - 1, k_ - 1);
     return i == 0 ? appended[lane] : i - 1;
   };
-  // A heap's levels wait for each other; building one reads all entries anyway.
+  // Sinking reads level after level, each dependent on the previous; building a heap reads all entries anyway.
   std::uint32_t levels = 0;
   for_each_bit(sinking, [&](unsigned lane) { levels = std::max(levels, reads[lane]); });
   for_each_entry(warp_slot, batch.lanes, reads, read_at, false, phase,
@@ -88,7 +88,7 @@ void ShaderProgram::sort(unsigned slot, ShaderPhase& phase) {
     most = std::max(most, entries[lane]);
   });
   phase.reset(PhaseKind::sort, std::uint64_t{costs_.sort_per_entry} * most);
-  const unsigned from = warp.sort_pass % 2 * k_;  // the two halves of the buffer take turns
+  const unsigned from = warp.sort_pass % 2 * k_;  // the two halves of the buffer alternate as source
   const unsigned to = k_ - from;
   const auto read_at = [&](unsigned, std::uint32_t i) { return from + i; };
   const auto write_at = [&](unsigned, std::uint32_t i) { return to + i; };

@@ -1,4 +1,4 @@
-// Cache replacement fifo: the line that came first goes first, however often it is hit.
+// Cache replacement fifo: evicts the line that was filled first, regardless of hits.
 #pragma once
 
 #include <bit>
@@ -15,7 +15,7 @@ class Fifo final : public CacheReplacement {
   void filled(std::uint64_t set, unsigned way) override { next_[set] = way + 1 == ways_ ? 0 : way + 1; }
   void referenced(std::uint64_t, unsigned) override {}
   unsigned victim(std::uint64_t set) const override { return next_[set]; }
-  /// A counter a set.
+  /// One counter per set, rounded up to 1 bit per line.
   unsigned bits_per_line() const override { return 1; }
   bool save(StateWriter& state) const override {
     for (const unsigned way : next_) state.put(way);

@@ -1,4 +1,4 @@
-// Cache replacement random: any line of the set, by a generator that gives the same sequence on every host.
+// Cache replacement random: evicts a random line of the set. The generator gives the same sequence on every host.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,12 @@
-// DRAM scheduling fcfs: data in order of arrival, row hit or not.
+// DRAM scheduling fcfs: column commands in order of arrival, regardless of row hits.
 #pragma once
 
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 
 namespace grtx::modules {
 
-/// The column command goes to the oldest request of the channel and nobody else. Banks prepare themselves meanwhile:
-/// the row command goes to the oldest request that is the oldest of its bank and lacks its row.
+/// Only the channel's oldest request gets a column command. Other banks prepare meanwhile: the row command goes to the
+/// oldest request that is the oldest of its bank and whose row is not open.
 class Fcfs final : public DramScheduling {
  public:
   DramChoice choose(Cycle, const DramQueues& queues) override {

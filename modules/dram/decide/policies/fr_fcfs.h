@@ -7,9 +7,9 @@
 
 namespace grtx::modules {
 
-/// The oldest row hit whose timing allows it gets the column command; the oldest request whose bank holds another row,
-/// or none, gets the row command. A request past the age cap lets nothing overtake it: its bank serves no younger
-/// hits, and the data bus waits for it once its row is open.
+/// The oldest row hit that timing allows gets the column command; the oldest request whose row is not open gets the row
+/// command. Nothing overtakes a request past the age cap: its bank serves no younger hits, and the data bus waits for
+/// it once its row is open.
 class FrFcfs : public DramScheduling {
  public:
   explicit FrFcfs(Cycle age_cap) : age_cap_(age_cap) {}
@@ -29,19 +29,19 @@ class FrFcfs : public DramScheduling {
   }
 
  protected:
-  std::uint64_t capped_ = 0;  ///< banks whose oldest request has waited for enough younger ones
+  std::uint64_t capped_ = 0;  ///< banks whose oldest request must not be overtaken any more
 
  private:
   Cycle ages_at(const QueuedRequest& request) const { return request.since + age_cap_ + 1; }
 
-  /// Banks that serve their hit before their oldest request. again: when it may be others.
+  /// Banks that serve their hit before their oldest request. again: set to the first clock in which this may change.
   std::uint64_t hits_first(Cycle now, const DramQueues& queues, Cycle& again) {
     std::uint64_t first = queues.hits & ~(queues.overtaking & capped_);
     if (now < none_aged_before_) {
       again = none_aged_before_;
       return first;
     }
-    none_aged_before_ = now + age_cap_ + 1;  // of what arrives from now on
+    none_aged_before_ = now + age_cap_ + 1;  // for requests that arrive from now on
     for (std::uint64_t rest = queues.busy; rest != 0; rest &= rest - 1) {
       const auto bank = static_cast<unsigned>(std::countr_zero(rest));
       const Cycle ages = ages_at(queues.oldest[bank]);
@@ -57,7 +57,7 @@ class FrFcfs : public DramScheduling {
   }
 
   Cycle age_cap_;
-  Cycle none_aged_before_ = 0;  ///< no request is past the age cap before
+  Cycle none_aged_before_ = 0;  ///< no request is past the age cap before this clock
 };
 
 }  // namespace grtx::modules

@@ -1,5 +1,5 @@
-// DRAM scheduling fr_fcfs_cap (FR-FCFS+Cap of Mutlu and Moscibroda, MICRO 2007): as fr_fcfs, but only so many column
-// commands of a bank overtake its oldest request.
+// DRAM scheduling fr_fcfs_cap (FR-FCFS+Cap of Mutlu and Moscibroda, MICRO 2007): like fr_fcfs, but at most hit_cap
+// column commands of a bank may overtake its oldest request.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@
 
 namespace grtx::modules {
 
-/// What is counted is forgotten when the bank's oldest request gets a command.
+/// A bank's count is reset when its oldest request gets a command.
 class FrFcfsCap final : public FrFcfs {
  public:
   explicit FrFcfsCap(const DramChannelConfig& channel)

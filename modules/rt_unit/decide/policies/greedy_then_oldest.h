@@ -1,11 +1,11 @@
-// Warp selection greedy_then_oldest.
+// Warp selection policy greedy_then_oldest.
 #pragma once
 
 #include "grtx/modules/rt_unit/decide/policies/oldest_first.h"
 
 namespace grtx::modules {
 
-/// The warp served last as long as it is a candidate, else the oldest.
+/// Selects the last selected warp as long as it is a candidate, else the oldest.
 class GreedyThenOldest final : public WarpSelection {
  public:
   unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {

@@ -1,4 +1,4 @@
-// Warp selection oldest_first.
+// Warp selection policy oldest_first.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace grtx::modules {
 
-/// The warp that entered the buffer first (Vulkan-Sim).
+/// Selects the warp that entered the buffer first (as in Vulkan-Sim).
 class OldestFirst final : public WarpSelection {
  public:
   unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {

@@ -1,4 +1,4 @@
-// Warp selection round_robin.
+// Warp selection policy round_robin.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace grtx::modules {
 
-/// The next entry after the one served last, by entry number.
+/// Selects the next candidate after the last selected entry, by entry number.
 class RoundRobin final : public WarpSelection {
  public:
   unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&) override {
