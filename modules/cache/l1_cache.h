@@ -141,7 +141,7 @@ class L1Cache final : public L1CacheModule, public touch_if {
   /// Counters so far. Unused prefetches include sectors still resident; mshr_cycles is current up to the last change.
   L1Counters counters() const override;
   /// Sampled run: sectors that demand reads missed.
-  const TimedMisses& timed_misses() const { return timed_misses_; }
+  const TimedShare& timed_misses() const { return timed_misses_; }
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
@@ -238,7 +238,7 @@ class L1Cache final : public L1CacheModule, public touch_if {
     Region region{};
   };
   std::vector<Late> late_;        ///< sampled run: evicted dirty lines that wait for the write-back buffer
-  TimedMisses timed_misses_;      ///< sampled run
+  TimedShare timed_misses_;       ///< sampled run
   std::uint64_t left_dirty_ = 0;  ///< sampled run: dirty lines evicted; one in `stride` is written back in time
   bool writes_back_;
   std::vector<Region> written_by_;  ///< [slot] region that last dirtied the line

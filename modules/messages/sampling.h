@@ -24,8 +24,8 @@ struct Sampling {
   }
 };
 
-/// Sectors that a cache's demand reads missed in a sampled run: of all events, and of those that took time.
-struct TimedMisses {
+/// Something that a unit counts in a sampled run: of all events, and of those that took time.
+struct TimedShare {
   std::uint64_t all = 0, timed = 0;
 };
 

@@ -56,6 +56,7 @@ void SimtCore::restart(Caches) {
   next_ready_ = next_store_read_ = kNever;
   last_active_ = 0;
   counters_ = {};
+  timed_instructions_ = {};
 }
 
 void SimtCore::start_of_simulation() {
@@ -354,7 +355,11 @@ void SimtCore::fill_phase(unsigned slot) {
 void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
   for (;;) {
     fill_phase(slot);
-    if (phase_takes_time(slot)) return load(slot, now);
+    timed_instructions_.all += phase_.instructions;
+    if (phase_takes_time(slot)) {
+      timed_instructions_.timed += phase_.instructions;
+      return load(slot, now);
+    }
     touch_phase(phase_, now);
     finish_ray_generation(slot, now);
     if ((starting_ray_generation_ & bit(slot)) == 0) return;

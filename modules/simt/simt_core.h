@@ -152,6 +152,8 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   /// Last cycle in which tick() did any work; the visible state has not changed since.
   Cycle last_active() const { return last_active_; }
   SimtCounters counters() const override;
+  /// Sampled run: warp instructions of ray generation (untimed any-hit calls are not batched).
+  const TimedShare& timed_instructions() const { return timed_instructions_; }
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
@@ -259,6 +261,7 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   RingQueue<NodesFetched> nodes_fetched_;
   RingQueue<std::uint16_t> ends_;
   SimtCounters counters_;
+  TimedShare timed_instructions_;  ///< sampled run
 
   // The ports' links, looked up once.
   LinkReader<LaunchWarp> launch_;

@@ -11,6 +11,24 @@ namespace grtx::sim {
 
 using nlohmann::ordered_json;
 
+namespace {
+
+ordered_json shares_json(const std::vector<modules::TimedShare>& shares) {
+  ordered_json json = ordered_json::array();
+  for (const modules::TimedShare& share : shares) json.push_back({share.all, share.timed});
+  return json;
+}
+
+std::vector<modules::TimedShare> shares_from(const ordered_json& json) {
+  std::vector<modules::TimedShare> shares;
+  for (const ordered_json& share : json) {
+    shares.push_back({share.at(0).get<std::uint64_t>(), share.at(1).get<std::uint64_t>()});
+  }
+  return shares;
+}
+
+}  // namespace
+
 void describe_interval(const SampledResult& r, modules::StatisticList& list) {
   const auto add = [&list](const char* name, double value, const char* unit, const char* description) {
     list.add(std::string("gpu.sampled.") + name, value, unit, description);
@@ -57,9 +75,9 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
     json["document"] = result.document;
     json["violations"] = result.violations;
     json["binding_bound"] = result.binding_bound;
-    json["timed_misses"] = ordered_json::array();
-    for (const modules::TimedMisses& misses : result.timed_misses)
-      json["timed_misses"].push_back({misses.all, misses.timed});
+    json["misses"] = shares_json(result.sampled_work.misses);
+    json["instructions"] = shares_json(result.sampled_work.instructions);
+    json["issue_share"] = result.sampled_work.issue_share;
     return json_text(json);
   });
   const ordered_json json = parse_json(child.result(), "simulation");
@@ -70,9 +88,8 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
   result.inputs = result.document.at("inputs").get<std::map<std::string, std::string>>();
   result.binding_bound = json.at("binding_bound").get<std::string>();
   result.cycles = result.document.at("stats").at("gpu.cycles").at("value").get<Cycle>();
-  for (const ordered_json& misses : json.at("timed_misses")) {
-    result.timed_misses.push_back({misses.at(0).get<std::uint64_t>(), misses.at(1).get<std::uint64_t>()});
-  }
+  result.sampled_work = {shares_from(json.at("misses")), shares_from(json.at("instructions")),
+                         json.at("issue_share").get<double>()};
   return result;
 }
 

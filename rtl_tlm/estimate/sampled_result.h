@@ -23,7 +23,7 @@ void make_whole(SampledResult& result);
 void add_to_document(const modules::StatisticList& statistics, SampledResult& result);
 
 /// simulate() in a child process, so that it may be called repeatedly. Fills document, violations, notes, inputs,
-/// cycles, binding_bound and timed_misses of the result.
+/// cycles, binding_bound and sampled_work of the result.
 SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfig& config,
                                    const SimulationOptions& options);
 

@@ -19,7 +19,7 @@ SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes&
   if (stride == 1) {
     make_whole(r);
   } else {
-    r.estimate = estimate_from_stride(r.result.cycles, stride, r.result.timed_misses);
+    r.estimate = estimate_from_stride(r.result.cycles, stride, r.result.sampled_work);
     r.cycles = cycles_interval(r.estimate);
   }
   r.result.inputs["mode"] = name_of(SimulationMode::sampled);
@@ -35,6 +35,20 @@ SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes&
   return r;
 }
 
+constexpr std::uint64_t kInstructions = 1000;  ///< number of the first subsample of instructions; SMs are fewer
+
+/// weight: relative change of the cycles for one of the work.
+void add_subsamples(const std::vector<modules::TimedShare>& shares, unsigned stride, double weight, std::uint64_t first,
+                    SampledEstimate& estimate) {
+  double all = 0.0;
+  for (const modules::TimedShare& sm : shares) all += static_cast<double>(sm.all);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (shares[i].all == 0) continue;
+    const double off = static_cast<double>(shares[i].timed) * stride - static_cast<double>(shares[i].all);
+    estimate.evidence.push_back({first + i, off / static_cast<double>(shares[i].all), weight * off / all});
+  }
+}
+
 }  // namespace
 
 ModelBias stride_bias(unsigned stride) {
@@ -44,18 +58,13 @@ ModelBias stride_bias(unsigned stride) {
   return {0.013 * growth, 0.018 * growth, 6.0};
 }
 
-SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<modules::TimedMisses>& misses) {
+SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const SampledWork& work) {
   SampledEstimate estimate;
   estimate.log_cycles = std::log(static_cast<double>(cycles));
   estimate.bias = stride_bias(stride);
-  double all = 0.0;
-  for (const modules::TimedMisses& sm : misses) all += static_cast<double>(sm.all);
-  for (std::size_t i = 0; i < misses.size(); ++i) {
-    if (misses[i].all == 0) continue;
-    const double off = static_cast<double>(misses[i].timed) * stride - static_cast<double>(misses[i].all);
-    estimate.evidence.push_back({i, off / static_cast<double>(misses[i].all), off / all});
-  }
+  add_subsamples(work.misses, stride, 1.0, 0, estimate);
   estimate.degrees_of_freedom = std::max<double>(1.0, static_cast<double>(estimate.evidence.size()));
+  add_subsamples(work.instructions, stride, work.issue_share, kInstructions, estimate);
   return estimate;
 }
 

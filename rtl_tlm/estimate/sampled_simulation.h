@@ -15,8 +15,9 @@ inline constexpr std::uint64_t kFewestSampledVisits = 3'000'000;
 /// Bias of sampled mode with this stride, however long the run (docs/model/sampled-mode.md).
 ModelBias stride_bias(unsigned stride);
 
-/// Estimate from a sampled run. cycles: already multiplied by the stride. misses: by SM; they give the sampling error.
-SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const std::vector<modules::TimedMisses>& misses);
+/// Estimate from a sampled run. cycles: already multiplied by the stride. work: gives the sampling error, instructions
+/// as far as they decide how long the run is.
+SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const SampledWork& work);
 
 /// Simulates the trace with sample.stride. target_error: relative half-width of the interval on cycles, reached by
 /// halving the stride; 0: none. A trace with few visits runs in cycle mode, and a note says so. Without a target the

@@ -1,10 +1,21 @@
 #include "grtx/rtl_tlm/run/run_report.h"
 
+#include <algorithm>
+
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/strided_statistics.h"
 
 namespace grtx::sim {
+namespace {
+
+SampledWork sampled_work(const GpuCounters& counters, const GpuConfig& config) {
+  const double slots = static_cast<double>(counters.cycles) * config.sms * config.simt.schedulers;
+  return {counters.timed_misses, counters.timed_instructions,
+          slots == 0.0 ? 0.0 : std::min(1.0, static_cast<double>(counters.simt.all_instructions()) / slots)};
+}
+
+}  // namespace
 
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const EnergyPricing& price, SimulationResult& result) {
@@ -22,7 +33,7 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   for (const auto& more : {finished.violations, below}) {
     result.violations.insert(result.violations.end(), more.begin(), more.end());
   }
-  result.timed_misses = counters.timed_misses;
+  if (config.sampling.on()) result.sampled_work = sampled_work(counters, config);
   describe(counters, result.statistics);
   if (config.sampling.on()) result.statistics = of_all_events(result.statistics, stride);
   describe(bounds, result.cycles, result.statistics);

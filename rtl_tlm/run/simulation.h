@@ -44,18 +44,25 @@ struct SimulationOptions {
   MemorySystemFactory memory;                 ///< replaces the one that dram.model names
 };
 
+/// Subsamples of a sampled run, by SM with units of the project: how near what took time comes to all events.
+struct SampledWork {
+  std::vector<modules::TimedShare> misses;        ///< sectors that demand reads missed in the L1
+  std::vector<modules::TimedShare> instructions;  ///< of ray generation in the SIMT core
+  double issue_share = 0.0;  ///< instructions over issue slots of the run: how far they decide its length
+};
+
 struct SimulationResult {
   Cycle cycles = 0;
-  modules::StatisticList statistics;               ///< identical for identical inputs
-  modules::StatisticList host;                     ///< wall time, memory, speed of this machine
-  std::map<std::string, std::string> inputs;       ///< hashes of trace and configuration, and the trace's inputs
-  std::vector<std::string> violations;             ///< conservation laws that did not hold; empty in a correct run
-  ResultNotes notes;                               ///< caveats on these figures
-  std::string binding_bound;                       ///< name of the largest lower bound
-  std::vector<modules::TimedMisses> timed_misses;  ///< by SM with an L1 of the project, of a sampled run
-  nlohmann::ordered_json document;                 ///< the statistics file (grtx.stats/1)
-  unsigned width = 0, height = 0;                  ///< of the image, when pixel_cycles was asked for
-  std::vector<std::uint64_t> pixel_cycles;         ///< by pixel: cycles from launch to end of the warps with its rays
+  modules::StatisticList statistics;          ///< identical for identical inputs
+  modules::StatisticList host;                ///< wall time, memory, speed of this machine
+  std::map<std::string, std::string> inputs;  ///< hashes of trace and configuration, and the trace's inputs
+  std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
+  ResultNotes notes;                          ///< caveats on these figures
+  std::string binding_bound;                  ///< name of the largest lower bound
+  SampledWork sampled_work;                   ///< of a sampled run
+  nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
+  unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
+  std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
 /// Simulates the trace in sampled mode if config.sampling is on, else in cycle mode. SystemC elaborates once per
