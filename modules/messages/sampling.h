@@ -14,8 +14,7 @@ struct Sampling {
   /// Start position within the stride for a sequence of events, a hash of `key`.
   unsigned first(std::uint64_t key) const { return static_cast<unsigned>((mixed(key) + offset) % stride); }
 
- private:
-  // The finalizer of SplitMix64: neighbouring keys get unrelated positions.
+  /// The finalizer of SplitMix64: neighbouring keys get unrelated values.
   static constexpr std::uint64_t mixed(std::uint64_t x) {
     x += 0x9e3779b97f4a7c15u;
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;

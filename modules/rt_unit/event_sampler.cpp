@@ -13,66 +13,76 @@ EventSampler::EventSampler(const Sampling& sampling, unsigned entries, functiona
     : sampling_(sampling),
       events_(events),
       lanes_(std::size_t{entries} * kMaxLanes),
-      served_(entries),
+      seeds_(entries),
       wheel_(kWheel),
       step_sum_(kFirstStep * kMemory) {}
 
 void EventSampler::restart() {
   std::fill(lanes_.begin(), lanes_.end(), LaneEvents());
-  std::fill(served_.begin(), served_.end(), 0);
   for (std::vector<LaneId>& due : wheel_) due.clear();
   touched_until_ = 0;
   step_sum_ = kFirstStep * kMemory;
 }
 
-// All lanes of a warp start at the same position, so that lanes on the same path still visit the same nodes together.
 void EventSampler::begin(unsigned entry, Cycle now) {
   constexpr std::uint64_t kMostRounds = 4096;  // only for distinct keys
   const Warp& warp = warps_->warp(entry);
-  const unsigned at = sampling_.first(warp.group->index * kMostRounds + warp.round);
-  served_[entry] = now;
+  seeds_[entry] = Sampling::mixed((warp.group->index * kMostRounds + warp.round) * kMostStrides + sampling_.offset);
   for_each_bit(warp.lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
     const Lane& lane = warp.lane[i];
-    const bool waiting = lanes_[id].waiting;
-    lanes_[id] = LaneEvents();
-    lanes_[id].touched = lanes_[id].touch_end = lane.next;
-    lanes_[id].fresh = true;
-    lanes_[id].waiting = waiting;
-    if (lane.left == 0 || at == 0) return;
-    if (!skip(id, sampling_.stride - at, 0, now)) {
-      warps_->move(entry, bit(i), LaneState::ready, LaneState::finished);
-    }
+    LaneEvents& s = lanes_[id];
+    const bool waiting = s.waiting;
+    s = LaneEvents();
+    s.touched = s.touch_end = lane.next;
+    s.fresh = true;
+    s.waiting = waiting;
+    if (lane.left == 0) return;
+    plan(id, lane.next, lane.left);
+    s.rest = sampling_.stride - 1 - s.before;
+    if (!skip(id, s.before, now)) warps_->move(entry, bit(i), LaneState::ready, LaneState::finished);
   });
 }
 
-void EventSampler::serve(unsigned entry, Cycle now) { apart_ = now - std::exchange(served_[entry], now); }
-
 bool EventSampler::advance(LaneId id, Cycle now) {
   LaneEvents& s = lanes_[id];
-  const std::uint32_t between = sampling_.stride - 1;
   if (!std::exchange(s.fresh, false)) {
-    if (!skip(id, std::exchange(s.owed, 0u), between, now)) return false;
-    for (std::uint32_t i = 0; i < between; ++i) {
-      // An event whose node its warp is already fetching waits for it, as it would if all events were timed.
-      if (events_.joins_for(id, now) > i * apart_) {
-        s.owed = between - i;
-        break;
-      }
-      if (!skip(id, 1, between - i - 1, now)) return false;
-    }
+    if (!skip(id, s.rest + s.before, now)) return false;
+    s.rest = sampling_.stride - 1 - s.before;
   }
   start_touches(id, now);
   return true;
 }
 
-/// Executes `count` events functionally; `more` untimed ones follow before `now`. Returns false if the lane has no
-/// event left.
-bool EventSampler::skip(LaneId id, std::uint32_t count, std::uint32_t more, Cycle now) {
+/// Chooses the timed event of the block that begins with `first`, of which `left` are left in the round.
+void EventSampler::plan(LaneId id, const traces::Event* first, std::uint32_t left) {
+  LaneEvents& s = lanes_[id];
+  const std::uint64_t seed = seeds_[entry_of(id)];
+  std::uint64_t least = ~std::uint64_t{0};
+  s.before = 0;
+  for (std::uint32_t i = 0; i < sampling_.stride; ++i) {
+    std::uint64_t key = 0;
+    if (i < left) {
+      const traces::Event& event = first[i];
+      if (event.kind() == traces::EventKind::visit_instance) s.instance = event.node;
+      key = (std::uint64_t{s.instance} << 35) ^ (std::uint64_t{event.node} << 3) ^ static_cast<unsigned>(event.kind());
+    } else {  // a block that the round's end has cut: none of its events may be timed
+      key = ~((std::uint64_t{left} << 32) + (i << 6) + lane_of(id));
+    }
+    const std::uint64_t hash = Sampling::mixed(seed ^ key);
+    if (hash < least) {
+      least = hash;
+      s.before = i;
+    }
+  }
+}
+
+/// Executes `count` events functionally. Returns false if the lane has no event left.
+bool EventSampler::skip(LaneId id, std::uint32_t count, Cycle now) {
   const Lane& lane = warps_->lane(id);
   LaneEvents& s = lanes_[id];
   for (; count > 0 && lane.left > 0; --count) {
-    const Cycle at = now - std::min(now, (count + more) * step() / sampling_.stride);
+    const Cycle at = now - std::min(now, count * step() / sampling_.stride);
     if (lane.next >= s.touched) {
       events_.touch_event(id, lane.event, at);
       s.touched = lane.next + 1;
@@ -91,10 +101,12 @@ void EventSampler::start_touches(LaneId id, Cycle now) {
     events_.note_event(id, lane.event);
     s.touched = lane.next + 1;
   }
-  const std::uint32_t behind = std::min<std::uint32_t>(lane.left - 1, s.owed + sampling_.stride - 1);
-  s.touch_end = lane.next + 1 + behind;
+  s.before = 0;
+  if (lane.left > 1 + s.rest) plan(id, lane.next + 1 + s.rest, lane.left - 1 - s.rest);
+  const std::uint32_t untimed = std::min<std::uint32_t>(lane.left - 1, s.rest + s.before);
+  s.touch_end = lane.next + 1 + untimed;
   if (s.touched >= s.touch_end) return;
-  s.pace = std::clamp<Cycle>(step() / (behind + 1), 1, kWheel - 1);
+  s.pace = std::clamp<Cycle>(step() / (untimed + 1), 1, kWheel - 1);
   if (!s.waiting) put_off(id, now + s.pace);
 }
 

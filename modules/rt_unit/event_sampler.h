@@ -23,8 +23,6 @@ class functional_events_if {
   virtual void note_event(LaneId id, const traces::Event& event) = 0;
   /// Executes all other effects of the lane's event and advances the lane to the next one.
   virtual void execute(LaneId id, Cycle at) = 0;
-  /// Cycles until a pending fetch of the lane's node by its own warp returns; 0 if there is none to join.
-  virtual Cycle joins_for(LaneId id, Cycle now) const = 0;
 
  protected:
   ~functional_events_if() = default;
@@ -40,8 +38,6 @@ class EventSampler {
   /// The lanes of `entry` begin a round: executes the events before the first timed one. Lanes without a timed event
   /// are finished.
   void begin(unsigned entry, Cycle now);
-  /// A warp is being served; call before advance() of its lanes.
-  void serve(unsigned entry, Cycle now);
   /// Advances a lane of the served warp to its next timed event, which begins now. Returns false if there is none.
   bool advance(LaneId id, Cycle now);
   /// Lets the untimed events that are due by `now` touch the caches.
@@ -54,14 +50,18 @@ class EventSampler {
     const traces::Event* touch_end = nullptr;  ///< next timed event, as far as known
     Cycle began = kNever;                      ///< start of its last timed event
     Cycle pace = 1;                            ///< cycles between the touches of two untimed events
-    std::uint32_t owed = 0;                    ///< untimed events postponed by a join
+    std::uint32_t rest = 0;                    ///< untimed events of the current block behind its timed one
+    std::uint32_t before = 0;                  ///< untimed events of the next block before its timed one
+    std::uint32_t instance = 0;                ///< address of the last instance leaf that plan() has seen
     bool fresh = false;                        ///< the current event is the round's first timed one
     bool waiting = false;                      ///< in the wheel
   };
-  static constexpr std::size_t kWheel = 4096;  ///< range of the timing wheel, in cycles
-  static constexpr unsigned kMemory = 16;      ///< window of the running average step(), in timed events
+  static constexpr std::size_t kWheel = 4096;        ///< range of the timing wheel, in cycles
+  static constexpr std::uint64_t kMostStrides = 64;  ///< largest stride, for distinct seeds
+  static constexpr unsigned kMemory = 16;            ///< window of the running average step(), in timed events
 
-  bool skip(LaneId id, std::uint32_t count, std::uint32_t more, Cycle now);
+  void plan(LaneId id, const traces::Event* first, std::uint32_t left);
+  bool skip(LaneId id, std::uint32_t count, Cycle now);
   void start_touches(LaneId id, Cycle now);
   void touch(LaneId id, Cycle now);
   void put_off(LaneId id, Cycle until);
@@ -71,8 +71,7 @@ class EventSampler {
   functional_events_if& events_;
   WarpTable* warps_ = nullptr;
   std::vector<LaneEvents> lanes_;
-  std::vector<Cycle> served_;               ///< [entry] cycle in which it was last served
-  Cycle apart_ = 0;                         ///< cycles between the last two services of the served warp
+  std::vector<std::uint64_t> seeds_;        ///< [entry] of the hash that chooses timed events
   std::vector<std::vector<LaneId>> wheel_;  ///< [cycle % kWheel]
   Cycle touched_until_ = 0;                 ///< first cycle of the wheel that has not been processed
   Cycle step_sum_;                          ///< kMemory times the average time between a lane's timed events

@@ -1,6 +1,7 @@
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 
 #include <cassert>
+#include <cmath>
 #include <numeric>
 #include <ostream>
 #include <stdexcept>
@@ -72,7 +73,7 @@ void MemoryScheduler::restart() {
   std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
   visited_.clear();
   visited_entry_ = 0;
-  usual_latency_ = 200.0;
+  usual_latency_ = kFirstLatencies;
   counters_ = {};
 }
 
@@ -102,8 +103,11 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
     if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
       throw std::runtime_error("the node at byte " + std::to_string(address) + " is of two kinds");
     }
-    fetches_[under_way].lanes |= lane;
-    return;
+    if (meets(fetches_[under_way])) {
+      fetches_[under_way].lanes |= lane;
+      return;
+    }
+    merge.erase(key);
   }
   merge.insert(key, id);
   if (!config_.merge_in_flight) visited_.push_back(key);
@@ -145,12 +149,12 @@ void MemoryScheduler::count_visit(const NodeVisit& node) {
   ++counters_.visits[index(traffic_.region(node.kind, node.address))];
 }
 
-Cycle MemoryScheduler::remaining(unsigned entry, const NodeVisit& node, Cycle now) const {
-  if (!config_.merge_in_flight) return 0;
-  const std::uint32_t under_way = merge_[entry].find(merge_key(node.address, node.header));
-  if (under_way == AddressIndex::kNone) return 0;
-  const double left = usual_latency_ - static_cast<double>(now - fetches_[under_way].asked) * config_.sampling.stride;
-  return left < 1.0 ? 0 : static_cast<Cycle>(left);
+// In a sampled run lanes come closer together than in the machine, where the fetch may have returned: lanes part by a
+// random walk, by the root of the stride.
+bool MemoryScheduler::meets(const Fetch& fetch) const {
+  if (!config_.sampling.on() || !config_.merge_in_flight) return true;
+  const double apart = static_cast<double>(now_ - fetch.asked) * std::sqrt(config_.sampling.stride);
+  return apart < usual_latency_[level_of(fetch.found)];
 }
 
 void MemoryScheduler::issue(Cycle now) {
@@ -235,9 +239,12 @@ void MemoryScheduler::take_batch_done(Cycle now) {
 void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
-  usual_latency_ += (static_cast<double>(now - f.asked) - usual_latency_) / 64.0;
+  double& usual = usual_latency_[level_of(f.found)];
+  usual += (static_cast<double>(now - f.asked) - usual) / 64.0;
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
-  if (config_.merge_in_flight) merge_[entry_of(id)].erase(merge_key(f.node.address, f.node.header));
+  const std::uint64_t key = merge_key(f.node.address, f.node.header);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (config_.merge_in_flight && merge.find(key) == id) merge.erase(key);
   const LaneMask lanes = f.lanes;
   f.lanes = 0;
   fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);

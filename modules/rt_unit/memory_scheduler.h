@@ -75,7 +75,6 @@ class MemoryScheduler final : public NodeFetchModule {
   bool has_touch() const override { return true; }
   void touch(const NodeVisit& node, Cycle at) override { touch_node(node, at); }
   void count_visit(const NodeVisit& node) override;
-  Cycle remaining(unsigned entry, const NodeVisit& node, Cycle now) const override;
 
   /// Receives at most sectors_per_cycle responses, or one batch from the SIMT core.
   void respond(Cycle now) override;
@@ -106,6 +105,10 @@ class MemoryScheduler final : public NodeFetchModule {
     LaneId fetch = 0;
     std::uint8_t next = 0;  ///< sector to send next
   };
+  /// Farthest level that a fetch went to: 0 L1, 1 L2, 2 DRAM.
+  static std::size_t level_of(const Touched& found) { return found.missed_below != 0 ? 2 : found.missed != 0 ? 1 : 0; }
+  static constexpr std::array<double, 3> kFirstLatencies = {50.0, 250.0, 600.0};  ///< cycles, until some are known
+  bool meets(const Fetch& fetch) const;
   static std::uint64_t merge_key(std::uint64_t address, bool header);
   void end_of_elaboration() override;
   void issue_sectors(Cycle now);
@@ -121,8 +124,8 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
-  touch_if* cache_ = nullptr;     ///< null unless the run is sampled
-  double usual_latency_ = 200.0;  ///< running average of the fetch latency, cycles
+  touch_if* cache_ = nullptr;                              ///< null unless the run is sampled
+  std::array<double, 3> usual_latency_ = kFirstLatencies;  ///< [level_of()] running averages, cycles
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   LinkWriter<NodeFetchBatch> batches_;

@@ -34,8 +34,6 @@ class node_fetch_if : public virtual sc_core::sc_interface {
   virtual void touch(const NodeVisit& /*node*/, Cycle /*at*/) {}
   /// Counts an untimed visit.
   virtual void count_visit(const NodeVisit& /*node*/) {}
-  /// Estimated cycles until a pending fetch of the node by the warp in `entry` returns; 0 if there is none.
-  virtual Cycle remaining(unsigned /*entry*/, const NodeVisit& /*node*/, Cycle /*now*/) const { return 0; }
 };
 
 /// Receives fetched nodes; implemented by the node dispatch.

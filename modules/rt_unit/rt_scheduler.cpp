@@ -109,7 +109,6 @@ void RtScheduler::schedule(Cycle now) {
   memory_->begin_warp(now, entry);
   if (prefetcher_ != nullptr) prefetcher_->begin_warp();
   LaneMask fetching = 0;
-  if (sampler_) sampler_->serve(entry, now);
   for_each_bit(lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
     if (sampler_ && !sampler_->advance(id, now)) {
@@ -277,13 +276,6 @@ void RtScheduler::touch_event(LaneId id, const Event& event, Cycle at) {
     }
   }
   note_event(id, event);
-}
-
-Cycle RtScheduler::joins_for(LaneId id, Cycle now) const {
-  const unsigned entry = entry_of(id);
-  const std::optional<NodeVisit> node = node_visit(buffer_->lane(id).event, *buffer_->warp(entry).group, *traffic_);
-  if (!node || traffic_->region(node->kind, node->address) == Region::blas) return 0;
-  return memory_->remaining(entry, *node, now);
 }
 
 void RtScheduler::execute_visit(LaneId id, Cycle at) {

@@ -58,7 +58,6 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   void touch_event(LaneId id, const traces::Event& event, Cycle at) override;
   void note_event(LaneId id, const traces::Event& event) override;
   void execute(LaneId id, Cycle at) override;
-  Cycle joins_for(LaneId id, Cycle now) const override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
   void entries_taken(LaneId id) override;
