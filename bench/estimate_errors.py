@@ -100,7 +100,7 @@ def speed_ups(cases):
             case["speed-up error"] = 100 * ((base["estimate"] / case["estimate"]) / (base["cycles"] / case["cycles"]) - 1)
 
 
-BIAS_DEGREES = 4.0  # kBiasDegrees of rtl_tlm/estimate/sampled/estimate.h; the rest here is estimate.cpp's, too
+BIAS_DEGREES = 4.0  # kBiasDegrees of rtl_tlm/estimate/estimate.h; the rest here is estimate.cpp's, too
 
 
 def student_quantile(p, degrees):

@@ -13,7 +13,7 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 namespace {
@@ -64,7 +64,7 @@ class OwnRayBox final : public grtx::modules::IntersectionModule {
     Cycle since;
     LaneId lane;
   };
-  grtx::modules::ClockedModel<Vown_ray_box> block_;
+  grtx::sim::ClockedModel<Vown_ray_box> block_;
   std::deque<Request> waiting_;
   std::uint64_t operations_ = 0;
 };

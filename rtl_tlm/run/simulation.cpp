@@ -16,11 +16,11 @@
 #include "grtx/base/progress.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
@@ -211,7 +211,7 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
       fmt::format("{}at {}", process == nullptr ? "" : fmt::format("{}, ", process), report.get_time().to_string());
   const std::string_view type = report.get_msg_type();
   if (type == modules::kUnitReport) traces::check(reader, true);
-  if (type == modules::kRtlReport || type == modules::kUnitReport) {
+  if (type == kRtlReport || type == modules::kUnitReport) {
     const std::string text = report.get_msg();
     const std::size_t unit = text.find(": ");
     throw Error(text.substr(0, unit), type == modules::kUnitReport ? where : "", text.substr(unit + 2));

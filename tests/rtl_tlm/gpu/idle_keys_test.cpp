@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
 namespace {
@@ -38,7 +38,8 @@ TEST(IdleKeys, OfSamplingAreIdleWhereNothingIsSampled) {
 
 std::vector<std::string> idle(const std::vector<std::string>& settings) {
   std::vector<std::string> all;
-  for (const IdleKey& each : idle_keys(load_config("", settings), SimulationMode::cycle)) all.push_back(each.key + ": " + each.because);
+  for (const IdleKey& each : idle_keys(load_config("", settings), SimulationMode::cycle))
+    all.push_back(each.key + ": " + each.because);
   return all;
 }
 
@@ -97,7 +98,7 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
 }
 
 TEST(SimulationMode, UnitsInSystemVerilogRunWholeTracesOnly) {
-  if (!modules::has_rtl()) GTEST_SKIP() << "built without Verilator";
+  if (!has_rtl()) GTEST_SKIP() << "built without Verilator";
   for (const char* key : {"rt.checkpoint.implementation", "rt.box.implementation", "rt.transform.implementation"}) {
     // The RTL of the checkpoint unit has requests alone.
     const GpuConfig config = load_config("", {"rt.checkpoint.traffic=charged", setting(key)});

@@ -23,13 +23,16 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/rt_unit/intersection_unit.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
-#include "grtx/modules/rtl/intersection_operands.h"
-#include "grtx/modules/rtl/rtl_fault.h"
-#include "grtx/modules/rtl/rtl_signals.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
+#include "grtx/rtl_tlm/rtl/rtl_signals.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
+
+using namespace modules;
+
 namespace {
 
 std::string hexadecimal(std::uint32_t value) {
@@ -437,4 +440,4 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* nam
   return made.template operator()<TransformBlock<Vray_transform_staged>, Limits::kCount>(Limits::kTransformSteps);
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

@@ -22,13 +22,16 @@
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
-#include "grtx/modules/rtl/intersection_operands.h"
-#include "grtx/modules/rtl/rtl_fault.h"
-#include "grtx/modules/rtl/rtl_signals.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
+#include "grtx/rtl_tlm/rtl/rtl_signals.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
+
+using namespace modules;
+
 namespace {
 
 constexpr unsigned kEntryBytes = 28;                        ///< most
@@ -536,4 +539,4 @@ std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* nam
   return std::make_unique<CheckpointRtl<Vcheckpoint_lanes32, 32>>(name, rt, options);
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

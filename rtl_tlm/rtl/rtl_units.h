@@ -8,7 +8,7 @@
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// Whether this build has the Verilated blocks.
 bool has_rtl();
@@ -33,11 +33,11 @@ struct RtlRefusal {
   const char* key = "";
   const char* rule = "";
 };
-RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& config);
-RtlRefusal box_rtl_refusal(const RtUnitConfig& config);
-RtlRefusal transform_rtl_refusal(const RtUnitConfig& config);
+RtlRefusal checkpoint_rtl_refusal(const modules::RtUnitConfig& config);
+RtlRefusal box_rtl_refusal(const modules::RtUnitConfig& config);
+RtlRefusal transform_rtl_refusal(const modules::RtUnitConfig& config);
 /// Why a unit that the configuration wants as RTL cannot be RTL, if there is one.
-RtlRefusal rtl_refusal(const RtUnitConfig& config);
+RtlRefusal rtl_refusal(const modules::RtUnitConfig& config);
 
 struct RtlBenchOptions {
   /// Other than 0: edges without a transfer in between, and arbitrary values on pins that carry nothing, by this seed.
@@ -47,14 +47,14 @@ struct RtlBenchOptions {
 };
 
 /// A unit as RTL. Throw Error without has_rtl(), and for what it does not have.
-std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const RtUnitContext& rt,
-                                                      const RtlBenchOptions& options = {});
-std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
-                                                 const RtlBenchOptions& options = {});
-std::unique_ptr<IntersectionModule> make_transform_rtl(const char* name, const RtUnitContext& rt,
-                                                       const RtlBenchOptions& options = {});
+std::unique_ptr<modules::CheckpointModule> make_checkpoint_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                               const RtlBenchOptions& options = {});
+std::unique_ptr<modules::IntersectionModule> make_box_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                          const RtlBenchOptions& options = {});
+std::unique_ptr<modules::IntersectionModule> make_transform_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                                const RtlBenchOptions& options = {});
 
 /// Units that the configuration wants as RTL, unless somebody else makes them.
-void use_rtl(const RtUnitConfig& config, RtUnitParts& parts);
+void use_rtl(const modules::RtUnitConfig& config, modules::RtUnitParts& parts);
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

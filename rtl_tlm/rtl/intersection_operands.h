@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// Mixes a number's bits (SplitMix64).
 constexpr std::uint64_t mixed(std::uint64_t x) {
@@ -66,4 +66,4 @@ TransformOperands made_transform_operands(std::uint64_t seed);
 /// Equal bits, or both no number: which NaN an operation gives, processors decide differently.
 bool same_number(float a, float b);
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

@@ -8,7 +8,7 @@
 #include <memory>
 #include <type_traits>
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// Bits at..at + width - 1 (width <= 64) of an input pin, however wide it is.
 template <typename Pin>
@@ -86,4 +86,4 @@ class ClockedModel {
   std::uint64_t edges_ = 0;
 };
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim
