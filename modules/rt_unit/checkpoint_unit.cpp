@@ -8,7 +8,6 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
@@ -248,8 +247,6 @@ void CheckpointUnit::accept(Cycle) {
   }
   if (!submitted_.empty()) ++counters_.blocked_cycles;
 }
-
-void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_); }
 
 Inventory CheckpointUnit::inventory() const { return checkpoint_inventory(name(), config_, lanes_.size(), header_); }
 

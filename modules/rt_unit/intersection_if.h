@@ -10,6 +10,8 @@
 
 namespace grtx::modules {
 
+struct IntersectionCounters;
+
 /// An intersection unit as seen by who feeds it.
 class intersection_if : public virtual sc_core::sc_interface {
  public:
@@ -36,6 +38,9 @@ class IntersectionModule : public RtPart, public intersection_if {
   Cycle due() const { return due_; }
   /// From due() on, once a cycle: hands out the results of this cycle and starts what waits.
   virtual void tick(Cycle now) = 0;
+
+  /// What it has counted since the launch began.
+  virtual IntersectionCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;

@@ -6,12 +6,11 @@
 #include <systemc>
 
 #include "grtx/base/strong.h"
+#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
-
-struct RtUnitCounters;
 
 /// A part does its work when the netlist calls its stages, in the order that RtUnit::run_stages states; it reaches its
 /// neighbours through ports.
@@ -21,8 +20,8 @@ class RtPart : public sc_core::sc_module {
   virtual bool idle() const = 0;
   /// Grows with all that the part does; for a watchdog.
   virtual std::uint64_t progress() const = 0;
-  /// Adds the part's own counts to those of its RT unit.
-  virtual void count(RtUnitCounters& all) const = 0;
+  /// Adds counts that no unit of the project's has; what such a unit has, too, its interface's counters() gives.
+  virtual void count(OwnCounts& /*own*/) const {}
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
   /// Another launch follows (Clocked::restart()); nothing is inside.

@@ -318,7 +318,21 @@ void RtUnit::settle(Cycle end) {
 RtUnitCounters RtUnit::counters() const {
   RtUnitCounters c;
   c.units = 1;
-  for_each_part([&](const RtPart& part) { part.count(c); });
+  const auto take = [](auto& counters, const auto& part) {
+    if (part != nullptr) counters = part->counters();
+  };
+  take(c.warp_buffer, warp_buffer_);
+  take(c.scheduler, scheduler_);
+  take(c.memory, memory_);
+  take(c.ray_box, ray_box_);
+  take(c.ray_triangle, ray_triangle_);
+  take(c.ray_sphere, ray_sphere_);
+  take(c.ray_transform, ray_transform_);
+  take(c.any_hit, any_hit_);
+  take(c.checkpoint, checkpoint_);
+  take(c.prefetch, prefetcher_);
+  take(c.stack, stack_);
+  for_each_part([&](const RtPart& part) { part.count(c.own); });
   return c;
 }
 
