@@ -5,6 +5,7 @@
 // here which entry comes next and where it lies.
 #pragma once
 
+#include <bit>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +14,16 @@
 namespace grtx::traces {
 
 inline constexpr unsigned kMaxCheckpointBins = 32;
+
+/// Of a distance as fp32 the leading bits behind the sign are the number of its bin: three of the mantissa stay, which
+/// makes eight stretches an octave.
+inline constexpr unsigned kBinNumberBits = 11;
+
+/// The bin of a distance that is not negative, of all that there could be. Never falls with growing distance, so what
+/// lies up to t_max has no larger number than t_max.
+inline std::uint32_t number_of_bin(float distance) {
+  return std::bit_cast<std::uint32_t>(distance) >> (31 - kBinNumberBits);
+}
 
 /// Where an entry lies: in which ring, and where in it.
 struct BinPlace {

@@ -14,7 +14,7 @@ namespace grtx::modules {
 
 namespace {
 
-constexpr unsigned kBinNumberBits = 11;  ///< of t as fp32, those that frontend/tracer/bin_number.h takes
+using traces::kBinNumberBits;
 
 /// What bins add: of each lane heads, tails and what the round may read of each ring, and which sectors are open. The
 /// number of a bin is bits of a distance.

@@ -109,6 +109,12 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Counters counters_;
 };
 
+// Defaults of the four units: pipelines, cycles to the result, cycles between two starts.
+inline constexpr IntersectionUnit::Config kRayBoxUnit{4, 13, 1};
+inline constexpr IntersectionUnit::Config kRayTriangleUnit{4, 37, 1};
+inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source has one
+inline constexpr IntersectionUnit::Config kRayTransformUnit{4, 6, 1};
+
 /// Storage and operators of a unit with this configuration; lanes: of the warp buffer.
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
                                  std::uint64_t lanes);
