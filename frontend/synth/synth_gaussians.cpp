@@ -6,7 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
@@ -60,8 +60,8 @@ std::array<double, 4> quaternion(const glm::dmat3& m) {
 
 /// Stores scales and rotation: `large` is the axis of the largest scale, `normal` that of the smallest. The axes are
 /// numbered at random and the quaternion has a random length and sign, as in trained files.
-void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const std::array<double, 3>& log_scales,
-               SynthRandom& random) {
+void shape_row(PlyRow& row, glm::dvec3 large, const glm::dvec3& normal, const std::array<double, 3>& log_scales,
+               CounterRandom& random) {
   large = glm::normalize(large - glm::dot(large, normal) * normal);
   const glm::dvec3 middle = glm::cross(normal, large);
   const glm::dvec3 axes[3] = {large, middle, normal};
@@ -81,7 +81,7 @@ void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const 
   for (std::size_t i = 0; i < 4; ++i) row.rotation[i] = static_cast<float>(length * q[i]);
 }
 
-glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
+glm::dvec3 any_perpendicular(const glm::dvec3& normal, CounterRandom& random) {
   for (;;) {
     const glm::dvec3 d = random.direction();
     if (std::abs(glm::dot(d, normal)) < 0.99) return glm::normalize(glm::cross(normal, d));
@@ -165,8 +165,8 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   std::vector<double> weights;
   double surface_weight = 0.0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    SynthRandom object(options_.seed, kDensity, patches[i].object);
-    SynthRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
+    CounterRandom object(options_.seed, kDensity, patches[i].object);
+    CounterRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
     // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
     double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
     if (statistics.capture > 0.0) log_spacing += captured_spacing(patches[i], world_);
@@ -208,30 +208,30 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   }
 }
 
-SynthRow SynthGaussians::row(std::uint64_t index) const {
+PlyRow SynthGaussians::row(std::uint64_t index) const {
   const std::uint64_t generation = order_(index);
   if (generation < surface_) return surface_row(generation);
   if (generation < surface_ + shell_) return shell_row(generation);
   return far_row(generation);
 }
 
-SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
+PlyRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const SynthStatistics& statistics = world_.statistics;
   const auto after = std::upper_bound(parts_.begin(), parts_.end(), generation,
                                       [](std::uint64_t g, const Part& part) { return g < part.first; });
   const Part& part = *(after - 1);
   const std::uint64_t stream = kPosition + static_cast<std::uint64_t>(after - parts_.begin());
-  SynthRandom random(options_.seed, kShape, generation);
+  CounterRandom random(options_.seed, kShape, generation);
   std::uint64_t member = generation - part.first;
   if (member > 0 && random.uniform() < statistics.coincident_share) --member;
-  SynthRandom place(options_.seed, stream, member);
+  CounterRandom place(options_.seed, stream, member);
   SynthPoint point = sample_patch(part.patch, options_.seed, part.leaves, place);
   // One in ten lies clearly off the surface, as floaters near surfaces do.
   const double spread = statistics.thickness * (place.uniform() < 0.1 ? 4.0 : 1.0);
   const glm::dvec3 surface_point = point.position;
   point.position += spread * part.spacing * place.normal() * point.normal;
 
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(point.position);
   const double size_score = random.normal();
   const double usual = portable_log(part.spacing) + statistics.size_mean;
@@ -290,7 +290,7 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   return row;
 }
 
-float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const {
+float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const {
   const SynthStatistics& statistics = world_.statistics;
   const double rho = statistics.opacity_size_correlation;
   // The score keeps mean 0 and variance 1, so the histogram stays.
@@ -322,16 +322,16 @@ std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const 
   return directions;
 }
 
-SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
+PlyRow SynthGaussians::shell_row(std::uint64_t generation) const {
   // Sky: 5 to 30 diagonals away, flat towards the scene, as large as covers it; two thirds on the near side of 12.
-  SynthRandom random(options_.seed, kShell, generation);
+  CounterRandom random(options_.seed, kShell, generation);
   const double crowd = std::sqrt(static_cast<double>(shell_) / 300.0);
   glm::dvec3 d = random.direction();
   if (d.y > 0.0 && random.uniform() < 0.9) d.y = -d.y;  // mostly above the horizon; y points down
   const double distance = 5.0 * portable_exp(random.uniform() * random.uniform() * portable_log(6.0));
   const double size =
       std::clamp(0.05 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(size * world_.diagonal);
   const double middle = large - random.gamma(2.0, 0.15);
@@ -347,12 +347,12 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
   return row;
 }
 
-SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
+PlyRow SynthGaussians::far_row(std::uint64_t generation) const {
   // What an uncut training result leaves behind: huge Gaussians 100 to 800 diagonals away.
-  SynthRandom random(options_.seed, kFar, generation);
+  CounterRandom random(options_.seed, kFar, generation);
   const glm::dvec3 d = random.direction();
   const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(world_.diagonal * random.uniform(0.5, 1.0));
   const double middle = large - random.gamma(2.0, 0.4);

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/synth/synth_colour.h"
-#include "grtx/frontend/synth/synth_ply.h"
 #include "grtx/frontend/synth/synth_world.h"
 
 namespace grtx::frontend {
@@ -15,7 +15,7 @@ class SynthGaussians {
  public:
   SynthGaussians(SynthWorld world, const SynthOptions& options);
   /// Row `index` of the file. Rows are in random order, like those of a trained scene.
-  SynthRow row(std::uint64_t index) const;
+  PlyRow row(std::uint64_t index) const;
 
  private:
   struct Part {
@@ -28,16 +28,16 @@ class SynthGaussians {
   };
 
   void allocate(std::uint64_t surface_rows);
-  SynthRow surface_row(std::uint64_t generation) const;
-  SynthRow shell_row(std::uint64_t generation) const;
-  SynthRow far_row(std::uint64_t generation) const;
+  PlyRow surface_row(std::uint64_t generation) const;
+  PlyRow shell_row(std::uint64_t generation) const;
+  PlyRow far_row(std::uint64_t generation) const;
   /// Directions from the cameras, those before the surface first, the nearest of them first.
   std::vector<glm::dvec3> views_of(const SynthPoint& point) const;
-  float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
+  float opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const;
 
   SynthWorld world_;
   SynthOptions options_;
-  SynthPermutation order_;
+  CounterPermutation order_;
   SynthColourNoise noise_;
   std::vector<Part> parts_;
   std::uint64_t surface_ = 0, shell_ = 0, far_ = 0;

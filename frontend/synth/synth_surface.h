@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "grtx/frontend/synth/synth_random.h"
+#include "grtx/frontend/numbers/counter_random.h"
 
 namespace grtx::frontend {
 
@@ -48,7 +48,7 @@ struct SynthPoint {
 };
 
 /// A point of the patch, uniform in area up to the ellipsoid's stretch. `leaves`: how many discs a clump has.
-SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, SynthRandom& random);
+SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, CounterRandom& random);
 /// Texture colour, 0..1, without light. `footprint`: the extent that it is averaged over, scene units.
 glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double footprint, std::uint64_t seed);
 
