@@ -140,6 +140,19 @@ ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {
   }
 }
 
+/// The axis of the largest scale: along a rim that it would cross, or along the patch's grain, else anywhere.
+glm::dvec3 long_axis(const SynthPatch& patch, const glm::dvec3& normal, const glm::dvec3& wobble,
+                     const glm::dvec3& along_rim, CounterRandom& random) {
+  glm::dvec3 along = any_perpendicular(normal, random);
+  const double grain = random.uniform();
+  if (grain < 0.75 && glm::dot(patch.grain, patch.grain) > 0.0) {
+    const glm::dvec3 wanted = patch.grain + 0.25 * wobble;
+    if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
+  }
+  if (glm::length(glm::cross(along_rim, normal)) > 0.1 * glm::length(along_rim)) along = along_rim;
+  return along;
+}
+
 }  // namespace
 
 SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
@@ -234,41 +247,16 @@ PlyRow SynthGaussians::surface_row(std::uint64_t generation) const {
   PlyRow row;
   row.position = glm::vec3(point.position);
   const double size_score = random.normal();
-  const double usual = portable_log(part.spacing) + statistics.size_mean;
   const bool aligned = random.uniform() < statistics.aligned_share;
   // Those across the surface are smaller and fainter; the mean over all is 0.
   const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
-  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
-  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
-  double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
-  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
-  double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
-  const SynthGamma& flatness =
-      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
-  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
-  glm::dvec3 along_rim{0.0};
-  if (statistics.rims) {
-    const ToRim rim = to_rim(part.patch, surface_point);
-    const double across = portable_log(0.5 * rim.across + 0.12 * part.spacing);
-    if (largest > across) along_rim = rim.direction;
-    largest = std::min(largest, portable_log(0.5 * rim.along + 0.12 * part.spacing));
-    middle = std::min({middle, across, largest});
-  }
-  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
-  const double floor = portable_log(statistics.smallest_scale);
-  const std::array<double, 3> scales{std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
+  const SurfaceSize size = surface_size(part, surface_point, size_score, lies_flat, random);
 
   glm::dvec3 normal = random.direction();
   const glm::dvec3 wobble{random.normal(), random.normal(), random.normal()};
   if (aligned) normal = glm::normalize(point.normal + statistics.cone * wobble);
-  glm::dvec3 along = any_perpendicular(normal, random);
-  const double grain = random.uniform();
-  if (grain < 0.75 && glm::dot(part.patch.grain, part.patch.grain) > 0.0) {
-    const glm::dvec3 wanted = part.patch.grain + 0.25 * wobble;
-    if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
-  }
-  if (glm::length(glm::cross(along_rim, normal)) > 0.1 * glm::length(along_rim)) along = along_rim;
-  shape_row(row, along, normal, scales, random);
+  const glm::dvec3 along = long_axis(part.patch, normal, wobble, size.along_rim, random);
+  shape_row(row, along, normal, size.log_scales, random);
   row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
 
   if (part.patch.shape == SynthShape::haze) {  // training leaves nothing right before a camera
@@ -278,8 +266,40 @@ PlyRow SynthGaussians::surface_row(std::uint64_t generation) const {
   }
 
   point.position = surface_point;  // colour belongs to the surface
+  colour_surface(row, part, point, size.log_scales, random);
+  return row;
+}
+
+SynthGaussians::SurfaceSize SynthGaussians::surface_size(const Part& part, const glm::dvec3& at, double size_score,
+                                                         double lies_flat, CounterRandom& random) const {
+  const SynthStatistics& statistics = world_.statistics;
+  const double usual = portable_log(part.spacing) + statistics.size_mean;
+  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
+  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
+  double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
+  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
+  double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
+  const SynthGamma& flatness =
+      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
+  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
+  SurfaceSize size;
+  if (statistics.rims) {
+    const ToRim rim = to_rim(part.patch, at);
+    const double across = portable_log(0.5 * rim.across + 0.12 * part.spacing);
+    if (largest > across) size.along_rim = rim.direction;
+    largest = std::min(largest, portable_log(0.5 * rim.along + 0.12 * part.spacing));
+    middle = std::min({middle, across, largest});
+  }
+  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
+  const double floor = portable_log(statistics.smallest_scale);
+  size.log_scales = {std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
+  return size;
+}
+
+void SynthGaussians::colour_surface(PlyRow& row, const Part& part, const SynthPoint& point,
+                                    const std::array<double, 3>& log_scales, CounterRandom& random) const {
   // A Gaussian shows the mean of what it covers.
-  const double footprint = portable_exp(0.5 * (scales[0] + scales[1]));
+  const double footprint = portable_exp(0.5 * (log_scales[0] + log_scales[1]));
   glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
   // A floater has no side that is dark: it was trained to look like what lies behind it.
@@ -287,7 +307,6 @@ PlyRow SynthGaussians::surface_row(std::uint64_t generation) const {
       part.patch.shape == SynthShape::haze ? 0.5 : std::max(0.0, glm::dot(point.normal, world_.light));
   colour *= world_.ambient + (1.0 - world_.ambient) * facing;
   colour_row(row, noise_, colour, views_of(point), part.patch.object, random);
-  return row;
 }
 
 float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const {

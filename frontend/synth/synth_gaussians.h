@@ -29,6 +29,14 @@ class SynthGaussians {
 
   void allocate(std::uint64_t surface_rows);
   PlyRow surface_row(std::uint64_t generation) const;
+  struct SurfaceSize {
+    std::array<double, 3> log_scales{};  ///< from the largest to the smallest
+    glm::dvec3 along_rim{0.0};           ///< direction of the rim that the largest one would cross; 0: of none
+  };
+  SurfaceSize surface_size(const Part& part, const glm::dvec3& at, double size_score, double lies_flat,
+                           CounterRandom& random) const;
+  void colour_surface(PlyRow& row, const Part& part, const SynthPoint& point, const std::array<double, 3>& log_scales,
+                      CounterRandom& random) const;
   PlyRow shell_row(std::uint64_t generation) const;
   PlyRow far_row(std::uint64_t generation) const;
   /// Directions from the cameras, those before the surface first, the nearest of them first.

@@ -144,7 +144,10 @@ class RtUnit final : public RtUnitModule {
 
  private:
   void build(const RtUnitParts& parts, const traces::Header& header);
+  void list_parts();
   void bind_parts();
+  void bind_dispatch();
+  void bind_optional_parts();
   void bind_touches();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
