@@ -18,9 +18,9 @@
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/numbers/counter_random.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
-#include "grtx/frontend/synth/synth_random.h"
 
 namespace grtx::bench {
 namespace {
@@ -77,7 +77,7 @@ Row measure(const std::string& name, const Scene& scene, const std::vector<Camer
   row.scene = name;
   const PreparedGaussians gaussians(scene, true);
   for (std::size_t i = 0; i < rays && scene.size() > 0; ++i) {
-    SynthRandom random(1, 0xbe9c4, i);
+    CounterRandom random(1, 0xbe9c4, i);
     const auto g = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(scene.size()));
     const Camera& camera = cameras[static_cast<std::size_t>(random.uniform() * static_cast<double>(cameras.size()))];
     const glm::vec3 origin(camera.position - scene.offset);

@@ -2,7 +2,7 @@
 # changes but that rt.checkpoint.implementation = rtl is refused. Installed with the package, for blocks of others:
 # include(${grtx_tlm_DIR}/grtx_tlm-verilator.cmake) (docs/guide/own-rtl.md).
 if(NOT GRTX_INSTALLED)
-  set(grtx_rtl_folder ${PROJECT_SOURCE_DIR}/modules/rtl)
+  set(grtx_rtl_folder ${PROJECT_SOURCE_DIR}/rtl_tlm/rtl)
 endif()  # else grtx_tlm-config.cmake says where they are, and whether the library has Verilator's runtime
 option(GRTX_RTL "Build the Verilated units, where Verilator is found" ON)
 set(grtx_rtl_found FALSE)
@@ -30,8 +30,8 @@ function(grtx_verilate target prefix top)
   cmake_parse_arguments(PARSE_ARGV 3 block "" "" "SOURCES;ARGS")
   verilate(${target} PREFIX ${prefix} TOP_MODULE ${top} SOURCES ${block_SOURCES}
            VERILATOR_ARGS -O3 -I${grtx_rtl_folder} ${block_ARGS})
-  # Verilator's runtime is in grtx::modules where that has RTL; twice in a program it does not link.
-  if(target STREQUAL grtx_rtl OR (GRTX_INSTALLED AND NOT GRTX_HAS_RUNTIME))
+  # Verilator's runtime is in grtx::sim where that has RTL; twice in a program it does not link.
+  if(target STREQUAL grtx_rtl OR (GRTX_INSTALLED AND NOT (GRTX_HAS_RUNTIME AND TARGET grtx::sim)))
     return()
   endif()
   get_target_property(sources ${target} SOURCES)

@@ -11,9 +11,8 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/intersection_if.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 namespace {
@@ -51,10 +50,8 @@ class OwnRayBox final : public grtx::modules::IntersectionModule {
 
   bool idle() const override { return waiting_.empty() && block_->idle; }
   std::uint64_t progress() const override { return operations_; }
-  void count(grtx::modules::RtUnitCounters& all) const override {
-    all.ray_box.operations += operations_;
-    all.ray_box.tests += operations_;
-    all.ray_box.busy_cycles += operations_;
+  grtx::modules::IntersectionCounters counters() const override {
+    return {.operations = operations_, .tests = operations_, .busy_cycles = operations_};
   }
   grtx::modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << ": " << waiting_.size() << " lanes wait\n"; }
@@ -64,7 +61,7 @@ class OwnRayBox final : public grtx::modules::IntersectionModule {
     Cycle since;
     LaneId lane;
   };
-  grtx::modules::ClockedModel<Vown_ray_box> block_;
+  grtx::sim::ClockedModel<Vown_ray_box> block_;
   std::deque<Request> waiting_;
   std::uint64_t operations_ = 0;
 };

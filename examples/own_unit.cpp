@@ -48,9 +48,10 @@ class RestingBox final : public IntersectionModule, public Probed {
   }
   bool idle() const override { return waiting_.empty() && flights_.empty(); }
   std::uint64_t progress() const override { return tests_; }
-  void count(RtUnitCounters& all) const override {
-    all.own.add("resting_box.tests", tests_, "tests", "node tests", 21.0);  // picojoules each
-    all.own.add("resting_box.rested", rested_, "cycles", "cycles of rest after a test");
+  IntersectionCounters counters() const override { return {}; }  // its counts have names of their own:
+  void count(OwnCounts& own) const override {
+    own.add("resting_box.tests", tests_, "tests", "node tests", 21.0);  // picojoules each
+    own.add("resting_box.rested", rested_, "cycles", "cycles of rest after a test");
   }
   void restart() override { tests_ = rested_ = free_from_ = 0; }
   Inventory inventory() const override { return {name(), {}, {{"fp_mul", 32, 6}, {"fp_add", 32, 6}}}; }

@@ -79,7 +79,7 @@ Change = collections.namedtuple("Change", "file line column length text what")
 def candidates(folder):
     for path, _, names in sorted(os.walk(folder + "/modules")):
         for name in sorted(names):
-            if not name.endswith(".cpp") or "/rtl" in path:
+            if not name.endswith(".cpp"):
                 continue
             file = os.path.relpath(f"{path}/{name}", folder)
             with open(f"{folder}/{file}", encoding="utf-8") as stream:

@@ -3,7 +3,7 @@
 
     rtl_depth.py [--units fp_add,fp_mul,...] [--depths 1,2,3,...]
 
-An operator of modules/rtl/fp32.svh with N - 1 registers behind it takes N cycles: between the registers before and behind a step lie
+An operator of rtl_tlm/rtl/fp32.svh with N - 1 registers behind it takes N cycles: between the registers before and behind a step lie
 N pieces. Yosys 0.23 and abc map it to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018) and move the registers
 (retime -M 5) for the shortest longest path, without wires and without sizing of cells. MHz: at 45 nm (x 0.175, and 0.10 ns for the
 register), and at 12 nm with the two ends of the node table of docs/model/cost.md.
@@ -34,7 +34,7 @@ def path(name, depth):
             + "".join(f"  logic [71:0] p{i};\n  always_ff @(posedge clk) p{i} <= p{i - 1};\n" for i in range(1, depth))
             + f"  assign y = p{depth - 1};\nendmodule\n")
     retime = "retime,-M,5;strash;" if depth > 1 else ""
-    script = (f"read_verilog -sv -I{rtl_gates.TOP}/modules/rtl operator.sv; hierarchy -top operator; proc; flatten; "
+    script = (f"read_verilog -sv -I{rtl_gates.TOP}/rtl_tlm/rtl operator.sv; hierarchy -top operator; proc; flatten; "
               "opt -nodffe -nosdff -full; wreduce; alumacc; opt -nodffe -nosdff; techmap; opt -nodffe -nosdff -fast; "
               "dfflegalize -cell $_DFF_P_ x; opt_clean; "
               f"tee -q -o abc.log abc {'-dff ' if depth > 1 else ''}-liberty {rtl_gates.LIBRARY} "

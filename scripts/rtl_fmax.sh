@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Clock at which fp32 operators of modules/rtl close, placed and routed on an iCE40 HX8K (40 nm), each between two registers.
+# Clock at which fp32 operators of rtl_tlm/rtl close, placed and routed on an iCE40 HX8K (40 nm), each between two registers.
 # The units themselves have more logic than that device. Seed 1.
 #   scripts/rtl_fmax.sh [OPERATOR...]      default: all; apt-get install yosys nextpnr-ice40
 # DEPTH=N in the environment: N registers behind the operator, which Yosys moves into it, with those around it.
@@ -32,7 +32,7 @@ $(for i in $(seq 2 "$depth"); do echo "    y$i <= y$((i - 1));"; done)
   end
 endmodule
 VERILOG
-    yosys -q -p "read_verilog -sv -Imodules/rtl $folder/top.sv; $synthesis; write_json $folder/top.json" > /dev/null
+    yosys -q -p "read_verilog -sv -Irtl_tlm/rtl $folder/top.sv; $synthesis; write_json $folder/top.json" > /dev/null
     nextpnr-ice40 --hx8k --package ct256 --seed 1 --json "$folder/top.json" > "$folder/log" 2>&1
     cells=$(grep -oE 'ICESTORM_LC: +[0-9]+' "$folder/log" | tail -1 | grep -oE '[0-9]+')
     mhz=$(grep -oE 'Max frequency for clock[^:]*: [0-9.]+' "$folder/log" | tail -1 | grep -oE '[0-9.]+$')

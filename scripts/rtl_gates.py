@@ -3,7 +3,7 @@
 
     rtl_gates.py [--units fp_add,fp_mul,...] [--set KEY=VALUE ...] [--stages N,N,...] [--sized] [GRTX]   default build/release/grtx
 
-Yosys 0.23 reads modules/rtl, maps it to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018) and adds up area, in
+Yosys 0.23 reads rtl_tlm/rtl, maps it to the OSU 180 nm library (apt-get install yosys qflow-tech-osu018) and adds up area, in
 gate equivalents (area over that of the library's NAND2X1). The queue's memory is not among the gates. Longest path: abc, without
 wires and without sizing of cells, of logic between two registers, at 180 nm. --set: keys of the configuration (rt.box.count; rt.box.latency:
 the registers of a pipeline). --stages: flip-flops of pipelines of other depths. --sized: mapped for speed, with buffers and cells that
@@ -89,7 +89,7 @@ def operator(name):
     """Gate equivalents, longest path in ns and netlist of an operator by itself."""
     ports, expression = OPERATORS[name]
     text = f"module operator({ports});\n`include \"fp32.svh\"\nassign y = {expression};\nendmodule\n"
-    log, stat, netlist = yosys(f"read_verilog -sv -I{TOP}/modules/rtl operator.sv; hierarchy -top operator; proc; opt -full; wreduce; "
+    log, stat, netlist = yosys(f"read_verilog -sv -I{TOP}/rtl_tlm/rtl operator.sv; hierarchy -top operator; proc; opt -full; wreduce; "
                          f"alumacc; opt; techmap; opt -fast; ABC; opt_clean; write_json netlist.json; tee -q -o stat stat -liberty {LIBRARY}", text)
     return float(re.search(r"Chip area.*: +([\d.]+)", stat).group(1)) / nand_area(), longest_path(log), netlist
 
@@ -99,7 +99,7 @@ def read_unit(unit, parameters):
     kept = UNITS[unit][1]
     keep = "".join(f"setattr -mod -set keep_hierarchy 1 *{module}*; " for module in kept)
     chparam = "".join(f" -chparam {name} {value}" for name, value in parameters.items())
-    return (f"read_verilog -sv -I{TOP}/modules/rtl {TOP}/modules/rtl/intersection_queue.sv {TOP}/modules/rtl/{unit}_unit.sv; "
+    return (f"read_verilog -sv -I{TOP}/rtl_tlm/rtl {TOP}/rtl_tlm/rtl/intersection_queue.sv {TOP}/rtl_tlm/rtl/{unit}_unit.sv; "
             f"hierarchy -top {unit}_unit{chparam}; proc; {keep}flatten; memory_collect; "
             "delete -input */w:fault; setundef -undriven -zero; opt -full; opt_clean -purge; ")
 

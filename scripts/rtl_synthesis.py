@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Storage and gates of the checkpoint unit's RTL (modules/rtl/checkpoint_unit.sv) beside the cost model's.
+"""Storage and gates of the checkpoint unit's RTL (rtl_tlm/rtl/checkpoint_unit.sv) beside the cost model's.
 
     rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [--sized] [GRTX]      default build/release/grtx
 
@@ -65,7 +65,7 @@ def yosys(config, gates):
     unit, chparam = "checkpoint_unit", f"-chparam LANES {lanes} -chparam WRITE_QUEUE {places} -chparam RAYS {rays}"
     with tempfile.TemporaryDirectory() as folder:
         netlist, stat, log = (os.path.join(folder, name) for name in ("netlist.json", "stat", "log"))
-        script = (f"read_verilog -sv -Imodules/rtl modules/rtl/{unit}.sv; hierarchy -top {unit} {chparam}; "
+        script = (f"read_verilog -sv -Irtl_tlm/rtl rtl_tlm/rtl/{unit}.sv; hierarchy -top {unit} {chparam}; "
                   f"rename -top top; proc; flatten; delete -input {' '.join('w:' + s for s in straps)}; cd top; "
                   + "".join(f"connect -set {name} {bits}'d{value}; " for name, (bits, value) in straps.items())
                   + f"cd ..; opt -full; opt_clean -purge; memory_collect; opt_clean; write_json {netlist}; ")

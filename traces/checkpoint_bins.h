@@ -5,6 +5,7 @@
 // the next entry and its place.
 #pragma once
 
+#include <bit>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +15,17 @@ namespace grtx::traces {
 
 inline constexpr unsigned kMaxCheckpointBins = 32;
 
-/// Place of an entry: bin, and position in its ring.
+/// Of a distance as fp32 the leading bits behind the sign are the number of its bin: three of the mantissa stay, which
+/// makes eight stretches an octave.
+inline constexpr unsigned kBinNumberBits = 11;
+
+/// The bin of a distance that is not negative, of all that there could be. Never falls with growing distance, so what
+/// lies up to t_max has no larger number than t_max.
+inline std::uint32_t number_of_bin(float distance) {
+  return std::bit_cast<std::uint32_t>(distance) >> (31 - kBinNumberBits);
+}
+
+/// Where an entry lies: in which ring, and where in it.
 struct BinPlace {
   std::uint32_t bin = 0;
   std::uint32_t position = 0;

@@ -12,8 +12,8 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/scene/readers.h"
-#include "grtx/frontend/synth/synth_ply.h"
 
 namespace grtx::frontend {
 namespace {
@@ -94,9 +94,9 @@ std::string gzip(const std::string& plain, const std::string& path) {
 
 void write_ply(const RawRows& rows, const std::string& path) {
   const std::size_t harmonics = harmonics_of(rows, path);
-  SynthPly file(path, rows.x.size(), rows.sh_degree);
+  PlyWriter file(path, rows.x.size(), rows.sh_degree);
   for (std::size_t i = 0; i < rows.x.size(); ++i) {
-    SynthRow row;
+    PlyRow row;
     row.position = {static_cast<float>(rows.x[i]), static_cast<float>(rows.y[i]), static_cast<float>(rows.z[i])};
     std::copy_n(&rows.log_scale[i * 3], 3, row.log_scale.begin());
     std::copy_n(&rows.rotation[i * 4], 4, row.rotation.begin());

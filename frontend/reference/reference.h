@@ -8,8 +8,8 @@
 
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/frontend/optics/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
-#include "grtx/frontend/tracer/optical_objects.h"
 
 namespace grtx::frontend {
 

@@ -4,7 +4,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/frontend/optics/optical_objects.h"
 
 namespace grtx::frontend {
 

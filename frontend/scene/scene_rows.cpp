@@ -136,6 +136,51 @@ void count(std::map<std::string, std::uint64_t>& where, const char* reason, std:
   if (number > 0) where[reason] += number;
 }
 
+/// Rows by what became of them.
+struct RowCounts {
+  std::array<std::uint64_t, kReasonText.size()> dropped{};
+  std::uint64_t small_scales = 0, opaque = 0, unacceptable = 0, off_unit = 0;
+};
+
+// Appends all of a kept row but its centre.
+void keep_row(const RawRows& rows, std::size_t i, std::size_t sh_stride, const Activated& activated, Scene& scene,
+              RowCounts& counts) {
+  glm::vec3 scale;
+  bool small = false;
+  for (std::size_t a = 0; a < 3; ++a) {
+    small |= activated.scale[a] < kMinScale;
+    scale[static_cast<glm::length_t>(a)] = static_cast<float>(std::max(activated.scale[a], kMinScale));
+  }
+  counts.small_scales += small;
+  scene.scale.push_back(scale);
+
+  const float* q = &rows.rotation[i * 4];
+  const double norm = activated.rotation_norm;
+  const auto component = [&](std::size_t a) { return static_cast<float>(static_cast<double>(q[a]) / norm); };
+  scene.rotation.emplace_back(component(0), component(1), component(2), component(3));  // w, x, y, z
+  counts.off_unit += std::abs(norm - 1.0) > kUnitTolerance;
+
+  const float logit = rows.opacity_logit[i];
+  counts.opaque += logit == std::numeric_limits<float>::infinity();  // the formula below gives 1
+  const float opacity = static_cast<float>(1.0 / (1.0 + std::exp(-static_cast<double>(logit))));
+  counts.unacceptable += opacity <= kMinAlpha;
+  scene.opacity.push_back(opacity);
+
+  const float* sh = &rows.sh[i * sh_stride];
+  scene.sh.insert(scene.sh.end(), sh, sh + sh_stride);
+}
+
+void report(const RowCounts& counts, Scene& scene) {
+  for (std::size_t r = 1; r < counts.dropped.size(); ++r) {
+    count(scene.report.dropped, kReasonText[r], counts.dropped[r]);
+  }
+  count(scene.report.clamped, "exp(scale) < 1e-6, set to 1e-6", counts.small_scales);
+  count(scene.report.clamped, "opacity logit +infinity, opacity 1", counts.opaque);
+  count(scene.report.noticed, "opacity <= 1/255 (can never be accepted)", counts.unacceptable);
+  count(scene.report.noticed, "coincident centres", coincident_centres(scene.mean));
+  count(scene.report.noticed, "quaternion norm off 1 by more than 1e-3", counts.off_unit);
+}
+
 }  // namespace
 
 void RawRows::resize(std::size_t n) {
@@ -178,51 +223,21 @@ Scene make_scene(const RawRows& rows, std::string name, std::string hash) {
   std::vector<glm::dvec3> centre;
   centre.reserve(n);
 
-  std::array<std::uint64_t, kReasonText.size()> dropped{};
-  std::uint64_t small_scales = 0, opaque = 0, unacceptable = 0, off_unit = 0;
+  RowCounts counts;
   Activated activated;
   for (std::size_t i = 0; i < n; ++i) {
     const Reason reason = judge(rows, i, sh_stride, activated);
     if (reason != Reason::kept) {
-      ++dropped[static_cast<std::size_t>(reason)];
+      ++counts.dropped[static_cast<std::size_t>(reason)];
       continue;
     }
     centre.emplace_back(rows.x[i], rows.y[i], rows.z[i]);
-
-    glm::vec3 scale;
-    bool small = false;
-    for (std::size_t a = 0; a < 3; ++a) {
-      small |= activated.scale[a] < kMinScale;
-      scale[static_cast<glm::length_t>(a)] = static_cast<float>(std::max(activated.scale[a], kMinScale));
-    }
-    small_scales += small;
-    scene.scale.push_back(scale);
-
-    const float* q = &rows.rotation[i * 4];
-    const double norm = activated.rotation_norm;
-    const auto component = [&](std::size_t a) { return static_cast<float>(static_cast<double>(q[a]) / norm); };
-    scene.rotation.emplace_back(component(0), component(1), component(2), component(3));  // w, x, y, z
-    off_unit += std::abs(norm - 1.0) > kUnitTolerance;
-
-    const float logit = rows.opacity_logit[i];
-    opaque += logit == std::numeric_limits<float>::infinity();  // the formula below gives 1
-    const float opacity = static_cast<float>(1.0 / (1.0 + std::exp(-static_cast<double>(logit))));
-    unacceptable += opacity <= kMinAlpha;
-    scene.opacity.push_back(opacity);
-
-    const float* sh = &rows.sh[i * sh_stride];
-    scene.sh.insert(scene.sh.end(), sh, sh + sh_stride);
+    keep_row(rows, i, sh_stride, activated, scene, counts);
   }
 
   scene.offset = median_centre(centre);
   for (const glm::dvec3& c : centre) scene.mean.emplace_back(c - scene.offset);
-
-  for (std::size_t r = 1; r < dropped.size(); ++r) count(scene.report.dropped, kReasonText[r], dropped[r]);
-  count(scene.report.clamped, "exp(scale) < 1e-6, set to 1e-6", small_scales);
-  count(scene.report.clamped, "opacity logit +infinity, opacity 1", opaque);
-  count(scene.report.noticed, "opacity <= 1/255 (can never be accepted)", unacceptable);
-  count(scene.report.noticed, "coincident centres", coincident_centres(scene.mean));
-  count(scene.report.noticed, "quaternion norm off 1 by more than 1e-3", off_unit);
+  report(counts, scene);
   return scene;
 }
 

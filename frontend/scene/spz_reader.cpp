@@ -24,7 +24,7 @@ constexpr unsigned kHasExtensions = 2;        // flag
 constexpr unsigned kAntialiased = 1;          // flag
 
 // Blocks of one attribute each, in file order.
-enum Block : std::size_t { positions, alphas, colours, scales, rotations, harmonics };
+enum SpzBlock : std::size_t { positions, alphas, colours, scales, rotations, harmonics };
 constexpr std::size_t kBlocks = 6;
 
 struct Header {

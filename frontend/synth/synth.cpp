@@ -10,9 +10,9 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/frontend/numbers/portable_math.h"
+#include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/synth/synth_gaussians.h"
-#include "grtx/frontend/synth/synth_math.h"
-#include "grtx/frontend/synth/synth_ply.h"
 #include "grtx/frontend/synth/synth_stress.h"
 #include "grtx/frontend/synth/synth_world.h"
 
@@ -68,8 +68,8 @@ void synthesise(const SynthOptions& options, const std::string& path) {
   check(options);
   if (options.preset.rfind(kStressPrefix, 0) == 0) {
     const StressScene scene = stress_scene(options.preset.substr(kStressPrefix.size()), options);
-    SynthPly ply(path, scene.rows.size(), options.sh_degree);
-    for (const SynthRow& row : scene.rows) ply.add(row);
+    PlyWriter ply(path, scene.rows.size(), options.sh_degree);
+    for (const PlyRow& row : scene.rows) ply.add(row);
     ply.commit();
     write_cameras_json(synth_cameras_path(path), scene.cameras);
     return;
@@ -78,7 +78,7 @@ void synthesise(const SynthOptions& options, const std::string& path) {
                              return p.name == options.preset;
                            })->world();
   const SynthGaussians gaussians(world, options);
-  SynthPly ply(path, options.count, options.sh_degree);
+  PlyWriter ply(path, options.count, options.sh_degree);
   for (std::uint64_t i = 0; i < options.count; ++i) ply.add(gaussians.row(i));
   ply.commit();
   write_cameras_json(synth_cameras_path(path), world.cameras);

@@ -41,7 +41,7 @@ class SiteBuilder {
     octagon({-1, 0, -15});
     for (int i = 0; i < 4; ++i) small_house({-36.0 + 9.0 * i, 0, 30.5}, i);
     for (int i = 0; i < 9; ++i) car({-30.0 + 6.6 * i + 0.9 * (i % 3), 0, i % 2 == 0 ? -25.6 : -28.2}, i);
-    SynthRandom random(7, 0xb01d, 1);
+    CounterRandom random(7, 0xb01d, 1);
     int trees = 0;
     for (int tries = 0; trees < 34 && tries < 400; ++tries) {
       const double tx = random.uniform(-42.0, 42.0);
@@ -223,7 +223,7 @@ class SiteBuilder {
   }
 
   void tree(const V& foot, double height, std::uint64_t number) {
-    SynthRandom random(7, 0x7ee, number);
+    CounterRandom random(7, 0x7ee, number);
     layout_.style({P::mottled, {0.34, 0.26, 0.19}, {0.22, 0.16, 0.11}, 0.3}, -0.2).grain = {0, -1, 0};
     layout_.cylinder(foot, foot - V(0, 0.6 * height, 0), 0.03 * height);
     const double tone = random.uniform();

@@ -65,9 +65,9 @@ ViewDifferences view_differences(std::span<const glm::dvec3> views, const std::a
 
 }  // namespace
 
-void colour_row(SynthRow& row, const SynthColourNoise& noise, const glm::dvec3& colour,
-                std::span<const glm::dvec3> views, std::uint64_t object, SynthRandom& random) {
-  SynthRandom tint(noise.seed, kTintStream, object);
+void colour_row(PlyRow& row, const SynthColourNoise& noise, const glm::dvec3& colour, std::span<const glm::dvec3> views,
+                std::uint64_t object, CounterRandom& random) {
+  CounterRandom tint(noise.seed, kTintStream, object);
   const unsigned coefficients = (noise.degree + 1) * (noise.degree + 1);
   std::array<double, 16> scale{};
   for (unsigned k = 1; k < coefficients; ++k) scale[k] = noise.rms[k < 4 ? 1 : k < 9 ? 2 : 3];

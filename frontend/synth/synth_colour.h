@@ -6,8 +6,8 @@
 #include <glm/vec3.hpp>
 #include <span>
 
-#include "grtx/frontend/synth/synth_ply.h"
-#include "grtx/frontend/synth/synth_random.h"
+#include "grtx/frontend/numbers/counter_random.h"
+#include "grtx/frontend/scene/ply_writer.h"
 
 namespace grtx::frontend {
 
@@ -19,8 +19,8 @@ struct SynthColourNoise {
 
 /// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, such that each of
 /// `views` (unit, from the eyes that see it, nearest first; at least one) sees nearly `colour`: training fits what the
-/// cameras see, not single coefficients. A degree can fit as many views as it has coefficients besides f_dc.
-void colour_row(SynthRow& row, const SynthColourNoise& noise, const glm::dvec3& colour,
-                std::span<const glm::dvec3> views, std::uint64_t object, SynthRandom& random);
+/// cameras see, not single coefficients. A degree has room for as many views as it has coefficients beside f_dc.
+void colour_row(PlyRow& row, const SynthColourNoise& noise, const glm::dvec3& colour, std::span<const glm::dvec3> views,
+                std::uint64_t object, CounterRandom& random);
 
 }  // namespace grtx::frontend

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 #include "grtx/frontend/synth/synth_world.h"
 
 namespace grtx::frontend {
@@ -67,7 +67,7 @@ void tree(SynthLayout& layout, V foot, double height, double crown, std::uint64_
   SynthPatch& bark = layout.style({P::mottled, {0.34, 0.26, 0.19}, {0.22, 0.16, 0.11}, 0.12}, detail_at(foot) - 0.1);
   bark.grain = {0, -1, 0};
   layout.cylinder(foot, foot - V(0, 0.62 * height, 0), 0.055 * height);
-  SynthRandom random(7, 71, number);
+  CounterRandom random(7, 71, number);
   const V top = foot - V(0, height - 0.5 * crown, 0);
   const double autumn = random.uniform();
   for (int i = 0; i < 9; ++i) {

@@ -6,7 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
@@ -60,8 +60,8 @@ std::array<double, 4> quaternion(const glm::dmat3& m) {
 
 /// Stores scales and rotation: `large` is the axis of the largest scale, `normal` that of the smallest. The axes are
 /// numbered at random and the quaternion has a random length and sign, as in trained files.
-void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const std::array<double, 3>& log_scales,
-               SynthRandom& random) {
+void shape_row(PlyRow& row, glm::dvec3 large, const glm::dvec3& normal, const std::array<double, 3>& log_scales,
+               CounterRandom& random) {
   large = glm::normalize(large - glm::dot(large, normal) * normal);
   const glm::dvec3 middle = glm::cross(normal, large);
   const glm::dvec3 axes[3] = {large, middle, normal};
@@ -81,7 +81,7 @@ void shape_row(SynthRow& row, glm::dvec3 large, const glm::dvec3& normal, const 
   for (std::size_t i = 0; i < 4; ++i) row.rotation[i] = static_cast<float>(length * q[i]);
 }
 
-glm::dvec3 any_perpendicular(const glm::dvec3& normal, SynthRandom& random) {
+glm::dvec3 any_perpendicular(const glm::dvec3& normal, CounterRandom& random) {
   for (;;) {
     const glm::dvec3 d = random.direction();
     if (std::abs(glm::dot(d, normal)) < 0.99) return glm::normalize(glm::cross(normal, d));
@@ -140,6 +140,19 @@ ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {
   }
 }
 
+/// The axis of the largest scale: along a rim that it would cross, or along the patch's grain, else anywhere.
+glm::dvec3 long_axis(const SynthPatch& patch, const glm::dvec3& normal, const glm::dvec3& wobble,
+                     const glm::dvec3& along_rim, CounterRandom& random) {
+  glm::dvec3 along = any_perpendicular(normal, random);
+  const double grain = random.uniform();
+  if (grain < 0.75 && glm::dot(patch.grain, patch.grain) > 0.0) {
+    const glm::dvec3 wanted = patch.grain + 0.25 * wobble;
+    if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
+  }
+  if (glm::length(glm::cross(along_rim, normal)) > 0.1 * glm::length(along_rim)) along = along_rim;
+  return along;
+}
+
 }  // namespace
 
 SynthGaussians::SynthGaussians(SynthWorld world, const SynthOptions& options)
@@ -165,9 +178,9 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   std::vector<double> weights;
   double surface_weight = 0.0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
-    SynthRandom object(options_.seed, kDensity, patches[i].object);
-    SynthRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
-    // ln d8 of a patch: half of its variance is common to the object, so that a wall does not look like a quilt.
+    CounterRandom object(options_.seed, kDensity, patches[i].object);
+    CounterRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
+    // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
     double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
     if (statistics.capture > 0.0) log_spacing += captured_spacing(patches[i], world_);
     const bool volume = patches[i].shape == SynthShape::haze;
@@ -208,67 +221,42 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   }
 }
 
-SynthRow SynthGaussians::row(std::uint64_t index) const {
+PlyRow SynthGaussians::row(std::uint64_t index) const {
   const std::uint64_t generation = order_(index);
   if (generation < surface_) return surface_row(generation);
   if (generation < surface_ + shell_) return shell_row(generation);
   return far_row(generation);
 }
 
-SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
+PlyRow SynthGaussians::surface_row(std::uint64_t generation) const {
   const SynthStatistics& statistics = world_.statistics;
   const auto after = std::upper_bound(parts_.begin(), parts_.end(), generation,
                                       [](std::uint64_t g, const Part& part) { return g < part.first; });
   const Part& part = *(after - 1);
   const std::uint64_t stream = kPosition + static_cast<std::uint64_t>(after - parts_.begin());
-  SynthRandom random(options_.seed, kShape, generation);
+  CounterRandom random(options_.seed, kShape, generation);
   std::uint64_t member = generation - part.first;
   if (member > 0 && random.uniform() < statistics.coincident_share) --member;
-  SynthRandom place(options_.seed, stream, member);
+  CounterRandom place(options_.seed, stream, member);
   SynthPoint point = sample_patch(part.patch, options_.seed, part.leaves, place);
   // One in ten is clearly off the surface, like floaters near surfaces.
   const double spread = statistics.thickness * (place.uniform() < 0.1 ? 4.0 : 1.0);
   const glm::dvec3 surface_point = point.position;
   point.position += spread * part.spacing * place.normal() * point.normal;
 
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(point.position);
   const double size_score = random.normal();
-  const double usual = portable_log(part.spacing) + statistics.size_mean;
   const bool aligned = random.uniform() < statistics.aligned_share;
   // Gaussians across the surface are smaller and fainter; the mean of lies_flat is 0.
   const double lies_flat = (aligned ? 1.0 : 0.0) - statistics.aligned_share;
-  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
-  // Training removes what sticks out of an object: two standard deviations end at the rim of patch or leaf.
-  double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
-  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
-  double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
-  const SynthGamma& flatness =
-      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
-  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
-  glm::dvec3 along_rim{0.0};
-  if (statistics.rims) {
-    const ToRim rim = to_rim(part.patch, surface_point);
-    const double across = portable_log(0.5 * rim.across + 0.12 * part.spacing);
-    if (largest > across) along_rim = rim.direction;
-    largest = std::min(largest, portable_log(0.5 * rim.along + 0.12 * part.spacing));
-    middle = std::min({middle, across, largest});
-  }
-  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
-  const double floor = portable_log(statistics.smallest_scale);
-  const std::array<double, 3> scales{std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
+  const SurfaceSize size = surface_size(part, surface_point, size_score, lies_flat, random);
 
   glm::dvec3 normal = random.direction();
   const glm::dvec3 wobble{random.normal(), random.normal(), random.normal()};
   if (aligned) normal = glm::normalize(point.normal + statistics.cone * wobble);
-  glm::dvec3 along = any_perpendicular(normal, random);
-  const double grain = random.uniform();
-  if (grain < 0.75 && glm::dot(part.patch.grain, part.patch.grain) > 0.0) {
-    const glm::dvec3 wanted = part.patch.grain + 0.25 * wobble;
-    if (glm::length(glm::cross(wanted, normal)) > 0.1 * glm::length(wanted)) along = wanted;
-  }
-  if (glm::length(glm::cross(along_rim, normal)) > 0.1 * glm::length(along_rim)) along = along_rim;
-  shape_row(row, along, normal, scales, random);
+  const glm::dvec3 along = long_axis(part.patch, normal, wobble, size.along_rim, random);
+  shape_row(row, along, normal, size.log_scales, random);
   row.opacity_logit = opacity_logit(size_score, lies_flat, part.patch.opacity_shift, random);
 
   if (part.patch.shape == SynthShape::haze) {  // training leaves nothing directly in front of a camera
@@ -278,8 +266,40 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
   }
 
   point.position = surface_point;  // colour belongs to the surface
-  // A Gaussian shows the mean colour of what it covers.
-  const double footprint = portable_exp(0.5 * (scales[0] + scales[1]));
+  colour_surface(row, part, point, size.log_scales, random);
+  return row;
+}
+
+SynthGaussians::SurfaceSize SynthGaussians::surface_size(const Part& part, const glm::dvec3& at, double size_score,
+                                                         double lies_flat, CounterRandom& random) const {
+  const SynthStatistics& statistics = world_.statistics;
+  const double usual = portable_log(part.spacing) + statistics.size_mean;
+  const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
+  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
+  double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
+  const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
+  double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
+  const SynthGamma& flatness =
+      random.uniform() < statistics.needle_share ? statistics.needle : statistics.middle_to_small;
+  const double to_small = to_middle + random.gamma(flatness.shape, flatness.scale);
+  SurfaceSize size;
+  if (statistics.rims) {
+    const ToRim rim = to_rim(part.patch, at);
+    const double across = portable_log(0.5 * rim.across + 0.12 * part.spacing);
+    if (largest > across) size.along_rim = rim.direction;
+    largest = std::min(largest, portable_log(0.5 * rim.along + 0.12 * part.spacing));
+    middle = std::min({middle, across, largest});
+  }
+  const double smallest = std::min(middle, usual + statistics.small_follows * excess - to_small);
+  const double floor = portable_log(statistics.smallest_scale);
+  size.log_scales = {std::max(largest, floor), std::max(middle, floor), std::max(smallest, floor)};
+  return size;
+}
+
+void SynthGaussians::colour_surface(PlyRow& row, const Part& part, const SynthPoint& point,
+                                    const std::array<double, 3>& log_scales, CounterRandom& random) const {
+  // A Gaussian shows the mean of what it covers.
+  const double footprint = portable_exp(0.5 * (log_scales[0] + log_scales[1]));
   glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
   // A floater has no dark side: it was trained to look like what is behind it.
@@ -287,10 +307,9 @@ SynthRow SynthGaussians::surface_row(std::uint64_t generation) const {
       part.patch.shape == SynthShape::haze ? 0.5 : std::max(0.0, glm::dot(point.normal, world_.light));
   colour *= world_.ambient + (1.0 - world_.ambient) * facing;
   colour_row(row, noise_, colour, views_of(point), part.patch.object, random);
-  return row;
 }
 
-float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const {
+float SynthGaussians::opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const {
   const SynthStatistics& statistics = world_.statistics;
   const double rho = statistics.opacity_size_correlation;
   // The score keeps mean 0 and variance 1, so the opacity histogram is kept.
@@ -322,16 +341,16 @@ std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const 
   return directions;
 }
 
-SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
-  // Sky: 5 to 30 diagonals away (two thirds within 12), flat towards the scene, large enough to cover it.
-  SynthRandom random(options_.seed, kShell, generation);
+PlyRow SynthGaussians::shell_row(std::uint64_t generation) const {
+  // Sky: 5 to 30 diagonals away, flat towards the scene, as large as covers it; two thirds on the near side of 12.
+  CounterRandom random(options_.seed, kShell, generation);
   const double crowd = std::sqrt(static_cast<double>(shell_) / 300.0);
   glm::dvec3 d = random.direction();
   if (d.y > 0.0 && random.uniform() < 0.9) d.y = -d.y;  // mostly above the horizon; y points down
   const double distance = 5.0 * portable_exp(random.uniform() * random.uniform() * portable_log(6.0));
   const double size =
       std::clamp(0.05 * distance / std::max(1.0, crowd) * portable_exp(0.35 * random.normal()), 0.05, 0.5);
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(size * world_.diagonal);
   const double middle = large - random.gamma(2.0, 0.15);
@@ -347,12 +366,12 @@ SynthRow SynthGaussians::shell_row(std::uint64_t generation) const {
   return row;
 }
 
-SynthRow SynthGaussians::far_row(std::uint64_t generation) const {
-  // Outliers of an uncut training result: huge Gaussians 100 to 800 diagonals away.
-  SynthRandom random(options_.seed, kFar, generation);
+PlyRow SynthGaussians::far_row(std::uint64_t generation) const {
+  // What an uncut training result leaves behind: huge Gaussians 100 to 800 diagonals away.
+  CounterRandom random(options_.seed, kFar, generation);
   const glm::dvec3 d = random.direction();
   const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));
-  SynthRow row;
+  PlyRow row;
   row.position = glm::vec3(world_.middle + world_.diagonal * distance * d);
   const double large = portable_log(world_.diagonal * random.uniform(0.5, 1.0));
   const double middle = large - random.gamma(2.0, 0.4);

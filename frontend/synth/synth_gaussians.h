@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/frontend/synth/synth_colour.h"
-#include "grtx/frontend/synth/synth_ply.h"
 #include "grtx/frontend/synth/synth_world.h"
 
 namespace grtx::frontend {
@@ -15,7 +15,7 @@ class SynthGaussians {
  public:
   SynthGaussians(SynthWorld world, const SynthOptions& options);
   /// Row `index` of the file. Rows are in random order, like those of a trained scene.
-  SynthRow row(std::uint64_t index) const;
+  PlyRow row(std::uint64_t index) const;
 
  private:
   struct Part {
@@ -28,16 +28,24 @@ class SynthGaussians {
   };
 
   void allocate(std::uint64_t surface_rows);
-  SynthRow surface_row(std::uint64_t generation) const;
-  SynthRow shell_row(std::uint64_t generation) const;
-  SynthRow far_row(std::uint64_t generation) const;
-  /// Directions from the cameras to the point: cameras in front of the surface first, nearest first.
+  PlyRow surface_row(std::uint64_t generation) const;
+  struct SurfaceSize {
+    std::array<double, 3> log_scales{};  ///< from the largest to the smallest
+    glm::dvec3 along_rim{0.0};           ///< direction of the rim that the largest one would cross; 0: of none
+  };
+  SurfaceSize surface_size(const Part& part, const glm::dvec3& at, double size_score, double lies_flat,
+                           CounterRandom& random) const;
+  void colour_surface(PlyRow& row, const Part& part, const SynthPoint& point, const std::array<double, 3>& log_scales,
+                      CounterRandom& random) const;
+  PlyRow shell_row(std::uint64_t generation) const;
+  PlyRow far_row(std::uint64_t generation) const;
+  /// Directions from the cameras, those before the surface first, the nearest of them first.
   std::vector<glm::dvec3> views_of(const SynthPoint& point) const;
-  float opacity_logit(double size_score, double lies_flat, double shift, SynthRandom& random) const;
+  float opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const;
 
   SynthWorld world_;
   SynthOptions options_;
-  SynthPermutation order_;
+  CounterPermutation order_;
   SynthColourNoise noise_;
   std::vector<Part> parts_;
   std::uint64_t surface_ = 0, shell_ = 0, far_ = 0;

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "grtx/frontend/synth/synth_math.h"
-#include "grtx/frontend/synth/synth_random.h"
+#include "grtx/frontend/numbers/counter_random.h"
+#include "grtx/frontend/numbers/portable_math.h"
 #include "grtx/frontend/synth/synth_world.h"
 
 namespace grtx::frontend {
@@ -24,13 +24,13 @@ class Rows {
  public:
   explicit Rows(const SynthOptions& options) : options_(options), random_(options.seed, 0x57e55, 0) {}
 
-  SynthRandom& random() { return random_; }
+  CounterRandom& random() { return random_; }
   std::uint64_t size() const { return rows_.size(); }
-  std::vector<SynthRow> take() { return std::move(rows_); }
+  std::vector<PlyRow> take() { return std::move(rows_); }
 
   /// Ordinary parameters, grey to coloured by `hue` in [0, 1]; identity rotation.
-  SynthRow& add(glm::dvec3 position, Scales scales, double opacity, double hue) {
-    SynthRow row;
+  PlyRow& add(glm::dvec3 position, Scales scales, double opacity, double hue) {
+    PlyRow row;
     row.position = glm::vec3(position);
     for (std::size_t i = 0; i < 3; ++i) row.log_scale[i] = static_cast<float>(portable_log(scales[i]));
     row.opacity_logit = static_cast<float>(portable_log(opacity / (1.0 - opacity)));
@@ -44,12 +44,12 @@ class Rows {
     rows_.push_back(row);
     return rows_.back();
   }
-  SynthRow& add_turned(glm::dvec3 position, Scales scales, double opacity, double hue) {
-    SynthRow& row = add(position, scales, opacity, hue);
+  PlyRow& add_turned(glm::dvec3 position, Scales scales, double opacity, double hue) {
+    PlyRow& row = add(position, scales, opacity, hue);
     for (float& part : row.rotation) part = static_cast<float>(random_.normal());
     return row;
   }
-  void add_raw(const SynthRow& row) { rows_.push_back(row); }
+  void add_raw(const PlyRow& row) { rows_.push_back(row); }
 
   double uniform(double low = 0.0, double high = 1.0) { return random_.uniform(low, high); }
   /// A point in a ball, denser towards the middle.
@@ -62,8 +62,8 @@ class Rows {
 
  private:
   const SynthOptions& options_;
-  SynthRandom random_;
-  std::vector<SynthRow> rows_;
+  CounterRandom random_;
+  std::vector<PlyRow> rows_;
 };
 
 std::vector<Camera> front_and_side() {
@@ -166,20 +166,20 @@ StressScene params(const SynthOptions& options) {
   const std::size_t coefficients = std::size_t{3} * (options.sh_degree + 1) * (options.sh_degree + 1);
   for (const float special : specials) {
     const auto add_special = [&](auto&& field) {
-      SynthRow row = next();
+      PlyRow row = next();
       field(row) = special;
       rows.add_raw(row);
     };
-    for (int i = 0; i < 3; ++i) add_special([i](SynthRow& row) -> float& { return row.position[i]; });
-    for (std::size_t i = 0; i < 3; ++i) add_special([i](SynthRow& row) -> float& { return row.log_scale[i]; });
-    for (std::size_t i = 0; i < 4; ++i) add_special([i](SynthRow& row) -> float& { return row.rotation[i]; });
-    add_special([](SynthRow& row) -> float& { return row.opacity_logit; });
-    for (std::size_t i = 0; i < coefficients; ++i) add_special([i](SynthRow& row) -> float& { return row.sh[i]; });
+    for (int i = 0; i < 3; ++i) add_special([i](PlyRow& row) -> float& { return row.position[i]; });
+    for (std::size_t i = 0; i < 3; ++i) add_special([i](PlyRow& row) -> float& { return row.log_scale[i]; });
+    for (std::size_t i = 0; i < 4; ++i) add_special([i](PlyRow& row) -> float& { return row.rotation[i]; });
+    add_special([](PlyRow& row) -> float& { return row.opacity_logit; });
+    for (std::size_t i = 0; i < coefficients; ++i) add_special([i](PlyRow& row) -> float& { return row.sh[i]; });
   }
   // Scales up to the largest float, in all axes and in one. The centres are out of view, else they would hide the rest.
   for (const float log_scale : {40.0f, 45.0f, 60.0f, 80.0f, 85.0f, 86.0f, 88.0f, 89.0f, -40.0f, -80.0f, -104.0f}) {
     for (std::size_t axes = 1; axes <= 3; axes += 2) {
-      SynthRow row = next();
+      PlyRow row = next();
       for (std::size_t i = 0; i < axes; ++i) row.log_scale[i] = log_scale;
       row.rotation = {1.0f, 0.0f, 0.0f, 0.0f};
       row.position = {0.0f, 0.0f, axes == 1 ? 1.5f : 3.0f};
@@ -187,7 +187,7 @@ StressScene params(const SynthOptions& options) {
       rows.add_raw(row);
     }
   }
-  SynthRow zero;  // a row of zeros only
+  PlyRow zero;  // a row of zeros only
   zero.rotation = {0.0f, 0.0f, 0.0f, 0.0f};
   rows.add_raw(zero);
   while (rows.size() < options.count) rows.add_raw(next());
@@ -210,7 +210,7 @@ StressScene quaternions(const SynthOptions& options) {
   constexpr std::uint64_t kLengths = std::size(kExponents) + 1;
   for (std::uint64_t i = 0; rows.size() < options.count; ++i) {
     const std::uint64_t length = i % kLengths;
-    SynthRow& row = rows.add(grid_place(i), {0.1, 0.03, 0.01}, 0.6, 0.07 * static_cast<double>(length));
+    PlyRow& row = rows.add(grid_place(i), {0.1, 0.03, 0.01}, 0.6, 0.07 * static_cast<double>(length));
     row.rotation = kTurns[i / kLengths % 2];
     for (float& part : row.rotation) {
       part = length == std::size(kExponents) ? 0.0f : std::ldexp(part, kExponents[length]);
@@ -244,7 +244,7 @@ StressScene opacity(const SynthOptions& options) {
 StressScene copies(const SynthOptions& options) {
   Rows rows(options);
   while (rows.size() < options.count) {
-    SynthRow& row = rows.add({0.1, -0.2, 0.3}, {0.4, 0.3, 0.2}, 0.06, 0.37 * static_cast<double>(rows.size()));
+    PlyRow& row = rows.add({0.1, -0.2, 0.3}, {0.4, 0.3, 0.2}, 0.06, 0.37 * static_cast<double>(rows.size()));
     row.rotation = {0.9f, 0.1f, -0.3f, 0.2f};
   }
   return {rows.take(), front_and_side()};
@@ -283,7 +283,7 @@ StressScene axis(const SynthOptions& options) {
                         static_cast<double>(cell / 121) - 5.0);
     Scales scales{0.03125, 0.03125, 0.03125};
     scales[(cell + i / 1331) % 3] = 0.125;
-    SynthRow& row = rows.add(0.5 * at, scales, 0.3, static_cast<double>(cell % 17) / 17.0);
+    PlyRow& row = rows.add(0.5 * at, scales, 0.3, static_cast<double>(cell % 17) / 17.0);
     const std::size_t half_turn = (cell + 2 * (i / 1331)) % 4;  // identity or 180 degrees about an axis, exactly
     row.rotation = {0.0f, 0.0f, 0.0f, 0.0f};
     row.rotation[half_turn] = 1.0f;

@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/synth/synth.h"
-#include "grtx/frontend/synth/synth_ply.h"
 
 namespace grtx::frontend {
 
 struct StressScene {
-  std::vector<SynthRow> rows;
+  std::vector<PlyRow> rows;
   std::vector<Camera> cameras;
 };
 

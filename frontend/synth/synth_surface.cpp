@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
@@ -23,7 +23,7 @@ void frame_of(const glm::dvec3& normal, glm::dvec3& u, glm::dvec3& v) {
 
 double hill(const glm::dvec3& at) { return 0.12 * value_noise(11, at * 0.35) + 0.03 * value_noise(12, at * 1.7); }
 
-SynthPoint on_quad(const SynthPatch& patch, SynthRandom& random) {
+SynthPoint on_quad(const SynthPatch& patch, CounterRandom& random) {
   SynthPoint point;
   const double s = random.uniform();
   const double t = random.uniform();
@@ -43,7 +43,7 @@ SynthPoint on_quad(const SynthPatch& patch, SynthRandom& random) {
   return point;
 }
 
-SynthPoint on_ellipsoid(const SynthPatch& patch, SynthRandom& random) {
+SynthPoint on_ellipsoid(const SynthPatch& patch, CounterRandom& random) {
   SynthPoint point;
   const glm::dvec3 d = random.direction();
   point.position = patch.origin + d.x * patch.a + d.y * patch.b + d.z * patch.c;
@@ -53,7 +53,7 @@ SynthPoint on_ellipsoid(const SynthPatch& patch, SynthRandom& random) {
   return point;
 }
 
-SynthPoint on_cylinder(const SynthPatch& patch, SynthRandom& random) {
+SynthPoint on_cylinder(const SynthPatch& patch, CounterRandom& random) {
   SynthPoint point;
   const SineCosine turn = portable_turn(random.uniform());
   const glm::dvec3 side = turn.cosine * patch.a + turn.sine * patch.b;
@@ -62,9 +62,9 @@ SynthPoint on_cylinder(const SynthPatch& patch, SynthRandom& random) {
   return point;
 }
 
-SynthPoint on_leaf(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, SynthRandom& random) {
+SynthPoint on_leaf(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, CounterRandom& random) {
   const std::uint64_t leaf = random.bits() % std::max<std::uint64_t>(1, leaves);
-  SynthRandom shape(seed, 0x1eaf0000u + patch.object, leaf);
+  CounterRandom shape(seed, 0x1eaf0000u + patch.object, leaf);
   const glm::dvec3 d = shape.direction();
   const double depth = 1.0 - 0.55 * shape.uniform() * shape.uniform();  // most leaves near the clump's outside
   const glm::dvec3 centre = patch.origin + depth * (d.x * patch.a + d.y * patch.b + d.z * patch.c);
@@ -85,7 +85,7 @@ SynthPoint on_leaf(const SynthPatch& patch, std::uint64_t seed, std::uint64_t le
   return point;
 }
 
-SynthPoint in_haze(const SynthPatch& patch, SynthRandom& random) {
+SynthPoint in_haze(const SynthPatch& patch, CounterRandom& random) {
   SynthPoint point;
   const glm::dvec3 d = random.direction();
   double radius = 0.0;  // the largest of three uniform numbers has the density 3 r^2 of a ball
@@ -102,14 +102,14 @@ double joint(double x, double width) {
 }
 
 double lattice(std::uint64_t seed, double i, double j) {
-  return SynthRandom(seed, static_cast<std::uint64_t>(static_cast<std::int64_t>(i)),
-                     static_cast<std::uint64_t>(static_cast<std::int64_t>(j)))
+  return CounterRandom(seed, static_cast<std::uint64_t>(static_cast<std::int64_t>(i)),
+                       static_cast<std::uint64_t>(static_cast<std::int64_t>(j)))
       .uniform();
 }
 
 }  // namespace
 
-SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, SynthRandom& random) {
+SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, CounterRandom& random) {
   SynthPoint point;
   switch (patch.shape) {
     case SynthShape::quad:

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/frontend/tracer/bin_number.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/traversal_stack.h"
 #include "grtx/traces/checkpoint_bins.h"
@@ -106,7 +105,7 @@ class CheckpointBuffers {
     write_to(number % places.near(), entry);
     return true;
   }
-  std::uint32_t number_of(float t) const { return number_of_bin(std::max(t - scene_enter_, 0.0f)); }
+  std::uint32_t number_of(float t) const { return traces::number_of_bin(std::max(t - scene_enter_, 0.0f)); }
   void write_to(unsigned bin, const StackEntry& entry) {
     binned_.write(bin, entry);
     bins_.push_back(static_cast<std::uint8_t>(bin));

@@ -5,7 +5,7 @@
 #include <glm/vec3.hpp>
 #include <limits>
 
-#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/frontend/optics/optical_objects.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::frontend {

@@ -7,12 +7,11 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/decide/event_effect.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
-const CounterTable<AnyHitCollector::Counters>& AnyHitCollector::Counters::table() {
-  using C = AnyHitCollector::Counters;
+const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
+  using C = AnyHitCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -84,8 +83,6 @@ Cycle AnyHitCollector::earliest(Cycle now) const {
   for_each_bit(candidates_, [&](unsigned e) { next = std::min(next, due(buffer_->warp(e))); });
   return next == kNever ? kNever : std::max(next, now + 1);
 }
-
-void AnyHitCollector::count(RtUnitCounters& all) const { all.any_hit.add(counters_); }
 
 Inventory AnyHitCollector::inventory() const {
   Inventory inventory{name(), {}, {}};

@@ -11,6 +11,8 @@
 
 namespace grtx::modules {
 
+struct AnyHitCounters;
+
 /// The RT scheduler's view of the collector.
 class any_hit_if : public virtual sc_core::sc_interface {
  public:
@@ -39,6 +41,9 @@ class AnyHitModule : public RtPart, public any_hit_if {
   virtual void invoke(Cycle now) = 0;
   /// Earliest cycle after `now` in which a batch can be sent if no lane changes its state; kNever if none waits.
   virtual Cycle next_due(Cycle now) const = 0;
+
+  /// What it has counted since the launch began.
+  virtual AnyHitCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;

@@ -12,6 +12,8 @@
 
 namespace grtx::modules {
 
+struct CheckpointCounters;
+
 /// The RT scheduler's view of the checkpoint unit.
 class checkpoint_if : public virtual sc_core::sc_interface {
  public:
@@ -51,6 +53,9 @@ class CheckpointModule : public RtMemoryPart, public checkpoint_if {
 
   /// Accepts submitted entries while there is room.
   virtual void accept(Cycle now) = 0;
+
+  /// What it has counted since the launch began.
+  virtual CheckpointCounters counters() const = 0;
 
  protected:
   using RtMemoryPart::RtMemoryPart;

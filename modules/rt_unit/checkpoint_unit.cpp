@@ -8,14 +8,13 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
 
 namespace {
 
-constexpr unsigned kBinNumberBits = 11;  ///< bits of an fp32 t that form a bin number (frontend/tracer/bin_number.h)
+using traces::kBinNumberBits;
 
 /// Adds the hardware for bins: per lane the heads, tails and readable entries of each ring, and the open sectors. The
 /// bin number is taken from the bits of a distance.
@@ -248,8 +247,6 @@ void CheckpointUnit::accept(Cycle) {
   }
   if (!submitted_.empty()) ++counters_.blocked_cycles;
 }
-
-void CheckpointUnit::count(RtUnitCounters& all) const { all.checkpoint.add(counters_); }
 
 Inventory CheckpointUnit::inventory() const { return checkpoint_inventory(name(), config_, lanes_.size(), header_); }
 

@@ -42,7 +42,7 @@ class CheckpointState {
   virtual std::uint64_t outstanding() const = 0;                  ///< requests sent, not answered
   virtual std::uint32_t source_offset(LaneId id) const = 0;       ///< entries read in the round
   virtual std::uint32_t destination_offset(LaneId id) const = 0;  ///< entries written in the round
-  virtual const CheckpointCounters& counters() const = 0;
+  virtual CheckpointCounters counters() const = 0;
 
  protected:
   ~CheckpointState() = default;
@@ -82,14 +82,13 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   std::uint64_t progress() const override {
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
-  void count(RtUnitCounters& all) const override;
   std::size_t lanes_submitting() const override { return submitted_.size(); }
   std::size_t lanes_reading() const override { return reads_.size(); }
   std::size_t writes_queued() const override { return writes_.size(); }
   std::uint64_t outstanding() const override { return outstanding_; }
   std::uint32_t source_offset(LaneId id) const override { return lanes_[id].place.read; }
   std::uint32_t destination_offset(LaneId id) const override { return lanes_[id].place.written; }
-  const Counters& counters() const override { return counters_; }
+  Counters counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;

@@ -10,7 +10,9 @@
 
 namespace grtx::modules {
 
-/// Input side of an intersection unit, called by the node dispatch.
+struct IntersectionCounters;
+
+/// An intersection unit as seen by who feeds it.
 class intersection_if : public virtual sc_core::sc_interface {
  public:
   /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time. May be called after
@@ -36,6 +38,9 @@ class IntersectionModule : public RtPart, public intersection_if {
   Cycle due() const { return due_; }
   /// Called once per cycle from due() on: delivers the results of this cycle and starts waiting requests.
   virtual void tick(Cycle now) = 0;
+
+  /// What it has counted since the launch began.
+  virtual IntersectionCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;

@@ -5,12 +5,11 @@
 #include <string>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
-const CounterTable<IntersectionUnit::Counters>& IntersectionUnit::Counters::table() {
-  using C = IntersectionUnit::Counters;
+const CounterTable<IntersectionCounters>& IntersectionCounters::table() {
+  using C = IntersectionCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -79,11 +78,6 @@ void IntersectionUnit::start_queued(Cycle now) {
     earliest = std::min(earliest, free_from);
   }
   next_free_ = earliest;
-}
-
-// The unit finds its counters by its name.
-void IntersectionUnit::count(RtUnitCounters& all) const {
-  if (Counters* own = all.of_unit(basename())) own->add(counters_);
 }
 
 Inventory IntersectionUnit::inventory() const { return intersection_inventory(name(), config_, path_, lanes_); }

@@ -35,6 +35,17 @@ class IntersectionState {
   ~IntersectionState() = default;
 };
 
+struct IntersectionCounters {
+  std::uint64_t operations = 0;    ///< lane operations started
+  std::uint64_t tests = 0;         ///< of them, single tests (children, when each is an operation of its own)
+  std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
+  std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
+  std::uint64_t queue_max = 0;     ///< longest queue
+  static const CounterTable<IntersectionCounters>& table();
+  void add(const IntersectionCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
 class IntersectionUnit final : public IntersectionModule, public IntersectionState {
  public:
   struct Config {
@@ -48,16 +59,7 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
       list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
     }
   };
-  struct Counters {
-    std::uint64_t operations = 0;    ///< lane operations started
-    std::uint64_t tests = 0;         ///< tests of these operations (an operation may have several, e.g. one per child)
-    std::uint64_t busy_cycles = 0;   ///< pipeline-cycles in which no further test could start: tests x interval
-    std::uint64_t queue_cycles = 0;  ///< cycles that lanes waited in the queue beyond the first
-    std::uint64_t queue_max = 0;     ///< longest queue
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
+  using Counters = IntersectionCounters;
 
   /// entries: warps of the warp buffer. path: hardware of one pipeline.
   IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, DataPath path);
@@ -77,9 +79,8 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
     return static_cast<unsigned>(
         std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
   }
-  const Counters& counters() const { return counters_; }
+  Counters counters() const override { return counters_; }
   std::uint64_t progress() const override { return counters_.operations; }
-  void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;
@@ -108,7 +109,13 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Counters counters_;
 };
 
-/// Storage and operators of a unit. lanes: number of lanes in the warp buffer.
+// Defaults of the four units: pipelines, cycles to the result, cycles between two starts.
+inline constexpr IntersectionUnit::Config kRayBoxUnit{4, 13, 1};
+inline constexpr IntersectionUnit::Config kRayTriangleUnit{4, 37, 1};
+inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source has one
+inline constexpr IntersectionUnit::Config kRayTransformUnit{4, 6, 1};
+
+/// Storage and operators of a unit with this configuration; lanes: of the warp buffer.
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
                                  std::uint64_t lanes);
 

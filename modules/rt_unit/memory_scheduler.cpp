@@ -10,22 +10,21 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
-std::uint64_t MemoryScheduler::Counters::node_visits() const {
+std::uint64_t MemorySchedulerCounters::node_visits() const {
   return std::accumulate(visits.begin(), visits.end(), std::uint64_t{0});
 }
-std::uint64_t MemoryScheduler::Counters::node_fetches() const {
+std::uint64_t MemorySchedulerCounters::node_fetches() const {
   return std::accumulate(fetches.begin(), fetches.end(), std::uint64_t{0});
 }
-std::uint64_t MemoryScheduler::Counters::node_sectors() const {
+std::uint64_t MemorySchedulerCounters::node_sectors() const {
   return std::accumulate(sectors.begin(), sectors.end(), std::uint64_t{0});
 }
 
-const CounterTable<MemoryScheduler::Counters>& MemoryScheduler::Counters::table() {
-  using C = MemoryScheduler::Counters;
+const CounterTable<MemorySchedulerCounters>& MemorySchedulerCounters::table() {
+  using C = MemorySchedulerCounters;
   using Column = CounterColumn<decltype(&C::visits)>;
   static const CounterTable<C> table =
       CounterTable<C>()
@@ -249,8 +248,6 @@ void MemoryScheduler::complete(Cycle now, LaneId id) {
   f.lanes = 0;
   fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);
 }
-
-void MemoryScheduler::count(RtUnitCounters& all) const { all.memory.add(counters_); }
 
 Inventory MemoryScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};

@@ -27,6 +27,21 @@
 
 namespace grtx::modules {
 
+struct MemorySchedulerCounters {
+  std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
+  std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
+  std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
+  std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
+  std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors asked of it, all of `sectors`
+  Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
+  std::uint64_t node_visits() const;
+  std::uint64_t node_fetches() const;
+  std::uint64_t node_sectors() const;
+  static const CounterTable<MemorySchedulerCounters>& table();
+  void add(const MemorySchedulerCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
 class MemoryScheduler final : public NodeFetchModule {
  public:
   struct Config {
@@ -50,20 +65,7 @@ class MemoryScheduler final : public NodeFetchModule {
       traffic.parameters(list);
     }
   };
-  struct Counters {
-    std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
-    std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
-    std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
-    std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
-    std::uint64_t shader_sectors = 0;  ///< by_shader: sectors in these messages, equals sum of `sectors`
-    Distribution fetch_latency;        ///< cycles from the first lane's visit to the last sector
-    std::uint64_t node_visits() const;
-    std::uint64_t node_fetches() const;
-    std::uint64_t node_sectors() const;
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
+  using Counters = MemorySchedulerCounters;
   MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
                   unsigned entries);
 
@@ -86,8 +88,7 @@ class MemoryScheduler final : public NodeFetchModule {
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   bool idle() const override { return queue_.empty() && outstanding_ == 0; }
   std::uint64_t progress() const override { return counters_.node_sectors() + counters_.fetch_latency.count(); }
-  void count(RtUnitCounters& all) const override;
-  const Counters& counters() const { return counters_; }
+  Counters counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;

@@ -16,6 +16,8 @@
 
 namespace grtx::modules {
 
+struct MemorySchedulerCounters;
+
 /// The RT scheduler's view of the memory scheduler.
 class node_fetch_if : public virtual sc_core::sc_interface {
  public:
@@ -53,6 +55,9 @@ class NodeFetchModule : public RtMemoryPart, public node_fetch_if {
   OptionalLinkIn<MemoryResponse> response{"response"};
   OptionalLinkOut<NodeFetchBatch> batch{"batch"};
   OptionalLinkIn<NodeFetchDone> batch_done{"batch_done"};
+
+  /// What it has counted since the launch began.
+  virtual MemorySchedulerCounters counters() const = 0;
 
  protected:
   using RtMemoryPart::RtMemoryPart;

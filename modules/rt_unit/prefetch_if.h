@@ -12,6 +12,8 @@
 
 namespace grtx::modules {
 
+struct PrefetchCounters;
+
 /// The RT scheduler's view of a prefetcher.
 class prefetch_if : public virtual sc_core::sc_interface {
  public:
@@ -35,6 +37,9 @@ class PrefetchModule : public RtMemoryPart, public prefetch_if {
  public:
   LinkOut<MemoryRequest> request{"request"};
   LinkIn<MemoryResponse> response{"response"};
+
+  /// What it has counted since the launch began.
+  virtual PrefetchCounters counters() const = 0;
 
  protected:
   using RtMemoryPart::RtMemoryPart;

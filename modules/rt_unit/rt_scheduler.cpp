@@ -5,15 +5,14 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
 using traces::Event;
 using traces::EventKind;
 
-const CounterTable<RtScheduler::Counters>& RtScheduler::Counters::table() {
-  using C = RtScheduler::Counters;
+const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
+  using C = RtSchedulerCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -317,8 +316,6 @@ void RtScheduler::execute(LaneId id, Cycle at) {
     refuse(id, kRuleEntriesNeedCheckpoints);
   }
 }
-
-void RtScheduler::count(RtUnitCounters& all) const { all.scheduler.add(counters_); }
 
 void RtScheduler::dump_state(std::ostream& out) const {
   out << name() << ": " << counters_.selections << " warps selected\n";

@@ -22,6 +22,23 @@
 
 namespace grtx::modules {
 
+struct RtSchedulerCounters {
+  std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
+  std::array<std::uint64_t, kStalls> stall{};
+  // Events of the trace that were executed.
+  std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
+  std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
+  std::uint64_t events() const {
+    return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
+  }
+  double simt_efficiency() const {
+    return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
+  }
+  static const CounterTable<RtSchedulerCounters>& table();
+  void add(const RtSchedulerCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
 class RtScheduler final : public RtSchedulerModule, public functional_events_if {
  public:
   struct Config {
@@ -31,22 +48,7 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
       list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
     }
   };
-  struct Counters {
-    std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
-    std::array<std::uint64_t, kStalls> stall{};
-    // Trace events executed.
-    std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
-    std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
-    std::uint64_t events() const {
-      return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
-    }
-    double simt_efficiency() const {
-      return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
-    }
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
+  using Counters = RtSchedulerCounters;
 
   /// entries: warps of the warp buffer. boxes: primitive leaves are boxes.
   RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes);
@@ -68,10 +70,9 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
 
   /// Stall reason of the current state, which idle cycles are counted under.
   Stall stall_reason() const;
-  const Counters& counters() const { return counters_; }
-  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
+  Counters counters() const override { return counters_; }
+  bool idle() const override { return true; }  // what waits, waits in the warp buffer
   std::uint64_t progress() const override { return counters_.selections; }
-  void count(RtUnitCounters& all) const override;
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;

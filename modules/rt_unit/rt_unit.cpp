@@ -62,6 +62,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
                                   traces::has_box_leaves(header.accel)}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
+  list_parts();
   bind_parts();
 }
 
@@ -119,7 +120,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   }
 }
 
-void RtUnit::bind_parts() {
+void RtUnit::list_parts() {
   parts_ = {warp_buffer_.get(), scheduler_.get(), memory_.get(), any_hit_.get()};
   for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_transform_}) {
     if (*unit != nullptr) units_.push_back(unit->get());
@@ -128,7 +129,9 @@ void RtUnit::bind_parts() {
   if (checkpoint_) parts_.push_back(checkpoint_.get());
   if (prefetcher_) parts_.push_back(prefetcher_.get());
   if (stack_) parts_.push_back(stack_.get());
+}
 
+void RtUnit::bind_parts() {
   warp_buffer_->trace_call.bind(trace_call);
   warp_buffer_->trace_done.bind(trace_done);
   warp_buffer_->admission.bind(*scheduler_);
@@ -147,6 +150,17 @@ void RtUnit::bind_parts() {
     memory_->batch_done.bind(node_fetch_done);
   }
 
+  any_hit_->warp_buffer.bind(*warp_buffer_);
+  any_hit_->client.bind(*scheduler_);
+  any_hit_->batch.bind(any_hit_batch);
+  any_hit_->done.bind(any_hit_done);
+
+  bind_dispatch();
+  bind_optional_parts();
+  if (config_.sampling.on()) bind_touches();
+}
+
+void RtUnit::bind_dispatch() {
   dispatch_.warp_buffer.bind(*warp_buffer_);
   dispatch_.client.bind(*scheduler_);
   dispatch_.ray_box.bind(*ray_box_);
@@ -160,12 +174,10 @@ void RtUnit::bind_parts() {
       unit->client.bind(*scheduler_);
     }
   }
+}
 
-  any_hit_->warp_buffer.bind(*warp_buffer_);
-  any_hit_->client.bind(*scheduler_);
-  any_hit_->batch.bind(any_hit_batch);
-  any_hit_->done.bind(any_hit_done);
-
+// Those that not every trace or configuration has.
+void RtUnit::bind_optional_parts() {
   if (checkpoint_) {
     scheduler_->checkpoint.bind(*checkpoint_);
     checkpoint_->client.bind(*scheduler_);
@@ -183,7 +195,6 @@ void RtUnit::bind_parts() {
     stack_->request.bind(stack_request);
     stack_->response.bind(stack_response);
   }
-  if (config_.sampling.on()) bind_touches();
 }
 
 // Binds the functional access ports of a sampled run.
@@ -318,7 +329,21 @@ void RtUnit::settle(Cycle end) {
 RtUnitCounters RtUnit::counters() const {
   RtUnitCounters c;
   c.units = 1;
-  for_each_part([&](const RtPart& part) { part.count(c); });
+  const auto take = [](auto& counters, const auto& part) {
+    if (part != nullptr) counters = part->counters();
+  };
+  take(c.warp_buffer, warp_buffer_);
+  take(c.scheduler, scheduler_);
+  take(c.memory, memory_);
+  take(c.ray_box, ray_box_);
+  take(c.ray_triangle, ray_triangle_);
+  take(c.ray_sphere, ray_sphere_);
+  take(c.ray_transform, ray_transform_);
+  take(c.any_hit, any_hit_);
+  take(c.checkpoint, checkpoint_);
+  take(c.prefetch, prefetcher_);
+  take(c.stack, stack_);
+  for_each_part([&](const RtPart& part) { part.count(c.own); });
   return c;
 }
 

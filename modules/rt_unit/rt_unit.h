@@ -82,10 +82,10 @@ struct RtUnitConfig {
   WarpBuffer::Config warp_buffer;
   RtScheduler::Config scheduler;
   MemoryScheduler::Config memory;
-  IntersectionUnit::Config ray_box{4, 13, 1};
-  IntersectionUnit::Config ray_triangle{4, 37, 1};
-  IntersectionUnit::Config ray_sphere{4, 37, 1};  ///< no public source describes such a unit
-  IntersectionUnit::Config ray_transform{4, 6, 1};
+  IntersectionUnit::Config ray_box = kRayBoxUnit;
+  IntersectionUnit::Config ray_triangle = kRayTriangleUnit;
+  IntersectionUnit::Config ray_sphere = kRaySphereUnit;
+  IntersectionUnit::Config ray_transform = kRayTransformUnit;
   UnitImplementation box_implementation = UnitImplementation::tlm;
   UnitImplementation transform_implementation = UnitImplementation::tlm;
   /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit also applies the matrix.
@@ -144,7 +144,10 @@ class RtUnit final : public RtUnitModule {
 
  private:
   void build(const RtUnitParts& parts, const traces::Header& header);
+  void list_parts();
   void bind_parts();
+  void bind_dispatch();
+  void bind_optional_parts();
   void bind_touches();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;

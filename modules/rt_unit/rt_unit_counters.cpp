@@ -31,12 +31,4 @@ void RtUnitCounters::describe(StatisticList& list, const std::string& prefix, Cy
   table().describe(c, list, prefix);
 }
 
-IntersectionUnit::Counters* RtUnitCounters::of_unit(std::string_view name) {
-  if (name == "ray_box") return &ray_box;
-  if (name == "ray_triangle") return &ray_triangle;
-  if (name == "ray_sphere") return &ray_sphere;
-  if (name == "ray_transform") return &ray_transform;
-  return nullptr;
-}
-
 }  // namespace grtx::modules

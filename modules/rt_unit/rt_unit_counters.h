@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 
 #include "grtx/modules/rt_unit/any_hit_collector.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
@@ -35,8 +34,6 @@ struct RtUnitCounters {
 
   static const CounterTable<RtUnitCounters>& table();
   void add(const RtUnitCounters& other) { table().add(*this, other); }
-  /// Counters of the intersection unit with this name (ray_box, ...); nullptr if there is no such unit.
-  IntersectionUnit::Counters* of_unit(std::string_view name);
   /// cycles: length of the run, for the mean occupancy of a warp buffer.
   void describe(StatisticList& list, const std::string& prefix, Cycle cycles) const;
 };

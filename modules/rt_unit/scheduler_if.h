@@ -14,6 +14,8 @@
 
 namespace grtx::modules {
 
+struct RtSchedulerCounters;
+
 class RtSchedulerModule : public RtPart,
                           public warp_admission_if,
                           public intersection_client_if,
@@ -43,6 +45,9 @@ class RtSchedulerModule : public RtPart,
   virtual void count_idle(Cycle cycles) = 0;
   /// Number of cycles so far in which a warp was scheduled.
   virtual std::uint64_t selections() const = 0;
+
+  /// What it has counted since the launch began.
+  virtual RtSchedulerCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;

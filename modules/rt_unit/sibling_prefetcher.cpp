@@ -5,7 +5,6 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -73,8 +72,6 @@ void SiblingPrefetcher::issue(Cycle now) {
   requests_.push(now, message);
   ++outstanding_;
 }
-
-void SiblingPrefetcher::count(RtUnitCounters& all) const { all.prefetch.add(counters()); }
 
 Inventory SiblingPrefetcher::inventory() const {
   Inventory inventory{name(), {}, {}};

@@ -53,10 +53,9 @@ class SiblingPrefetcher final : public PrefetchModule {
   bool busy() const override { return !queue_.empty(); }
   bool idle() const override { return queue_.empty() && outstanding_ == 0; }
   std::uint64_t progress() const override { return 0; }
-  void count(RtUnitCounters& all) const override;
-  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully requested
+  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
-  const Counters& counters() const { return decisions_.counters(); }
+  Counters counters() const override { return decisions_.counters(); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;

@@ -11,6 +11,8 @@
 
 namespace grtx::modules {
 
+struct StackCounters;
+
 /// The RT scheduler's view of the stack unit.
 class stack_if : public virtual sc_core::sc_interface {
  public:
@@ -36,6 +38,9 @@ class StackModule : public RtMemoryPart, public stack_if {
   sc_core::sc_port<stack_client_if> client{"client"};
   LinkOut<MemoryRequest> request{"request"};
   LinkIn<MemoryResponse> response{"response"};
+
+  /// What it has counted since the launch began.
+  virtual StackCounters counters() const = 0;
 
  protected:
   using RtMemoryPart::RtMemoryPart;

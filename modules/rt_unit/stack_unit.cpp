@@ -4,12 +4,11 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
-const CounterTable<StackUnit::Counters>& StackUnit::Counters::table() {
-  using C = StackUnit::Counters;
+const CounterTable<StackCounters>& StackCounters::table() {
+  using C = StackCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -121,8 +120,6 @@ void StackUnit::respond(Cycle now) {
   ++counters_.returned;
   client_->stack_settled(id);
 }
-
-void StackUnit::count(RtUnitCounters& all) const { all.stack.add(counters_); }
 
 Inventory StackUnit::inventory() const {
   Inventory inventory{name(), {}, {}};

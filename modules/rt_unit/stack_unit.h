@@ -22,25 +22,27 @@
 
 namespace grtx::modules {
 
+struct StackCounters {
+  std::uint64_t spills = 0;        ///< sectors written
+  std::uint64_t fills = 0;         ///< sectors read
+  std::uint64_t acknowledged = 0;  ///< write responses
+  std::uint64_t returned = 0;      ///< read responses
+  std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
+  std::uint64_t moved_out = 0;     ///< sectors that lanes had to spill, whether or not that took time
+  std::uint64_t moved_in = 0;      ///< and to fill
+  void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
+    moved_out += move.spills;
+    moved_in += move.fill ? 1 : 0;
+    if (lane.in_memory > max_spilled) max_spilled = lane.in_memory;
+  }
+  static const CounterTable<StackCounters>& table();
+  void add(const StackCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
 class StackUnit final : public StackModule {
  public:
-  struct Counters {
-    std::uint64_t spills = 0;        ///< sectors written
-    std::uint64_t fills = 0;         ///< sectors read
-    std::uint64_t acknowledged = 0;  ///< write responses
-    std::uint64_t returned = 0;      ///< read responses
-    std::uint64_t max_spilled = 0;   ///< most spilled entries of a lane
-    std::uint64_t moved_out = 0;     ///< sectors spilled, timed or functional
-    std::uint64_t moved_in = 0;      ///< sectors filled, timed or functional
-    void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
-      moved_out += move.spills;
-      moved_in += move.fill ? 1 : 0;
-      if (lane.in_memory > max_spilled) max_spilled = lane.in_memory;
-    }
-    static const CounterTable<Counters>& table();
-    void add(const Counters& other) { table().add(*this, other); }
-    void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-  };
+  using Counters = StackCounters;
 
   /// on_chip: entries per lane in the warp buffer, at least as many as a sector holds. warps: entries of the warp
   /// buffer. sm: number of the SM, selects its stack areas.
@@ -59,8 +61,7 @@ class StackUnit final : public StackModule {
   bool busy() const override { return !queue_.empty(); }
   bool idle() const override { return queue_.empty() && outstanding_ == 0; }
   std::uint64_t progress() const override { return counters_.spills + counters_.fills + counters_.returned; }
-  void count(RtUnitCounters& all) const override;
-  const Counters& counters() const { return counters_; }
+  Counters counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override { counters_ = {}; }

@@ -3,8 +3,6 @@
 #include <bit>
 #include <ostream>
 
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
-
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
@@ -47,8 +45,6 @@ void WarpBuffer::settle(Cycle end) {
   table_.count_waits();
   table_.settle(end);
 }
-
-void WarpBuffer::count(RtUnitCounters& all) const { all.warp_buffer.add(table_.counters()); }
 
 Inventory WarpBuffer::inventory() const {
   const std::uint64_t lanes = std::uint64_t{config_.entries} * kMaxLanes;

@@ -54,7 +54,7 @@ class WarpBuffer final : public WarpBufferModule {
 
   bool idle() const override { return table_.empty(); }
   std::uint64_t progress() const override { return table_.counters().calls + table_.counters().warp_latency.count(); }
-  void count(RtUnitCounters& all) const override;
+  Counters counters() const override { return table_.counters(); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override { table_ = WarpTable(config_.entries); }

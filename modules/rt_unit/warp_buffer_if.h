@@ -11,6 +11,7 @@
 
 namespace grtx::modules {
 
+struct WarpBufferCounters;
 class WarpTable;
 
 /// The other parts' view of the warp buffer.
@@ -40,6 +41,9 @@ class WarpBufferModule : public RtPart, public warp_buffer_if {
   virtual void accept(Cycle now) = 0;
   /// Completes the per-cycle counters up to `end` (exclusive).
   virtual void settle(Cycle end) = 0;
+
+  /// What it has counted since the launch began.
+  virtual WarpBufferCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;

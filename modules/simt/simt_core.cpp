@@ -524,7 +524,8 @@ Inventory SimtCore::inventory() const {
   const std::uint64_t lanes = static_cast<std::uint64_t>(config_.schedulers) * kMaxLanes;
   Inventory inventory;
   inventory.module = name();
-  inventory.storage.push_back({"register_file", StorageKind::ram, config_.registers * 32, 3, 1, false, 32 * kMaxLanes});
+  inventory.storage.push_back(
+      {"register_file", StorageKind::ram, config_.register_file.registers * 32, 3, 1, false, 32 * kMaxLanes});
   inventory.storage.push_back(
       {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
   if (const PrivateStore::Config& store = config_.private_store; store.entries() > 0) {

@@ -26,6 +26,7 @@
 #include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/simt/register_file.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
@@ -71,21 +72,14 @@ struct SimtCoreConfig {
   Sampling sampling{};           ///< set by the assembly
   unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
   unsigned instruction_latency = 4;
-  std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
-  std::uint64_t registers = 65536;
-  unsigned registers_per_thread = 0;
-  unsigned payload_registers = 0;
+  std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
+  RegisterFile register_file;
   unsigned sectors_per_cycle = 1;
   RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
   PrivateStore::Config private_store;
-  /// Number of warps whose registers fit the register file; the largest integer if registers do not limit it.
-  std::uint64_t resident_by_registers() const {
-    if (registers_per_thread == 0) return ~std::uint64_t{0};
-    return registers / (std::uint64_t{registers_per_thread + payload_registers} * kMaxLanes);
-  }
-  /// All but the costs and the private store, which are separate tables.
+  /// But for the costs and the private store, which are tables of their own.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
@@ -112,21 +106,7 @@ struct SimtCoreConfig {
              "list: nearest hits that a scan of a ray's list keeps in registers, sorted, for blending",
              from_public("GRay, cuda/forward_pass.cu"))
         .came_later();
-    list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
-             kVulkanSim);
-    list.add("registers_per_thread", registers_per_thread, {0, 255}, "registers",
-             "of the program without its payload; with simt.registers they limit the warps of an SM; 0: they do not",
-             kOurs)
-        .came_later();
-    list.add("payload_registers", payload_registers, {0, 255}, "registers",
-             "of a thread beside these: a k-buffer handed to the shaders as payload, two an entry", kOurs)
-        .came_later();
-    list.rule(
-        "payload_registers", [this] { return payload_registers == 0 || registers_per_thread != 0; },
-        "needs simt.registers_per_thread");
-    list.rule(
-        "registers_per_thread", [this] { return resident_by_registers() >= 1; },
-        "must leave simt.registers for a warp");
+    register_file.parameters(list);
     list.rule(
         "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
   }

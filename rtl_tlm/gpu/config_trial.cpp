@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/config/config_file.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
 namespace {
@@ -98,7 +98,7 @@ void ConfigTrial::check(const std::string& origin) {
     require_rules(list_, origin);
   }
   require_whole_sets(config_, origin);
-  const modules::RtlRefusal refusal = modules::rtl_refusal(config_.rt);
+  const RtlRefusal refusal = rtl_refusal(config_.rt);
   if (*refusal.key != 0) throw Error(origin, std::string("rt.") + refusal.key, refusal.rule);
   const HostTable table = largest_table(config_);
   if (table.bytes <= kMostHostBytes) return;

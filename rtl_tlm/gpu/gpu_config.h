@@ -1,7 +1,6 @@
 // The configuration of the whole GPU model: the parameters of all modules, and the keys by which people set them.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -86,10 +85,8 @@ struct GpuConfig {
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);
-  /// Warps that an SM can hold: gpu.resident_warps, or fewer if the register file has no room.
-  unsigned resident() const {
-    return static_cast<unsigned>(std::min<std::uint64_t>(resident_warps, simt.resident_by_registers()));
-  }
+  /// Warps that an SM holds at a time: gpu.resident_warps, or what the register file leaves of them.
+  unsigned resident() const { return simt.register_file.resident_warps(resident_warps); }
 
   /// Configurations of units, with the values that the netlist decides (numbers, sizes) filled in.
   SmConfig sm(unsigned index) const;

@@ -8,8 +8,8 @@
 
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
-#include "grtx/modules/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
 
@@ -90,7 +90,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   l1.widths = widths;
   rt_.resize(units);
   modules::RtUnitParts rt_parts = parts.rt_parts;
-  modules::use_rtl(config.rt, rt_parts);
+  use_rtl(config.rt, rt_parts);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
     simt_ = modules::made<modules::SimtCore>(parts.simt_core, "simt_core", "simt", clock, simt, header, map);

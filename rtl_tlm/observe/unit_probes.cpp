@@ -82,9 +82,9 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   }
   for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
     Rtl rtl;
-    rtl.block = elaborated_part<modules::RtlSignals>(rt, name);
+    rtl.block = elaborated_part<RtlSignals>(rt, name);
     if (rtl.block == nullptr) continue;
-    for (const modules::RtlSignal& signal : rtl.block->rtl_signals()) {
+    for (const RtlSignal& signal : rtl.block->rtl_signals()) {
       const std::string wire = scope + "." + name + ".rtl." + signal.name;
       rtl.signals.push_back(wires.add(wire, signal.width, WaveLevel::signals));
     }

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/rtl/rtl_signals.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/warp_probe.h"
 #include "grtx/rtl_tlm/observe/wires.h"
+#include "grtx/rtl_tlm/rtl/rtl_signals.h"
 
 namespace grtx::sim {
 
@@ -30,7 +30,7 @@ class RtUnitProbe {
   };
   /// Signals of a unit that is a Verilated block.
   struct Rtl {
-    const modules::RtlSignals* block = nullptr;
+    const RtlSignals* block = nullptr;
     std::vector<Wire> signals;
   };
   const modules::RtUnitModule& rt_;

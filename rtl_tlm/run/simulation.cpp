@@ -16,11 +16,11 @@
 #include "grtx/base/progress.h"
 #include "grtx/base/stopwatch.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/gpu/sm_threads.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
@@ -211,7 +211,7 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
       fmt::format("{}at {}", process == nullptr ? "" : fmt::format("{}, ", process), report.get_time().to_string());
   const std::string_view type = report.get_msg_type();
   if (type == modules::kUnitReport) traces::check(reader, true);
-  if (type == modules::kRtlReport || type == modules::kUnitReport) {
+  if (type == kRtlReport || type == modules::kUnitReport) {
     const std::string text = report.get_msg();
     const std::size_t unit = text.find(": ");
     throw Error(text.substr(0, unit), type == modules::kUnitReport ? where : "", text.substr(unit + 2));
@@ -271,11 +271,77 @@ BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& opti
   return build;
 }
 
+/// What looks at a run from outside; each only where it is asked for.
+class Observers {
+ public:
+  Observers(Gpu& gpu, const MemorySystem& memory, const Work& work) : header_(work.reader.header()) {
+    const SimulationOptions& options = work.options;
+    const std::string trace = work.reader.content_hash();
+    if (!options.waveform.path.empty()) {
+      waveform_ = std::make_unique<Waveform>(options.waveform, gpu, memory, header_,
+                                             fmt::format("trace {}\nconfig {}", trace, config_hash(work.config)));
+    }
+    if (!options.timeline.path.empty()) {
+      timeline_ = std::make_unique<Timeline>(options.timeline, gpu, memory, trace, config_hash(work.config));
+    }
+    gpu.distributor().observe(options.observer);
+    if (options.pixel_cycles) {
+      pixel_cycles_ = std::make_unique<PixelCycles>(header_, work.config.sms, work.config.resident());
+      gpu.distributor().observe(pixel_cycles_.get());
+    }
+  }
+  /// Of a file that could not be written.
+  void rethrow_failure() const {
+    if (waveform_ && waveform_->failure()) std::rethrow_exception(waveform_->failure());
+    if (timeline_ && timeline_->failure()) std::rethrow_exception(timeline_->failure());
+  }
+  void finish(FinishedRun& finished) {
+    if (waveform_) waveform_->finish();
+    if (timeline_) timeline_->finish();
+    if (!pixel_cycles_) return;
+    finished.width = header_.width;
+    finished.height = header_.height;
+    finished.pixel_cycles = pixel_cycles_->cycles();
+  }
+
+ private:
+  const traces::Header& header_;
+  std::unique_ptr<Waveform> waveform_;
+  std::unique_ptr<Timeline> timeline_;
+  std::unique_ptr<PixelCycles> pixel_cycles_;
+};
+
+/// Runs the trace before, of so many groups, then makes the machine ready for the work's own.
+void warm_up(Gpu& gpu, MemorySystem& memory, std::uint64_t groups, const Work& work, SwitchedSource& launch,
+             modules::GroupSource& source) {
+  OccupancySeries unused(gpu, memory);
+  run_to_end(gpu, memory, groups, work.options, unused);
+  drain(gpu, memory, work.options);
+  launch.switch_to(&source);
+  if (!memory.restart(modules::Caches::warm)) {
+    throw Error("sim", "--warm", "is not for dram.model = " + memory.model());
+  }
+  gpu.restart(work.reader.header(), work.reader.totals().max_evictions_per_ray, modules::Caches::warm);
+}
+
+void load_units(Gpu& gpu, MemorySystem& memory, const Work& work) {
+  StateReader state(work.options.warm_state, work.state->units);
+  gpu.load(state);
+  if (!memory.load(state)) throw Error("sim", "--warm-state", "is not for dram.model = " + memory.model());
+  state.require_end();
+}
+
+std::string save_units(const Gpu& gpu, const MemorySystem& memory) {
+  StateWriter state;
+  gpu.save(state);
+  if (!memory.save(state)) throw Error("sim", "--save-state", "is not for dram.model = " + memory.model());
+  return state.bytes();
+}
+
 FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const traces::Reader& reader = work.reader;
   const GpuConfig& config = work.config;
   const SimulationOptions& options = work.options;
-  const traces::Header& header = reader.header();
   FinishedRun finished;
   BuildOptions build = with_threads(config, options);
   const std::unique_ptr<TraceSource> before =
@@ -287,39 +353,10 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const PauseAtEnd pause("pause_at_end", gpu);
   const std::unique_ptr<MemorySystem> memory =
       (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
-  finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
-  std::unique_ptr<Waveform> waveform;
-  if (!options.waveform.path.empty()) {
-    waveform =
-        std::make_unique<Waveform>(options.waveform, gpu, *memory, header,
-                                   fmt::format("trace {}\nconfig {}", reader.content_hash(), config_hash(config)));
-  }
-  std::unique_ptr<Timeline> timeline;
-  if (!options.timeline.path.empty()) {
-    timeline = std::make_unique<Timeline>(options.timeline, gpu, *memory, reader.content_hash(), config_hash(config));
-  }
-  gpu.distributor().observe(options.observer);
-  std::unique_ptr<PixelCycles> pixel_cycles;
-  if (options.pixel_cycles) {
-    pixel_cycles = std::make_unique<PixelCycles>(header, config.sms, config.resident());
-    gpu.distributor().observe(pixel_cycles.get());
-  }
-  if (before) {
-    OccupancySeries unused(gpu, *memory);
-    run_to_end(gpu, *memory, before->count(), options, unused);
-    drain(gpu, *memory, options);
-    launch.switch_to(&source);
-    if (!memory->restart(modules::Caches::warm)) {
-      throw Error("sim", "--warm", "is not for dram.model = " + memory->model());
-    }
-    gpu.restart(header, reader.totals().max_evictions_per_ray, modules::Caches::warm);
-  }
-  if (work.state != nullptr) {
-    StateReader state(options.warm_state, work.state->units);
-    gpu.load(state);
-    if (!memory->load(state)) throw Error("sim", "--warm-state", "is not for dram.model = " + memory->model());
-    state.require_end();
-  }
+  finished.memory_bytes = gpu.memory_bytes();  // of the first trace, too
+  Observers observers(gpu, *memory, work);
+  if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
+  if (work.state != nullptr) load_units(gpu, *memory, work);
   OccupancySeries series(gpu, *memory);
   EndOfRun end;
   try {
@@ -327,29 +364,17 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
     end = settle(gpu, *memory);
     finished.over_time = series.json(gpu.distributor().end_cycle(), config.sampling.stride);
     drain(gpu, *memory, options);
-  } catch (const sc_core::sc_report&) {  // perhaps an observer could not write its file
-    if (waveform && waveform->failure()) std::rethrow_exception(waveform->failure());
-    if (timeline && timeline->failure()) std::rethrow_exception(timeline->failure());
+  } catch (const sc_core::sc_report&) {  // of a file that an observer could not write, perhaps
+    observers.rethrow_failure();
     throw;
   }
-  if (waveform) waveform->finish();
-  if (timeline) timeline->finish();
-  if (pixel_cycles) {
-    finished.width = header.width;
-    finished.height = header.height;
-    finished.pixel_cycles = pixel_cycles->cycles();
-  }
+  observers.finish(finished);
   finished.counters = collect_counters(gpu, *memory, end);
   finished.violations = emptiness_violations(gpu, *memory);
   for (std::string& violation : memory->violations()) finished.violations.push_back(std::move(violation));
   finished.inventories = inventory_of(gpu, *memory);
   finished.ticks = gpu.core().ticks();
-  if (!options.save_state.empty()) {
-    StateWriter state;
-    gpu.save(state);
-    if (!memory->save(state)) throw Error("sim", "--save-state", "is not for dram.model = " + memory->model());
-    finished.units = state.bytes();
-  }
+  if (!options.save_state.empty()) finished.units = save_units(gpu, *memory);
   return finished;
 }
 

@@ -133,7 +133,8 @@ class GroupChecker {
     }
   }
 
-  void check_events(std::span<const Event> events, const Round& round) {
+  // What the round before has left to be read, and the order in which it is.
+  void open_source(std::span<const Event> events, const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
     destination_.clear();
@@ -142,20 +143,21 @@ class GroupChecker {
             "a replay must read bins of the header");
     binned_.begin_round(round.replay, round.bins);
     assigned_ = nullptr;
-    if (!read_order_.by_place() && round.replay) {
-      addresses_.clear();
-      for (const NodeReference& entry : source_) {
-        addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
-      }
-      assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.levels());
+    if (read_order_.by_place() || !round.replay) return;
+    addresses_.clear();
+    for (const NodeReference& entry : source_) {
+      addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
     }
+    assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.levels());
+  }
+
+  void check_events(std::span<const Event> events, const Round& round) {
+    open_source(events, round);
     lossless_ = header_->checkpoint && !round.overflow;
     StackFrame top{kRootParent, {}, round.replay ? 0U : 1U};
     std::size_t depth = 0;  // frames below the top one
     CheckedNode* const nodes = nodes_.begin();
     const std::uint32_t first_node = nodes_.first_node();
-    const std::uint32_t node_count = nodes_.dictionary_size();
-    const bool by_slots = pop_order_.by_slots();
     std::uint64_t visits_internal = 0;
     std::uint64_t misses = 0;
     for (event_ = 0; event_ < events.size(); ++event_) {
@@ -174,45 +176,18 @@ class GroupChecker {
       if (top.parent == kRootParent && !root_known_) [[unlikely]]
         learn_root(kind);
       const CheckedNode& parent = nodes[top.parent];
-      std::uint32_t address = event.node;
-      if (kind == EventKind::visit_internal) {
-        require(event.node < node_count, "the node index exceeds the dictionary");
-        address = nodes[first_node + event.node].address;
-      }
-      const unsigned slot = parent.slot_of(top.remaining, address);
-      require(slot < kMaxWidth, "the node must be on top of the stack");
-      require(!by_slots || slot == pop_order_.next(top.remaining), "the node must be on top of the stack");
-      top.remaining &= ~(1U << slot);
+      const auto [slot, address] = check_pop(event, kind, parent, top, nodes);
       StackFrame pushed;
       if (kind == EventKind::visit_leaf) {
-        require(((parent.internal_mask | parent.instance_mask) >> slot & 1) == 0,
-                "the node on top of the stack is not a leaf");
-        require_in_image(address, NodeKind::triangle);
-        if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
-          ++misses;
-        } else {
-          check_leaf(event, {top.parent, slot, top.path});
-        }
+        misses += check_any_leaf(event, parent, {top.parent, slot, top.path}, address) ? 1 : 0;
         continue;
       }
       if (kind == EventKind::visit_internal) {
         require((parent.internal_mask >> slot & 1) != 0, "the node on top of the stack is not internal");
-        CheckedNode& node = nodes[first_node + event.node];
-        require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
-        require((event.pushed() | event.checkpoints) >> node.child_count == 0,
-                "the child masks exceed the child count");
-        require(event.shifts() == 0, "only an insertion shifts");
-        node.visited = true;
         ++visits_internal;
-        pushed = {first_node + event.node, top.path, event.pushed()};
-        for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
-          write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.path});
-        }
+        pushed = check_internal(event, {first_node + event.node, top.path, event.pushed()}, nodes);
       } else if (kind == EventKind::cull) {
-        require(header_->pop_test == PopTest::on, "without pop_test no stack entry holds a t to be culled by");
-        require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
-        ++totals_.culls;
-        check_dropped_or_written(event, {top.parent, slot, top.path});
+        check_cull(event, {top.parent, slot, top.path});
       } else {
         require(kind == EventKind::visit_instance, "the stack is not empty: its top must be visited or culled");
         pushed = check_instance(event, {top.parent, slot, top.path});
@@ -235,7 +210,60 @@ class GroupChecker {
     require(has_bins_ || read_ == source_.size(), "every source entry must be read");
   }
 
-  // The first event that visits the root determines its kind.
+  struct Pop {
+    unsigned slot;
+    std::uint32_t address;
+  };
+
+  // The event's node is taken off the stack.
+  [[gnu::always_inline]] Pop check_pop(const Event& event, EventKind kind, const CheckedNode& parent, StackFrame& top,
+                                       const CheckedNode* nodes) const {
+    std::uint32_t address = event.node;
+    if (kind == EventKind::visit_internal) {
+      require(event.node < nodes_.dictionary_size(), "the node index exceeds the dictionary");
+      address = nodes[nodes_.first_node() + event.node].address;
+    }
+    const unsigned slot = parent.slot_of(top.remaining, address);
+    require(slot < kMaxWidth, "the node must be on top of the stack");
+    require(!pop_order_.by_slots() || slot == pop_order_.next(top.remaining), "the node must be on top of the stack");
+    top.remaining &= ~(1U << slot);
+    return {slot, address};
+  }
+
+  // Returns whether it is a plain miss, which is not counted here.
+  [[gnu::always_inline]] bool check_any_leaf(const Event& event, const CheckedNode& parent, const NodeReference& popped,
+                                             std::uint32_t address) {
+    require(((parent.internal_mask | parent.instance_mask) >> popped.slot & 1) == 0,
+            "the node on top of the stack is not a leaf");
+    require_in_image(address, NodeKind::triangle);
+    if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
+      return true;
+    }
+    check_leaf(event, popped);
+    return false;
+  }
+
+  // Returns what is pushed.
+  [[gnu::always_inline]] StackFrame check_internal(const Event& event, const StackFrame& pushed, CheckedNode* nodes) {
+    CheckedNode& node = nodes[pushed.parent];
+    require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
+    require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
+    require(event.shifts() == 0, "only an insertion shifts");
+    node.visited = true;
+    for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
+      write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.path});
+    }
+    return pushed;
+  }
+
+  void check_cull(const Event& event, const NodeReference& popped) {
+    require(header_->pop_test == PopTest::on, "without pop_test no stack entry holds a t to be culled by");
+    require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
+    ++totals_.culls;
+    check_dropped_or_written(event, popped);
+  }
+
+  // The first event that visits the root tells what it is.
   void learn_root(EventKind kind) {
     CheckedNode& parent = nodes_[kRootParent];
     root_known_ =

@@ -73,9 +73,35 @@ unsigned DictionaryEncoder::put(ColumnWriter& columns) {
   return 0;
 }
 
-// Builders usually place nodes depth first, a node's children before their subtrees. Then addresses follow from the
-// tree: each group of children directly follows the previous one, except for a gap where unvisited subtrees lie
-// between. Returns false if the addresses do not have this order, and then leaves the columns unchanged.
+// From the last child to the first, so that the first is on top. They ascend. A child that no ray visited marks what is
+// on top then as skipped.
+[[gnu::always_inline]] inline DictionaryEncoder::Children DictionaryEncoder::push_children(const NodeModel& node,
+                                                                                           std::size_t& depth) {
+  const NodeRecord* const records = records_.data();
+  const NodeModel* const nodes = model_.nodes();
+  std::uint32_t* const walk = walk_.data();
+  Children children;
+  for (unsigned left = node.internal_mask; left != 0;) {
+    const unsigned slot = static_cast<unsigned>(std::bit_width(left)) - 1;
+    left ^= 1U << slot;
+    const std::uint32_t child = node.links[slot];
+    if (child == NodeModel::kUnknownLink) {
+      if (depth != 0) walk[depth - 1] |= kSkipped;
+      continue;
+    }
+    if (children.mask == 0) children.last = child;
+    children.first = child;
+    children.mask |= 1U << slot;
+    walk[depth++] = child;
+    __builtin_prefetch(&nodes[child]);
+    __builtin_prefetch(&records[child - model_.first_node()]);
+  }
+  return children;
+}
+
+// Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
+// Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
+// between that no ray visited. Returns false otherwise, and then leaves the columns as they were.
 bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   static constexpr Column kColumns[] = {Column::node_tree, Column::node_shape, Column::node_kinds,
                                         Column::node_children, Column::node_hits};
@@ -87,7 +113,7 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   auto [tree, shapes, kinds, children, hits] = ends;
   const NodeRecord* const records = records_.data();
   const NodeModel* const nodes = model_.nodes();
-  walk_.resize(records_.size());
+  walk_.resize(records_.size() + kMaxWidth);
   std::uint32_t* const walk = walk_.data();
   std::size_t found = 0;
   std::int64_t last_address = -1;  // highest address of the nodes found so far
@@ -115,33 +141,16 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
       end = node.child_base + record.units;
       *shapes++ = record.code;
       kinds = store_kinds(kinds, record);
-      unsigned mask = 0;
-      // Pushed from the last child to the first, so that the first is on top; addresses must ascend.
-      std::uint32_t first = NodeModel::kUnknownLink, last = NodeModel::kUnknownLink;
-      for (unsigned left = node.internal_mask; left != 0;) {
-        const unsigned slot = static_cast<unsigned>(std::bit_width(left)) - 1;
-        left ^= 1U << slot;
-        const std::uint32_t child = node.links[slot];
-        if (child == NodeModel::kUnknownLink) {
-          if (depth != 0) walk[depth - 1] |= kSkipped;
-          continue;
-        }
-        if (found == records_.size()) return false;
-        ++found;
-        if (last == NodeModel::kUnknownLink) last = child;
-        first = child;
-        mask |= 1U << slot;
-        walk[depth++] = child;
-        __builtin_prefetch(&nodes[child]);
-        __builtin_prefetch(&records[child - model_.first_node()]);
+      const Children below = push_children(node, depth);
+      found += static_cast<std::size_t>(std::popcount(below.mask));
+      if (found > records_.size()) return false;
+      if (below.mask != 0) {
+        if (records[below.first - model_.first_node()].address <= last_address) return false;
+        last_address = records[below.last - model_.first_node()].address;
       }
-      if (mask != 0) {
-        if (records[first - model_.first_node()].address <= last_address) return false;
-        last_address = records[last - model_.first_node()].address;
-      }
-      *tree = static_cast<std::uint8_t>(mask);
+      *tree = static_cast<std::uint8_t>(below.mask);
       tree += node.internal_mask != 0 ? 1 : 0;
-      *hits++ = static_cast<std::uint8_t>((record.visited ? record.first_hits : 0) ^ mask);
+      *hits++ = static_cast<std::uint8_t>((record.visited ? record.first_hits : 0) ^ below.mask);
     }
   }
   if (found != records_.size()) return false;

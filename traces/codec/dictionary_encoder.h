@@ -48,6 +48,13 @@ class DictionaryEncoder {
   };
 
   std::uint32_t add(const NodeDefinition& definition);
+  /// Children of a node that rays visited.
+  struct Children {
+    unsigned mask = 0;
+    std::uint32_t first = 0, last = 0;  ///< indices; of none in an empty mask
+  };
+  /// Puts them on top of the walk's stack, which has room for all that a node can have.
+  Children push_children(const NodeModel& node, std::size_t& depth);
   bool put_tree(ColumnWriter& columns, unsigned& flags);
   void put_by_address(ColumnWriter& columns);
   static std::uint8_t* store_kinds(std::uint8_t* at, const NodeRecord& record);

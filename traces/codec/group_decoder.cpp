@@ -155,9 +155,8 @@ class GroupDecoder {
     }
   }
 
-  // Decodes the pops of a round, one event each. The remaining children of the top frame stay in a register, in
-  // expected order, so that a leaf costs little more than storing its event.
-  void take_events(const Round& round) {
+  // What the round before has left to be read.
+  void open_source(const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
     destination_.clear();
@@ -165,8 +164,13 @@ class GroupDecoder {
     last_taken_ = -1;
     if (!read_order_.by_place()) read_.assign(source_.size(), false);
     binned_.begin_round(round.replay, round.bins);
+  }
+
+  // One pop after another, each with an event. What is left of the frame on top stays in registers, in the order in
+  // which it is expected, so that a leaf takes little more than its event.
+  void take_events(const Round& round) {
+    open_source(round);
     NodeModel* const nodes = model_.nodes();
-    const std::uint32_t first_node = model_.first_node();
     StackFrame top{GroupModel::kRootParent, {}, 1};
     if (round.replay) top.remaining = 0;
     std::size_t depth = 0;                         // frames below the top one
@@ -191,53 +195,17 @@ class GroupDecoder {
       do {
         if (event == end) [[unlikely]]
           grow_events(event, end);
-        unsigned slot = NodeModel::first_of(left);
-        PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
-        const unsigned symbol = pops.next();
-        if ((symbol >> kPopRankShift & 7) != 0) {
-          slot = take_rank(parent, left, symbol >> kPopRankShift & 7, pops);
-          left = parent.ordered(NodeModel::mask_of(left) & ~(1U << slot));
-        } else {
-          left &= left - 1;
-        }
-        const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
-        parent.last_op[slot] = static_cast<std::uint8_t>(op);
-        const std::uint32_t address = parent.child_address(slot);
-        if ((inner >> slot & 1) == 0) {
-          if ((symbol & kPopHits) != 0) pops.fail("changes hits where none are");
-          if ((kSpecialLeafOps >> op & 1) != 0) {
-            *event = take_leaf({top.parent, slot, top.path}, address, op, pops);
-          } else {
-            *event = kLeafEvents[op];
-            event->node = address;
-          }
-          ++event;
+        const Pop pop = take_pop(parent, inner, left);
+        if ((inner >> pop.slot & 1) == 0) {
+          take_leaf(pop, top, *event++);
           continue;
         }
-        StackFrame pushed;
-        if (op == static_cast<unsigned>(InnerOp::visit) && parent.is_internal(slot)) {
-          std::uint32_t index = parent.links[slot];
-          if (index == NodeModel::kUnknownLink) [[unlikely]] {
-            index = find(address);
-            parent.links[slot] = index;
-          }
-          NodeModel& node = nodes[index];
-          if ((symbol & kPopHits) != 0) change_hits(node);
-          pushed = {index, top.path, node.last_hits};
-          *event = make_event(EventKind::visit_internal, index - first_node, node.last_hits, 0);
-        } else {
-          pushed = take_other_inner({top.parent, slot, top.path}, address, op, (symbol & kPopHits) != 0, pops, *event);
-        }
+        StackFrame pushed = take_inner(pop, top, parent, nodes, *event);
         ++event;
         if (pushed.remaining == 0) continue;
-        if (left != 0) {
-          if (depth == frames_.size()) [[unlikely]]
-            frames_.resize(2 * depth);
-          frames_[depth++] = {top.parent, top.path, NodeModel::mask_of(left)};
-        }
+        if (left != 0) put_below(depth, {top.parent, top.path, NodeModel::mask_of(left)});
         if (StackFrame rest; pop_order_.split(pushed, nodes[pushed.parent].internal_mask, rest)) [[unlikely]] {
-          if (depth == frames_.size()) frames_.resize(2 * depth);
-          frames_[depth++] = rest;
+          put_below(depth, rest);
         }
         top = pushed;
         break;
@@ -247,7 +215,65 @@ class GroupDecoder {
     if (round.overflow) destination_.clear();
   }
 
-  // The slot in `left` that `rank` others precede in the expected order.
+  /// A child taken off the stack, and what its column says of it.
+  struct Pop {
+    PopReader& pops;
+    unsigned slot, symbol, op;
+    std::uint32_t address;
+  };
+
+  // Of those left of a node's children in the order in which they are expected; inner: mask of those that are no
+  // leaves.
+  [[gnu::always_inline]] Pop take_pop(NodeModel& parent, unsigned inner, std::uint64_t& left) {
+    unsigned slot = NodeModel::first_of(left);
+    PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
+    const unsigned symbol = pops.next();
+    if ((symbol >> kPopRankShift & 7) != 0) {
+      slot = take_rank(parent, left, symbol >> kPopRankShift & 7, pops);
+      left = parent.ordered(NodeModel::mask_of(left) & ~(1U << slot));
+    } else {
+      left &= left - 1;
+    }
+    const unsigned op = (symbol & kPopOp) ^ parent.last_op[slot];
+    parent.last_op[slot] = static_cast<std::uint8_t>(op);
+    return {pops, slot, symbol, op, parent.child_address(slot)};
+  }
+
+  [[gnu::always_inline]] void take_leaf(const Pop& pop, const StackFrame& top, Event& event) {
+    if ((pop.symbol & kPopHits) != 0) pop.pops.fail("changes hits where none are");
+    if ((kSpecialLeafOps >> pop.op & 1) != 0) {
+      event = take_special_leaf({top.parent, pop.slot, top.path}, pop.address, pop.op, pop.pops);
+    } else {
+      event = kLeafEvents[pop.op];
+      event.node = pop.address;
+    }
+  }
+
+  // Returns what is pushed.
+  [[gnu::always_inline]] StackFrame take_inner(const Pop& pop, const StackFrame& top, NodeModel& parent,
+                                               NodeModel* nodes, Event& event) {
+    const bool changed_hits = (pop.symbol & kPopHits) != 0;
+    if (pop.op != static_cast<unsigned>(InnerOp::visit) || !parent.is_internal(pop.slot)) {
+      return take_other_inner({top.parent, pop.slot, top.path}, pop.address, pop.op, changed_hits, pop.pops, event);
+    }
+    std::uint32_t index = parent.links[pop.slot];
+    if (index == NodeModel::kUnknownLink) [[unlikely]] {
+      index = find(pop.address);
+      parent.links[pop.slot] = index;
+    }
+    NodeModel& node = nodes[index];
+    if (changed_hits) change_hits(node);
+    event = make_event(EventKind::visit_internal, index - model_.first_node(), node.last_hits, 0);
+    return {index, top.path, node.last_hits};
+  }
+
+  [[gnu::always_inline]] void put_below(std::size_t& depth, const StackFrame& frame) {
+    if (depth == frames_.size()) [[unlikely]]
+      frames_.resize(2 * depth);
+    frames_[depth++] = frame;
+  }
+
+  // The slot of those left that has `rank` others before it.
   unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
     const unsigned remaining = NodeModel::mask_of(left);
     if (pop_order_.by_slots() || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
@@ -329,8 +355,8 @@ class GroupDecoder {
     *event++ = make_event(EventKind::visit_instance, leaf, 1, 0);
   }
 
-  // Decodes a leaf operation of kSpecialLeafOps.
-  Event take_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
+  // A leaf operation of kSpecialLeafOps.
+  Event take_special_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
     if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
       return make_event(EventKind::visit_leaf, address, op, 0,
                         static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));

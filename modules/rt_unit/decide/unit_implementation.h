@@ -8,7 +8,7 @@
 
 namespace grtx::modules {
 
-/// The SystemC unit, or a Verilated block behind the same interface (modules/rtl).
+/// The SystemC unit, or a Verilated block behind the same interface (rtl_tlm/rtl).
 enum class UnitImplementation : std::uint8_t { tlm, rtl };
 constexpr auto enum_names(UnitImplementation) { return names_in_order<UnitImplementation>({"tlm", "rtl"}); }
 

@@ -148,60 +148,58 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   counters_.any_hit_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   if (single_ || list_) return any_hit_single(batch, phase);
 
-  // The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
-  // and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one.
-  using Entries = std::array<std::uint32_t, kMaxLanes>;
-  LaneCounts reads{};
-  LaneCounts writes{};
-  Entries last_read{};  // entry of the first read; further reads go downwards
-  Entries last_written{};
-  LaneMask evicting = 0;
-  std::uint32_t most_shifts = 0;
+  const Insertions hits = insert_hits(warp, batch);
+  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * hits.most_shifts);
+  if (store_.insertion) {
+    phase.instructions = 0;
+    for_each_bit(batch.lanes, [&](unsigned lane) {
+      phase.insertion_accesses[lane] = hits.reads[lane] + hits.writes[lane];
+      counters_.store_entries_read += hits.reads[lane];
+      counters_.store_entries_written += hits.writes[lane];
+    });
+  } else {
+    for_each_entry(
+        warp_slot, batch.lanes, hits.reads, [&](unsigned lane, std::uint32_t i) { return hits.last_read[lane] - i; },
+        false, phase, [this](std::uint32_t) { return costs_.dependent_loads; });
+    close_steps(phase);
+    for_each_entry(
+        warp_slot, batch.lanes, hits.writes,
+        [&](unsigned lane, std::uint32_t i) { return hits.last_written[lane] - i; }, true, phase);
+  }
+  if (hits.evicting != 0) {
+    access_evictions(
+        batch.slot, hits.evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
+    for_each_bit(hits.evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
+    counters_.evictions += static_cast<std::uint64_t>(std::popcount(hits.evicting));
+  }
+}
+
+// The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
+// and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBatch& batch) const {
+  Insertions hits;
   for_each_bit(batch.lanes, [&](unsigned lane) {
     const std::uint32_t fill = warp.fill[lane];
     const std::uint32_t shifts = std::min<std::uint32_t>(batch.shifts[lane], k_);
     const traces::LeafOutcome outcome = batch.outcome[lane];
     assert(traces::calls_any_hit(outcome));
-    most_shifts = std::max(most_shifts, shifts);
-    last_read[lane] = fill == 0 ? 0 : fill - 1;
+    hits.most_shifts = std::max(hits.most_shifts, shifts);
+    hits.last_read[lane] = fill == 0 ? 0 : fill - 1;
     if (outcome == traces::LeafOutcome::inserted || outcome == traces::LeafOutcome::displaced) {
       const std::uint32_t fill_after = std::min(fill + 1, k_);
       const std::uint32_t fallen_out = fill + 1 - fill_after;
-      reads[lane] = std::min(shifts + 1 + fallen_out, fill);
-      writes[lane] = std::min(shifts + 1, fill_after);
-      last_written[lane] = fill_after - 1;
+      hits.reads[lane] = std::min(shifts + 1 + fallen_out, fill);
+      hits.writes[lane] = std::min(shifts + 1, fill_after);
+      hits.last_written[lane] = fill_after - 1;
       warp.fill[lane] = static_cast<std::uint16_t>(fill_after);
     } else {
-      reads[lane] = std::min(shifts + 1, fill);
+      hits.reads[lane] = std::min(shifts + 1, fill);
     }
     if (checkpoint_ && (outcome == traces::LeafOutcome::displaced || outcome == traces::LeafOutcome::rejected)) {
-      evicting |= bit(lane);
+      hits.evicting |= bit(lane);
     }
   });
-  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_shifts);
-
-  if (store_.insertion) {
-    phase.instructions = 0;
-    for_each_bit(batch.lanes, [&](unsigned lane) {
-      phase.insertion_accesses[lane] = reads[lane] + writes[lane];
-      counters_.store_entries_read += reads[lane];
-      counters_.store_entries_written += writes[lane];
-    });
-  } else {
-    for_each_entry(
-        warp_slot, batch.lanes, reads, [&](unsigned lane, std::uint32_t i) { return last_read[lane] - i; }, false,
-        phase, [this](std::uint32_t) { return costs_.dependent_loads; });
-    close_steps(phase);
-    for_each_entry(
-        warp_slot, batch.lanes, writes, [&](unsigned lane, std::uint32_t i) { return last_written[lane] - i; }, true,
-        phase);
-  }
-  if (evicting != 0) {
-    access_evictions(
-        batch.slot, evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
-    for_each_bit(evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
-    counters_.evictions += static_cast<std::uint64_t>(std::popcount(evicting));
-  }
+  return hits;
 }
 
 // Below an instance leaf the RT unit has already transformed the ray; in a monolithic BVH the shader transforms it.

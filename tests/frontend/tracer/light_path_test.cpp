@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 
 #include "grtx/base/error.h"
+#include "grtx/frontend/numbers/counter_random.h"
 #include "grtx/frontend/reference/reference_optics.h"
-#include "grtx/frontend/synth/synth_random.h"
 
 namespace grtx::frontend {
 namespace {
@@ -93,7 +93,7 @@ TEST(LightPath, AgreesWithTheReferencesOwnPath) {
   const ReferenceOptics reference(objects, glm::dvec3(0.0));
   unsigned longest = 0;
   for (std::uint64_t i = 0; i < 2000; ++i) {
-    SynthRandom random(7, 1, i);
+    CounterRandom random(7, 1, i);
     const glm::dvec3 origin = 3.0 * random.uniform() * random.direction();
     const glm::dvec3 direction = random.direction() * random.uniform(0.9, 1.1);
     LightPath path(objects, origin, direction);

@@ -245,7 +245,7 @@ TEST_F(SimtPrivateStore, InsertionByTheBanksIsPricedByItsRegistersFillsAndCompar
     SimtBench::Options options = fresh(store);
     options.config.resident_warps = 8;
     options.config.schedulers = 4;
-    options.config.registers = 65536;
+    options.config.register_file.registers = 65536;
     SimtBench bench(options);
     Parts all;
     const Inventory inventory = bench.core->inventory();

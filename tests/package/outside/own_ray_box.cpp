@@ -56,9 +56,8 @@ class SerialRayBox final : public grtx::modules::IntersectionModule {
   }
   bool idle() const override { return !busy_ && waiting_.empty(); }
   std::uint64_t progress() const override { return served; }
-  void count(grtx::modules::RtUnitCounters& all) const override {
-    all.ray_box.operations += served;
-    all.ray_box.busy_cycles += busy_cycles;
+  grtx::modules::IntersectionCounters counters() const override {
+    return {.operations = served, .busy_cycles = busy_cycles};
   }
   grtx::modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << ": " << waiting_.size() << " waiting\n"; }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
 namespace {
@@ -98,7 +98,7 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
 }
 
 TEST(SimulationMode, UnitsInSystemVerilogRunWholeTracesOnly) {
-  if (!modules::has_rtl()) GTEST_SKIP() << "built without Verilator";
+  if (!has_rtl()) GTEST_SKIP() << "built without Verilator";
   for (const char* key : {"rt.checkpoint.implementation", "rt.box.implementation", "rt.transform.implementation"}) {
     // The RTL of the checkpoint unit has requests alone.
     const GpuConfig config = load_config("", {"rt.checkpoint.traffic=charged", setting(key)});

@@ -28,9 +28,10 @@ namespace grtx::sim::plain {
 
 /// Warps that an SM holds: as many as it has slots for, and registers.
 inline unsigned warp_slots(const GpuConfig& config) {
-  const unsigned of_a_thread = config.simt.registers_per_thread + config.simt.payload_registers;
-  if (config.simt.registers_per_thread == 0) return config.resident_warps;
-  return std::min(config.resident_warps, static_cast<unsigned>(config.simt.registers / 32 / of_a_thread));
+  const modules::RegisterFile& file = config.simt.register_file;
+  const unsigned of_a_thread = file.registers_per_thread + file.payload_registers;
+  if (file.registers_per_thread == 0) return config.resident_warps;
+  return std::min(config.resident_warps, static_cast<unsigned>(file.registers / 32 / of_a_thread));
 }
 
 /// SIMT core, RT units and L1 with what lies between them.

@@ -245,9 +245,9 @@ inline GpuConfig random_machine(Random& random) {
   }
   Random registers = lists;  // likewise
   if (registers.upto(3) == 0) {
-    c.simt.registers_per_thread = registers.one_of({40U, 128U, 255U});
-    c.simt.payload_registers = registers.one_of({0U, 32U, 255U});
-    c.simt.registers = registers.one_of({65536U, 49152U});
+    c.simt.register_file.registers_per_thread = registers.one_of({40U, 128U, 255U});
+    c.simt.register_file.payload_registers = registers.one_of({0U, 32U, 255U});
+    c.simt.register_file.registers = registers.one_of({65536U, 49152U});
   }
   check_config(c, "a random machine");
   return c;

@@ -37,7 +37,7 @@ class IdealUnit final : public IntersectionModule {
   }
   bool idle() const override { return flights_.empty(); }
   std::uint64_t progress() const override { return answered; }
-  void count(modules::RtUnitCounters& all) const override { all.ray_box.operations += answered; }
+  modules::IntersectionCounters counters() const override { return {.operations = answered}; }
   modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << ": " << flights_.size() << " in flight\n"; }
 

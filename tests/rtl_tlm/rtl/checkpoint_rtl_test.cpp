@@ -1,6 +1,6 @@
 // The checkpoint unit in SystemVerilog against the SystemC unit, each in an RT unit of its own on the same trace: every
 // statistic, retirement, batch and memory request, to the cycle. The bridge checks bytes and t-value validation by
-// itself (modules/rtl/checkpoint_rtl.cpp), so each of these runs checks them, too.
+// itself (rtl_tlm/rtl/checkpoint_rtl.cpp), so each of these runs checks them, too.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 
 #include "error_of.h"
 #include "grtx/base/error.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "rtl_tlm/rtl/rtl_against_tlm.h"
 
@@ -22,7 +22,7 @@ class CheckpointRtl : public modules::SystemCTest {
  protected:
   void SetUp() override {
     modules::SystemCTest::SetUp();
-    if (!modules::has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
+    if (!has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
   }
 };
 
@@ -87,7 +87,7 @@ std::string run_with_fault(unsigned fault, const modules::CheckpointConfig& conf
   BenchOptions options;
   options.rt.checkpoint = config;
   options.rt.sibling_prefetch = false;
-  modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
+  RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(RtlUnit::checkpoint, options.parts, block);
   RtBench bench(small_header("tri20", 64), options);
   bench.launch(groups[0], 0);
@@ -126,7 +126,7 @@ TEST_F(CheckpointRtl, RefusesWhatItDoesNotHave) {
   const auto refusal = [](void (*change)(modules::RtUnitConfig&)) {
     modules::RtUnitConfig rt;
     change(rt);
-    return std::string(modules::checkpoint_rtl_refusal(rt).key);
+    return std::string(checkpoint_rtl_refusal(rt).key);
   };
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_EQ(refusal([](auto& rt) { rt.checkpoint.lanes = 33; }), "checkpoint.lanes");

@@ -1,6 +1,6 @@
 // The ray-box and the ray-transform unit in SystemVerilog against the SystemC unit, each in an RT unit of its own on
 // the same trace: every statistic, retirement, batch and memory request, to the cycle. The bridge holds each result
-// against the host's arithmetic by itself (modules/rtl/intersection_rtl.cpp); here that arithmetic is held against the
+// against the host's arithmetic by itself (rtl_tlm/rtl/intersection_rtl.cpp); here that arithmetic is held against the
 // tracer.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -16,8 +16,8 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/tracer/node_intersection.h"
-#include "grtx/modules/rtl/intersection_operands.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "rtl_tlm/rtl/rtl_against_tlm.h"
@@ -33,7 +33,7 @@ class IntersectionRtl : public modules::SystemCTest {
  protected:
   void SetUp() override {
     modules::SystemCTest::SetUp();
-    if (!modules::has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
+    if (!has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
   }
 };
 
@@ -72,7 +72,7 @@ std::string run_with_fault(RtlUnit unit, unsigned fault) {
   const auto made = traces::testing::random_trace(trace);
   BenchOptions options;
   options.rt.ray_box = options.rt.ray_transform = {1, 3, 1};
-  modules::RtlBenchOptions block{.faulty_block = true, .fault = fault};
+  RtlBenchOptions block{.faulty_block = true, .fault = fault};
   use_rtl(unit, options.parts, block);
   try {
     seen(made.header, made.groups, options);
@@ -114,7 +114,7 @@ TEST_F(IntersectionRtl, SeededFaultsOfTheTransformUnitAreCaughtWithTheirMessage)
 
 // The program prints an Error as one line and ends with exit code 2; all else is an internal error, 3.
 TEST(IntersectionRtlRun, AFaultInARunOfTheWholeGpuIsAnErrorThatNamesTheUnit) {
-  if (!modules::has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
+  if (!has_rtl()) GTEST_SKIP() << "no Verilator when this was built";
   traces::testing::TemporaryFile file("faulty_rtl");
   traces::testing::RandomOptions random{.groups = 4, .warp_size = 32, .bvh_width = 2};
   const auto trace = traces::testing::random_trace(random);
@@ -123,7 +123,7 @@ TEST(IntersectionRtlRun, AFaultInARunOfTheWholeGpuIsAnErrorThatNamesTheUnit) {
     // Tests before this one may have set the time resolution.
     sc_core::sc_curr_simcontext = sc_core::sc_default_global_context = new sc_core::sc_simcontext;
     SimulationOptions options;
-    modules::RtlBenchOptions block{.faulty_block = true, .fault = 3};
+    RtlBenchOptions block{.faulty_block = true, .fault = 3};
     use_rtl(RtlUnit::box, options.build.parts.sm.rt_parts, block);
     try {
       simulate(file.path(), load_config("", {"gpu.sms=2", "l2.slices=2", "rt.box.count=1", "rt.box.latency=3"}),
@@ -144,7 +144,7 @@ TEST_F(IntersectionRtl, RefusesWhatItDoesNotHave) {
     modules::RtUnitConfig rt;
     rt.box_implementation = rt.transform_implementation = modules::UnitImplementation::rtl;
     change(rt);
-    return std::string(modules::rtl_refusal(rt).key);
+    return std::string(rtl_refusal(rt).key);
   };
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_EQ(refusal([](auto& rt) { rt.ray_box.count = 9; }), "box.count");
@@ -213,10 +213,10 @@ TEST(IntersectionOperands, TheTestOfANodeIsTheTracersBitForBit) {
     frontend::NodeHits expected;
     test(node, 0, ray, query, expected);
 
-    modules::BoxOperands operands{};
+    BoxOperands operands{};
     for (unsigned axis = 0; axis < 3; ++axis) {
       operands.origin[axis] = from[static_cast<int>(axis)];
-      operands.inverse[axis] = modules::reciprocal_for_slabs(direction[static_cast<int>(axis)]);
+      operands.inverse[axis] = reciprocal_for_slabs(direction[static_cast<int>(axis)]);
       const float step = std::ldexp(1.0f, static_cast<std::int8_t>(node[18 + axis]) - 8);
       for (unsigned slot = 0; slot < 6; ++slot) {
         const auto code = [&](unsigned upper) {
@@ -230,12 +230,12 @@ TEST(IntersectionOperands, TheTestOfANodeIsTheTracersBitForBit) {
     operands.t_min = query.t_min;
     operands.t_max = 1.5f;
     operands.used = expected.info.valid;
-    const modules::BoxOutcome outcome = modules::box_outcome(operands);
+    const BoxOutcome outcome = box_outcome(operands);
     ASSERT_EQ(outcome.hits, expected.count) << i;
     hits += outcome.hits;
     several += outcome.hits > 1 ? 1 : 0;
     for (unsigned place = 0; place < outcome.hits; ++place) {
-      const modules::BoxChild& child = outcome.order[place];
+      const BoxChild& child = outcome.order[place];
       ASSERT_TRUE(expected.hit >> child.slot & 1) << i;
       ASSERT_EQ(child.t, std::bit_cast<std::uint32_t>(expected.enter[child.slot])) << i;
       ASSERT_EQ(static_cast<int>(place), expected.rank[child.slot]) << i;
@@ -252,7 +252,7 @@ TEST(IntersectionOperands, TheTransformIsTheTracersBitForBit) {
   const auto uniform = [&](float from, float to) { return std::uniform_real_distribution<float>(from, to)(random); };
   for (unsigned i = 0; i < 20000; ++i) {
     frontend::GaussianRecord g;
-    modules::TransformOperands operands{};
+    TransformOperands operands{};
     glm::vec3 direction, origin;
     for (int axis = 0; axis < 3; ++axis) {
       direction[axis] = random() % 16 == 0 ? 0.0f : uniform(-1.0f, 1.0f);
@@ -270,7 +270,7 @@ TEST(IntersectionOperands, TheTransformIsTheTracersBitForBit) {
       operands.origin[r] = unit.peak[row];
       operands.direction[r] = direction[row];
     }
-    const modules::TransformOutcome outcome = modules::transform_outcome(operands);
+    const TransformOutcome outcome = transform_outcome(operands);
     const frontend::SlabRay slabs(unit.peak, unit.direction);
     for (unsigned r = 0; r < 3; ++r) {
       const int row = static_cast<int>(r);
@@ -289,14 +289,14 @@ TEST(IntersectionOperands, TheTransformIsTheTracersBitForBit) {
 TEST(IntersectionOperands, AreOfEveryKindAndHitOften) {
   unsigned hits = 0, tied = 0, beyond = 0, none = 0, infinite = 0, subnormal = 0;
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
-    const modules::BoxOperands operands = modules::made_box_operands(seed, 6);
-    const modules::BoxOutcome outcome = modules::box_outcome(operands);
+    const BoxOperands operands = modules::made_box_operands(seed, 6);
+    const BoxOutcome outcome = box_outcome(operands);
     hits += outcome.hits;
     for (unsigned place = 0; place < outcome.hits; ++place) {
       beyond += outcome.order[place].beyond ? 1 : 0;
       if (place > 0) tied += outcome.order[place].t == outcome.order[place - 1].t ? 1 : 0;
     }
-    const modules::TransformOutcome transformed = modules::transform_outcome(modules::made_transform_operands(seed));
+    const TransformOutcome transformed = transform_outcome(modules::made_transform_operands(seed));
     for (unsigned axis = 0; axis < 3; ++axis) {
       for (const float x : {transformed.origin[axis], transformed.direction[axis], operands.lower[0][axis]}) {
         none += std::isnan(x) ? 1 : 0;

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "traces/random_group.h"
 
@@ -19,21 +19,21 @@ namespace grtx::sim::test {
 enum class RtlUnit { checkpoint, box, transform };
 
 /// Puts the RTL of a unit in the SystemC unit's place.
-inline void use_rtl(RtlUnit unit, modules::RtUnitParts& parts, const modules::RtlBenchOptions& options) {
+inline void use_rtl(RtlUnit unit, modules::RtUnitParts& parts, const RtlBenchOptions& options) {
   switch (unit) {
     case RtlUnit::checkpoint:
       parts.checkpoint_unit = [options](const char* name, const modules::RtUnitContext& rt) {
-        return modules::make_checkpoint_rtl(name, rt, options);
+        return make_checkpoint_rtl(name, rt, options);
       };
       return;
     case RtlUnit::box:
       parts.ray_box = [options](const char* name, const modules::RtUnitContext& rt) {
-        return modules::make_box_rtl(name, rt, options);
+        return make_box_rtl(name, rt, options);
       };
       return;
     case RtlUnit::transform:
       parts.ray_transform = [options](const char* name, const modules::RtUnitContext& rt) {
-        return modules::make_transform_rtl(name, rt, options);
+        return make_transform_rtl(name, rt, options);
       };
   }
 }
@@ -74,7 +74,7 @@ inline modules::RtUnitCounters expect_rtl_agrees(RtlUnit unit, const traces::Hea
                                                  const std::vector<traces::RayGroup>& groups, BenchOptions options,
                                                  std::uint64_t disturbance) {
   const Seen tlm = seen(header, groups, options);
-  modules::RtlBenchOptions bench{.disturbance = disturbance};
+  RtlBenchOptions bench{.disturbance = disturbance};
   use_rtl(unit, options.parts, bench);
   const Seen rtl = seen(header, groups, options);
   EXPECT_EQ(tlm.statistics, rtl.statistics);

@@ -146,7 +146,7 @@ class TimedOnly final : public modules::NodeFetchModule {
   bool busy() const override { return false; }
   bool idle() const override { return true; }
   std::uint64_t progress() const override { return 0; }
-  void count(modules::RtUnitCounters&) const override {}
+  modules::MemorySchedulerCounters counters() const override { return {}; }
   modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream&) const override {}
 

@@ -34,7 +34,7 @@ class Hasty final : public modules::IntersectionModule {
   }
   bool idle() const override { return lanes_.empty(); }
   std::uint64_t progress() const override { return 0; }
-  void count(modules::RtUnitCounters&) const override {}
+  modules::IntersectionCounters counters() const override { return {}; }
   modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << '\n'; }
 

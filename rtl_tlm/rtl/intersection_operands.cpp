@@ -1,10 +1,10 @@
-#include "grtx/modules/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
 
 #include <bit>
 #include <cmath>
 #include <limits>
 
-namespace grtx::modules {
+namespace grtx::sim {
 namespace {
 
 constexpr float kLargest = std::numeric_limits<float>::max();
@@ -200,4 +200,4 @@ TransformOperands made_transform_operands(std::uint64_t seed) {
   return operands;
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

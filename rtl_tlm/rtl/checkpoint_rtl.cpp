@@ -21,14 +21,16 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
-#include "grtx/modules/rtl/intersection_operands.h"
-#include "grtx/modules/rtl/rtl_fault.h"
-#include "grtx/modules/rtl/rtl_signals.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
+#include "grtx/rtl_tlm/rtl/rtl_signals.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
+
+using namespace modules;
+
 namespace {
 
 constexpr unsigned kEntryBytes = 28;                        ///< largest entry size
@@ -263,7 +265,6 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::uint64_t progress() const override {
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
-  void count(RtUnitCounters& all) const override { all.checkpoint.add(counters_); }
   Inventory inventory() const override { return checkpoint_inventory(name(), config_, rays_.size(), header_); }
   void dump_state(std::ostream& out) const override {
     out << name() << " (RTL): " << lanes_submitting() << " lanes handing over, " << lanes_reading()
@@ -281,7 +282,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
   std::uint32_t destination_offset(LaneId id) const override {
     return model_->rootp->checkpoint_unit__DOT__destination_offset[id] + std::uint32_t{rays_[id].pending};
   }
-  const CheckpointCounters& counters() const override { return counters_; }
+  CheckpointCounters counters() const override { return counters_; }
 
   const std::vector<RtlSignal>& rtl_signals() const override {
     static const std::vector<RtlSignal> signals = {
@@ -536,4 +537,4 @@ std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* nam
   return std::make_unique<CheckpointRtl<Vcheckpoint_lanes32, 32>>(name, rt, options);
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

@@ -22,14 +22,16 @@
 
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
-#include "grtx/modules/rtl/clocked_model.h"
-#include "grtx/modules/rtl/intersection_operands.h"
-#include "grtx/modules/rtl/rtl_fault.h"
-#include "grtx/modules/rtl/rtl_signals.h"
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/clocked_model.h"
+#include "grtx/rtl_tlm/rtl/intersection_operands.h"
+#include "grtx/rtl_tlm/rtl/rtl_fault.h"
+#include "grtx/rtl_tlm/rtl/rtl_signals.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
+
+using namespace modules;
+
 namespace {
 
 std::string hexadecimal(std::uint32_t value) {
@@ -247,9 +249,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
         std::count_if(free_from_.begin(), free_from_.end(), [now](Cycle free_from) { return free_from > now; }));
   }
   std::uint64_t progress() const override { return counters_.operations; }
-  void count(RtUnitCounters& all) const override {
-    if (IntersectionUnit::Counters* own = all.of_unit(basename())) own->add(counters_);
-  }
+  IntersectionCounters counters() const override { return counters_; }
   Inventory inventory() const override { return intersection_inventory(name(), config_, path_, lanes_.size()); }
   void dump_state(std::ostream& out) const override {
     out << name() << " (RTL): " << queued() << " queued, " << in_flight() << " in flight, " << model_.edges()
@@ -393,7 +393,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
                                      {"result_valid", kCount}, {"result_last", kCount}};
   Cycle shown_in_ = kNever;
   std::vector<std::uint64_t> shown_;
-  IntersectionUnit::Counters counters_;
+  IntersectionCounters counters_;
 };
 
 }  // namespace
@@ -437,4 +437,4 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* nam
   return made.template operator()<TransformBlock<Vray_transform_staged>, Limits::kCount>(Limits::kTransformSteps);
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

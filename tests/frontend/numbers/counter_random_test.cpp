@@ -1,5 +1,5 @@
-// The generator's own elementary functions and random numbers.
-#include "grtx/frontend/synth/synth_random.h"
+// Elementary functions and random numbers that are the same on every host.
+#include "grtx/frontend/numbers/counter_random.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
 
-TEST(SynthMath, AgreesWithTheLibraryToFifteenDigits) {
+TEST(PortableMath, AgreesWithTheLibraryToFifteenDigits) {
   for (int i = 0; i < 4000; ++i) {
     const double x = -30.0 + 0.015001 * i;
     EXPECT_NEAR(portable_exp(x) / std::exp(x), 1.0, 5e-15) << x;
@@ -26,17 +26,17 @@ TEST(SynthMath, AgreesWithTheLibraryToFifteenDigits) {
   EXPECT_EQ(portable_turn(0.25).sine, 1.0);
 }
 
-TEST(SynthRandom, FirstNumbersAreFixed) {
-  SynthRandom random(1, 2, 3);
+TEST(CounterRandom, FirstNumbersAreFixed) {
+  CounterRandom random(1, 2, 3);
   EXPECT_EQ(random.bits(), 3106261847631260135u);
-  SynthRandom again(1, 2, 3);
-  SynthRandom other(1, 3, 2);
+  CounterRandom again(1, 2, 3);
+  CounterRandom other(1, 3, 2);
   const std::uint64_t first = again.bits();
   EXPECT_NE(first, other.bits());
 }
 
-TEST(SynthRandom, DistributionsHaveTheirMoments) {
-  SynthRandom random(5, 0, 0);
+TEST(CounterRandom, DistributionsHaveTheirMoments) {
+  CounterRandom random(5, 0, 0);
   constexpr int kCount = 40000;
   struct Case {
     double shape, scale;
@@ -70,7 +70,7 @@ TEST(SynthRandom, DistributionsHaveTheirMoments) {
   EXPECT_LT(glm::length(direction) / kCount, 0.02);
 }
 
-TEST(SynthRandom, NoiseIsSmoothAndBounded) {
+TEST(CounterRandom, NoiseIsSmoothAndBounded) {
   double largest = 0.0;
   for (int i = 0; i < 2000; ++i) {
     const glm::dvec3 at(0.01 * i, -0.37 * i, 5.1);
@@ -82,9 +82,9 @@ TEST(SynthRandom, NoiseIsSmoothAndBounded) {
   EXPECT_GT(largest, 0.3);
 }
 
-TEST(SynthPermutation, VisitsEveryIndexOnce) {
+TEST(CounterPermutation, VisitsEveryIndexOnce) {
   for (const std::uint64_t count : {1u, 2u, 3u, 4u, 5u, 1000u, 65536u, 65537u}) {
-    const SynthPermutation order(9, count);
+    const CounterPermutation order(9, count);
     std::vector<bool> seen(count, false);
     std::uint64_t fixed = 0;
     for (std::uint64_t i = 0; i < count; ++i) {

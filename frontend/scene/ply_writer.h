@@ -1,4 +1,4 @@
-// Writes generated rows as an INRIA .ply, streaming.
+// Writes rows as an INRIA .ply, streaming.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace grtx::frontend {
 
 /// One Gaussian as the file stores it.
-struct SynthRow {
+struct PlyRow {
   glm::vec3 position{0.0f};
   std::array<float, 3> log_scale{};     ///< natural logarithm
   std::array<float, 4> rotation{1.0f};  ///< w x y z, any norm
@@ -19,12 +19,12 @@ struct SynthRow {
   std::array<float, 48> sh{};  ///< coefficient-major, r g b inner; the first (degree + 1)^2 are used
 };
 
-class SynthPly {
+class PlyWriter {
  public:
   /// Little-endian binary with zero normals; f_rest channel-major. Throws Error when the file cannot be written.
-  SynthPly(const std::string& path, std::uint64_t rows, unsigned sh_degree);
-  void add(const SynthRow& row);
-  /// Finishes the file; all `rows` must have been added.
+  PlyWriter(const std::string& path, std::uint64_t rows, unsigned sh_degree);
+  void add(const PlyRow& row);
+  /// Every announced row must have been added.
   void commit();
 
  private:

@@ -1,8 +1,17 @@
-#include "grtx/modules/rtl/rtl_units.h"
+#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 #include "grtx/base/error.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
+
+using modules::CheckpointConfig;
+using modules::CheckpointModule;
+using modules::IntersectionModule;
+using modules::RtUnitConfig;
+using modules::RtUnitContext;
+using modules::RtUnitParts;
+using modules::TrafficCharging;
+using modules::UnitImplementation;
 
 #ifdef GRTX_WITH_VERILATOR
 std::unique_ptr<CheckpointModule> make_verilated_checkpoint_unit(const char* name, const RtUnitContext& rt,
@@ -143,4 +152,4 @@ void use_rtl(const RtUnitConfig& config, RtUnitParts& parts) {
   }
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

@@ -1,8 +1,8 @@
-#include "grtx/frontend/synth/synth_random.h"
+#include "grtx/frontend/numbers/counter_random.h"
 
 #include <cmath>
 
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
@@ -19,22 +19,22 @@ std::uint64_t combine(std::uint64_t a, std::uint64_t b) { return mix(a * kGolden
 
 }  // namespace
 
-SynthRandom::SynthRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index)
+CounterRandom::CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index)
     : state_(combine(combine(mix(seed + kGolden), stream), index)) {}
 
-std::uint64_t SynthRandom::bits() {
+std::uint64_t CounterRandom::bits() {
   state_ += kGolden;
   return mix(state_);
 }
 
-double SynthRandom::uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+double CounterRandom::uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-double SynthRandom::normal() {
+double CounterRandom::normal() {
   const double radius = std::sqrt(-2.0 * portable_log(1.0 - uniform()));
   return radius * portable_turn(uniform()).cosine;
 }
 
-double SynthRandom::gamma(double shape, double scale) {
+double CounterRandom::gamma(double shape, double scale) {
   // Marsaglia and Tsang, ACM TOMS 2000; a shape below 1 is raised by 1 and the result shrunk by u^(1/shape).
   if (shape < 1.0) {
     const double shrink = portable_exp(portable_log(1.0 - uniform()) / shape);
@@ -51,7 +51,7 @@ double SynthRandom::gamma(double shape, double scale) {
   }
 }
 
-glm::dvec3 SynthRandom::direction() {
+glm::dvec3 CounterRandom::direction() {
   const double z = uniform(-1.0, 1.0);
   const SineCosine turn = portable_turn(uniform());
   const double r = std::sqrt(1.0 - z * z);
@@ -76,11 +76,11 @@ double value_noise(std::uint64_t seed, const glm::dvec3& at) {
   return sum;
 }
 
-SynthPermutation::SynthPermutation(std::uint64_t seed, std::uint64_t count) : seed_(seed), count_(count) {
+CounterPermutation::CounterPermutation(std::uint64_t seed, std::uint64_t count) : seed_(seed), count_(count) {
   while (half_bits_ < 31 && (std::uint64_t{1} << (2 * half_bits_)) < count) ++half_bits_;
 }
 
-std::uint64_t SynthPermutation::operator()(std::uint64_t index) const {
+std::uint64_t CounterPermutation::operator()(std::uint64_t index) const {
   const std::uint64_t mask = (std::uint64_t{1} << half_bits_) - 1;
   do {  // the network permutes a power of four >= count, less than 4 count: a few steps at most on average
     std::uint64_t left = index >> half_bits_;

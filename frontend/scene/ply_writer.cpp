@@ -1,4 +1,4 @@
-#include "grtx/frontend/synth/synth_ply.h"
+#include "grtx/frontend/scene/ply_writer.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@ constexpr std::size_t kBufferBytes = 1 << 20;
 
 }  // namespace
 
-SynthPly::SynthPly(const std::string& path, std::uint64_t rows, unsigned sh_degree)
+PlyWriter::PlyWriter(const std::string& path, std::uint64_t rows, unsigned sh_degree)
     : file_(path), rows_(rows), coefficients_((sh_degree + 1) * (sh_degree + 1)) {
   buffer_ = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", rows);
   const auto property = [&](const std::string& name) { buffer_ += "property float " + name + '\n'; };
@@ -24,7 +24,7 @@ SynthPly::SynthPly(const std::string& path, std::uint64_t rows, unsigned sh_degr
   buffer_ += "end_header\n";
 }
 
-void SynthPly::add(const SynthRow& row) {
+void PlyWriter::add(const PlyRow& row) {
   const auto put = [&](float value) { buffer_.append(reinterpret_cast<const char*>(&value), sizeof value); };
   for (int axis = 0; axis < 3; ++axis) put(row.position[axis]);
   for (int axis = 0; axis < 3; ++axis) put(0.0f);
@@ -42,7 +42,7 @@ void SynthPly::add(const SynthRow& row) {
   }
 }
 
-void SynthPly::commit() {
+void PlyWriter::commit() {
   assert(added_ == rows_);
   file_.write(buffer_);
   file_.commit();

@@ -5,7 +5,7 @@
 #include <string>
 #include <systemc>
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 inline constexpr const char* kRtlReport = "/grtx/rtl";
 
@@ -15,4 +15,4 @@ inline constexpr const char* kRtlReport = "/grtx/rtl";
   throw std::runtime_error(rule);  // if reports are configured not to throw
 }
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

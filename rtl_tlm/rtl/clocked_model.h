@@ -8,7 +8,7 @@
 #include <memory>
 #include <type_traits>
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// Sets bits at..at + width - 1 (width <= 64) of an input pin of any width.
 template <typename Pin>
@@ -87,4 +87,4 @@ class ClockedModel {
   std::uint64_t edges_ = 0;
 };
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

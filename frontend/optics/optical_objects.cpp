@@ -1,4 +1,4 @@
-#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/frontend/optics/optical_objects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/frontend/synth/synth_random.h"
+#include "grtx/frontend/numbers/counter_random.h"
 
 namespace grtx::frontend {
 namespace {
@@ -97,7 +97,7 @@ OpticalObjects place_at_random(const Scene& scene, const Camera& camera, bool gl
   const bool both = glass && mirror;
   OpticalObjects objects;
   for (std::uint64_t attempt = 0;; ++attempt) {
-    SynthRandom random(seed, 0x6f626a, attempt);  // a stream of its own
+    CounterRandom random(seed, 0x6f626a, attempt);  // a stream of its own
     const double side = random.uniform() < 0.5 ? -1.0 : 1.0;
     // A place at `depth` whose object of half size `size` (in tangents) stays in its part of the picture.
     const auto place = [&](double depth, double size, double half_of_picture) {

@@ -7,7 +7,7 @@
 
 #include "grtx/base/strong.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 struct RtlSignal {
   std::string name;
@@ -26,4 +26,4 @@ class RtlSignals {
   ~RtlSignals() = default;
 };
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

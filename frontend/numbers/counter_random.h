@@ -1,5 +1,5 @@
-// Random numbers for generated scenes: counter-based, integer arithmetic, so that row n never depends on row n - 1, on
-// the compiler or on the host.
+// Random numbers for scenes and objects: counter-based, integer arithmetic, so that row n never depends on row n - 1,
+// on the compiler or on the host.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 namespace grtx::frontend {
 
 /// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) started from (seed, stream, index).
-class SynthRandom {
+class CounterRandom {
  public:
-  SynthRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);
+  CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);
 
   std::uint64_t bits();
   double uniform();  ///< [0, 1)
@@ -27,9 +27,9 @@ class SynthRandom {
 double value_noise(std::uint64_t seed, const glm::dvec3& at);
 
 /// A pseudo-random order of 0 .. count - 1 without a table: a Feistel network walked until it stays in range.
-class SynthPermutation {
+class CounterPermutation {
  public:
-  SynthPermutation(std::uint64_t seed, std::uint64_t count);
+  CounterPermutation(std::uint64_t seed, std::uint64_t count);
   std::uint64_t operator()(std::uint64_t index) const;
 
  private:

@@ -1,4 +1,4 @@
-#include "grtx/frontend/synth/synth_math.h"
+#include "grtx/frontend/numbers/portable_math.h"
 
 #include <cmath>
 

@@ -8,7 +8,7 @@
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// Whether this build includes the Verilated blocks.
 bool has_rtl();
@@ -34,11 +34,11 @@ struct RtlRefusal {
   const char* key = "";
   const char* rule = "";
 };
-RtlRefusal checkpoint_rtl_refusal(const RtUnitConfig& config);
-RtlRefusal box_rtl_refusal(const RtUnitConfig& config);
-RtlRefusal transform_rtl_refusal(const RtUnitConfig& config);
-/// The first refusal among the units that the configuration selects as RTL.
-RtlRefusal rtl_refusal(const RtUnitConfig& config);
+RtlRefusal checkpoint_rtl_refusal(const modules::RtUnitConfig& config);
+RtlRefusal box_rtl_refusal(const modules::RtUnitConfig& config);
+RtlRefusal transform_rtl_refusal(const modules::RtUnitConfig& config);
+/// Why a unit that the configuration wants as RTL cannot be RTL, if there is one.
+RtlRefusal rtl_refusal(const modules::RtUnitConfig& config);
 
 struct RtlBenchOptions {
   /// If not 0: seed for random extra edges without a transfer, and for random values on pins that are not valid.
@@ -48,15 +48,15 @@ struct RtlBenchOptions {
   unsigned fault = 0;  ///< injected fault: 0 none, 1 comparison, 2 lost entry, 3 off by one
 };
 
-/// Construct a unit as RTL. Throw Error without has_rtl(), and for configurations that the RTL does not support.
-std::unique_ptr<CheckpointModule> make_checkpoint_rtl(const char* name, const RtUnitContext& rt,
-                                                      const RtlBenchOptions& options = {});
-std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitContext& rt,
-                                                 const RtlBenchOptions& options = {});
-std::unique_ptr<IntersectionModule> make_transform_rtl(const char* name, const RtUnitContext& rt,
-                                                       const RtlBenchOptions& options = {});
+/// A unit as RTL. Throw Error without has_rtl(), and for what it does not have.
+std::unique_ptr<modules::CheckpointModule> make_checkpoint_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                               const RtlBenchOptions& options = {});
+std::unique_ptr<modules::IntersectionModule> make_box_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                          const RtlBenchOptions& options = {});
+std::unique_ptr<modules::IntersectionModule> make_transform_rtl(const char* name, const modules::RtUnitContext& rt,
+                                                                const RtlBenchOptions& options = {});
 
-/// Sets the factories in `parts` for the units that the configuration selects as RTL, unless already set.
-void use_rtl(const RtUnitConfig& config, RtUnitParts& parts);
+/// Units that the configuration wants as RTL, unless somebody else makes them.
+void use_rtl(const modules::RtUnitConfig& config, modules::RtUnitParts& parts);
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace grtx::modules {
+namespace grtx::sim {
 
 /// The finalizer of SplitMix64.
 constexpr std::uint64_t mixed(std::uint64_t x) {
@@ -66,4 +66,4 @@ TransformOperands made_transform_operands(std::uint64_t seed);
 /// Whether a and b have equal bits or are both NaN: the NaN that an operation returns depends on the processor.
 bool same_number(float a, float b);
 
-}  // namespace grtx::modules
+}  // namespace grtx::sim

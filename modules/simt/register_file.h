@@ -1,0 +1,44 @@
+// The register file of an SM. Beside the warp slots that the work distributor fills it says how many warps an SM holds.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/lane_loop.h"
+
+namespace grtx::modules {
+
+struct RegisterFile {
+  std::uint64_t registers = 65536;
+  unsigned registers_per_thread = 0;
+  unsigned payload_registers = 0;
+
+  /// Warps whose registers it holds, all threads of a warp having the same; none limited: no number is smaller.
+  std::uint64_t warps() const {
+    if (registers_per_thread == 0) return ~std::uint64_t{0};
+    return registers / (std::uint64_t{registers_per_thread + payload_registers} * kMaxLanes);
+  }
+  /// Warps that an SM with so many warp slots holds at a time.
+  unsigned resident_warps(unsigned slots) const {
+    return static_cast<unsigned>(std::min<std::uint64_t>(slots, warps()));
+  }
+  void parameters(ParameterList& list) {
+    list.add("registers", registers, {1, 1e9}, "registers", "32-bit registers of an SM, for the hardware cost",
+             kVulkanSim);
+    list.add("registers_per_thread", registers_per_thread, {0, 255}, "registers",
+             "of the program without its payload; with simt.registers they limit the warps of an SM; 0: they do not",
+             kOurs)
+        .came_later();
+    list.add("payload_registers", payload_registers, {0, 255}, "registers",
+             "of a thread beside these: a k-buffer handed to the shaders as payload, two an entry", kOurs)
+        .came_later();
+    list.rule(
+        "payload_registers", [this] { return payload_registers == 0 || registers_per_thread != 0; },
+        "needs simt.registers_per_thread");
+    list.rule(
+        "registers_per_thread", [this] { return warps() >= 1; }, "must leave simt.registers for a warp");
+  }
+};
+
+}  // namespace grtx::modules
