@@ -6,7 +6,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/lab/cost/energy_statistics.h"
 
 namespace grtx::sim {
 namespace {
@@ -48,7 +48,9 @@ void add_estimate_options(CLI::App* command, EstimateCli& cli) {
 
 WindowOptions estimate_options(const EstimateCli& cli, SimulationMode mode) {
   const EstimateCli defaults;
-  const auto needs = [](const char* option, const char* modes) { throw Error(option, "", fmt::format("needs --mode {}", modes)); };
+  const auto needs = [](const char* option, const char* modes) {
+    throw Error(option, "", fmt::format("needs --mode {}", modes));
+  };
   if (mode == SimulationMode::cycle && !cli.target_error.empty()) needs("--target-error", "sampled or windows");
   if (mode != SimulationMode::windows) {
     if (cli.share != defaults.share) needs("--share", "windows");

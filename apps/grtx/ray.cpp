@@ -13,10 +13,10 @@
 #include "grtx/apps/grtx/ray_scene.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/ray/ray_page.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/reader.h"
+#include "grtx/view/ray/ray_page.h"
 
 namespace grtx::sim {
 namespace {

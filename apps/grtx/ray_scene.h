@@ -8,11 +8,11 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/files_read.h"
-#include "grtx/explore/ray/ray_page.h"
 #include "grtx/frontend/tracer/ray_watch.h"
 #include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
 #include "grtx/traces/header.h"
+#include "grtx/view/ray/ray_page.h"
 
 namespace grtx::sim {
 

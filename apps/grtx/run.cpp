@@ -14,11 +14,11 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/design_progress.h"
+#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/scene_cli.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/apps/grtx/tracer_statistics.h"
@@ -29,10 +29,9 @@
 #include "grtx/base/free_memory.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/explore/report/report.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
@@ -42,6 +41,7 @@
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 #include "grtx/traces/reader.h"
+#include "grtx/view/report/report.h"
 
 namespace grtx::sim {
 namespace {
@@ -249,7 +249,8 @@ std::map<std::string, ordered_json> simulate_designs(const std::map<std::string,
                            SimulationOptions simulation;
                            simulation.observer = progress.observer(index);
                            simulation.price = describe_energy;
-                           const SimulationResult result = simulate_as(options.mode, trace, config, simulation, windows);
+                           const SimulationResult result =
+                               simulate_as(options.mode, trace, config, simulation, windows);
                            ordered_json document = result.document;
                            document["violations"] = result.violations;
                            document["binding_bound"] = result.binding_bound;
@@ -409,8 +410,7 @@ int run(RunArguments& options, const CommonOptions& common) {
     design = traced.designs.at(name).statistics;
     design.update(documents.at(name).at("stats"));
     // The command line may have named other tracer options than the machine.
-    put_first(tracer_notes(options.machine, traces::Reader(traced.designs.at(name).path).header()),
-              documents.at(name));
+    put_first(tracer_notes(options.machine, traces::Reader(traced.designs.at(name).path).header()), documents.at(name));
     results["notes"][name] = documents.at(name).at("notes");
     notes[name] = notes_from(results["notes"][name], name);
     const ordered_json& inputs = results["inputs"][name] = documents.at(name).at("inputs");

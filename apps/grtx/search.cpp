@@ -1,5 +1,5 @@
 // grtx search: looks for the best machines of a design space.
-#include "grtx/explore/search/search.h"
+#include "grtx/lab/search/search.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +12,8 @@
 #include "grtx/apps/grtx/session_cli.h"
 #include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/search/search_plan.h"
-#include "grtx/explore/sweep/session.h"
+#include "grtx/lab/search/search_plan.h"
+#include "grtx/lab/sweep/session.h"
 
 namespace grtx::sim {
 namespace {

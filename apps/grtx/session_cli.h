@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "grtx/explore/sweep/plan.h"
-#include "grtx/explore/sweep/session.h"
+#include "grtx/lab/sweep/plan.h"
+#include "grtx/lab/sweep/session.h"
 
 namespace grtx::sim {
 

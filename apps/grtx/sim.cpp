@@ -7,16 +7,16 @@
 #include <utility>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"

@@ -1,5 +1,5 @@
 // grtx sweep: explores a design space. Runs the points of a plan that the database does not hold yet.
-#include "grtx/explore/sweep/sweep.h"
+#include "grtx/lab/sweep/sweep.h"
 
 #include <fmt/format.h>
 
@@ -19,8 +19,8 @@
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/sweep/session.h"
-#include "grtx/explore/sweep/stored_points.h"
+#include "grtx/lab/sweep/session.h"
+#include "grtx/lab/sweep/stored_points.h"
 
 namespace grtx::sim {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "grtx/explore/sweep/plan.h"
+#include "grtx/lab/sweep/plan.h"
 
 namespace grtx::sim {
 

@@ -27,7 +27,7 @@ struct Storage {
 };
 
 struct Operators {
-  std::string name;     ///< a name of explore/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
+  std::string name;     ///< a name of lab/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
   unsigned width = 32;  ///< bits
   std::uint64_t count = 0;
 };
