@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-TOP = ("base", "traces", "frontend", "modules", "rtl_tlm", "lab", "view", "apps")
+TOP = ("base", "traces", "frontend", "modules", "rtl_tlm", "lab", "view", "study", "apps")
 
 
 def tool(name):

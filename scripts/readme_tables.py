@@ -73,7 +73,7 @@ def first_sentence(text):
 
 
 MADE = {"headline": headline, "versions": versions, "headers": headers}
-FOLDERS = ("apps", "base", "frontend", "lab", "rtl_tlm", "traces", "view",
+FOLDERS = ("apps", "base", "frontend", "lab", "rtl_tlm", "study", "traces", "view",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "rtl", "simt", "tlm")))
 PAGES = ("README.md", "docs/results/README.md", *(f"{folder}/README.md" for folder in FOLDERS))
 

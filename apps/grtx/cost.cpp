@@ -7,7 +7,6 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -17,6 +16,8 @@
 #include "grtx/lab/cost/technology.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/option_rules.h"
 #include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::sim {

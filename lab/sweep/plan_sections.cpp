@@ -202,56 +202,15 @@ void PlanSections::read_scenes(const toml::node& node) {
 void PlanSections::read_scene(const toml::table& table) {
   PlanScene scene;
   scene.place = place_of(table);
-  bool generated_only = false;
   for (const auto& [name, node] : sorted(table)) {
     const std::string full = "scene." + name;
-    if (name == "name") {
-      scene.name = text(*node, full);
-      if (printable(scene.name) != scene.name) fail(*node, full + ": must have no control characters");
-    } else if (name == "file") {
-      scene.file = path_text(*node, full);
-    } else if (name == "cameras") {
-      scene.cameras = path_text(*node, full);
-    } else if (name == "preset") {
-      scene.preset = text(*node, full);
-    } else if (name == "count") {
-      scene.count = integer(*node, full, 1, 4294967294);
-      generated_only = true;
-    } else if (name == "seed") {
-      scene.seed = integer(*node, full, 0, std::numeric_limits<std::int64_t>::max());
-      generated_only = true;
-    } else if (name == "sh_degree") {
-      scene.sh_degree = static_cast<unsigned>(integer(*node, full, 0, 3));
-      generated_only = true;
-    } else if (name == "view") {
-      scene.views = {static_cast<unsigned>(integer(*node, full, 0, 1'000'000))};
-    } else if (name == "views") {
-      const auto* views = node->as_array();
-      if (views == nullptr || views->empty()) fail(*node, full + ": must be a list of indices");
-      scene.views.clear();
-      for (const toml::node& view : *views) {
-        scene.views.push_back(static_cast<unsigned>(integer(view, full, 0, 1'000'000)));
-      }
-    } else if (name == "width") {
-      scene.width = static_cast<unsigned>(integer(*node, full, 0, 65536));
-    } else if (name == "height") {
-      scene.height = static_cast<unsigned>(integer(*node, full, 0, 65536));
-    } else if (name == "fov_scale") {
-      scene.fov_scale = number(*node, full, 1e-3, 1e3);
-    } else if (name == "role" && roles_ == Roles::search_and_evaluation) {
-      scene.evaluation = one_of(*node, full, {"search", "evaluation"}) == "evaluation";
-    } else {
+    if (!read_scene_source(scene, name, *node, full) && !read_scene_view(scene, name, *node, full)) {
       unknown(*node, full,
               {"scene.name", "scene.file", "scene.cameras", "scene.preset", "scene.count", "scene.seed",
                "scene.sh_degree", "scene.view", "scene.views", "scene.width", "scene.height", "scene.fov_scale"});
     }
   }
-  if (scene.file.empty() == scene.preset.empty()) {
-    fail(table, "scene: needs either file and cameras, or preset (with count and seed)");
-  }
-  if (!scene.file.empty() && scene.cameras.empty()) fail(table, "scene: cameras are needed");
-  if (!scene.file.empty() && generated_only) fail(table, "scene: count, seed and sh_degree are for a preset");
-  if (!scene.preset.empty() && !scene.cameras.empty()) fail(table, "scene: a preset brings its own cameras");
+  check_scene(table, scene);
   if (scene.name.empty()) {
     scene.name = scene.preset.empty() ? std::filesystem::path(scene.file).stem().string()
                                       : fmt::format("{}-{}-{}", scene.preset, scene.count, scene.seed);
@@ -260,6 +219,64 @@ void PlanSections::read_scene(const toml::table& table) {
     if (other.name == scene.name) fail(table, fmt::format("scene: two scenes are named '{}'", scene.name));
   }
   plan.scenes.push_back(scene);
+}
+
+bool PlanSections::read_scene_source(PlanScene& scene, const std::string& name, const toml::node& node,
+                                     const std::string& full) const {
+  if (name == "name") {
+    scene.name = text(node, full);
+    if (printable(scene.name) != scene.name) fail(node, full + ": must have no control characters");
+  } else if (name == "file") {
+    scene.file = path_text(node, full);
+  } else if (name == "cameras") {
+    scene.cameras = path_text(node, full);
+  } else if (name == "preset") {
+    scene.preset = text(node, full);
+  } else if (name == "count") {
+    scene.count = integer(node, full, 1, 4294967294);
+  } else if (name == "seed") {
+    scene.seed = integer(node, full, 0, std::numeric_limits<std::int64_t>::max());
+  } else if (name == "sh_degree") {
+    scene.sh_degree = static_cast<unsigned>(integer(node, full, 0, 3));
+  } else if (name == "role" && roles_ == Roles::search_and_evaluation) {
+    scene.evaluation = one_of(node, full, {"search", "evaluation"}) == "evaluation";
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool PlanSections::read_scene_view(PlanScene& scene, const std::string& name, const toml::node& node,
+                                   const std::string& full) const {
+  if (name == "view") {
+    scene.views = {static_cast<unsigned>(integer(node, full, 0, 1'000'000))};
+  } else if (name == "views") {
+    const auto* views = node.as_array();
+    if (views == nullptr || views->empty()) fail(node, full + ": must be a list of indices");
+    scene.views.clear();
+    for (const toml::node& view : *views) {
+      scene.views.push_back(static_cast<unsigned>(integer(view, full, 0, 1'000'000)));
+    }
+  } else if (name == "width") {
+    scene.width = static_cast<unsigned>(integer(node, full, 0, 65536));
+  } else if (name == "height") {
+    scene.height = static_cast<unsigned>(integer(node, full, 0, 65536));
+  } else if (name == "fov_scale") {
+    scene.fov_scale = number(node, full, 1e-3, 1e3);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void PlanSections::check_scene(const toml::table& table, const PlanScene& scene) const {
+  const bool generated = table.contains("count") || table.contains("seed") || table.contains("sh_degree");
+  if (scene.file.empty() == scene.preset.empty()) {
+    fail(table, "scene: needs either file and cameras, or preset (with count and seed)");
+  }
+  if (!scene.file.empty() && scene.cameras.empty()) fail(table, "scene: cameras are needed");
+  if (!scene.file.empty() && generated) fail(table, "scene: count, seed and sh_degree are for a preset");
+  if (!scene.preset.empty() && !scene.cameras.empty()) fail(table, "scene: a preset brings its own cameras");
 }
 
 void PlanSections::read_limits(const toml::node& node) {

@@ -68,6 +68,12 @@ class PlanSections {
  private:
   void read_scenes(const toml::node& node);
   void read_scene(const toml::table& table);
+  /// The key `name` of a scene, written `full` in messages. Returns false for keys of another kind.
+  bool read_scene_source(PlanScene& scene, const std::string& name, const toml::node& node,
+                         const std::string& full) const;
+  bool read_scene_view(PlanScene& scene, const std::string& name, const toml::node& node,
+                       const std::string& full) const;
+  void check_scene(const toml::table& table, const PlanScene& scene) const;
   void read_limits(const toml::node& node);
   bool is_key(const std::string& name) const;
 

@@ -2,22 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
-#include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/files_read.h"
 #include "grtx/frontend/tracer/ray_watch.h"
 #include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
+#include "grtx/study/tracer_settings.h"
+#include "grtx/study/view_choice.h"
 #include "grtx/traces/header.h"
 #include "grtx/view/ray/ray_page.h"
 
 namespace grtx::sim {
-
-/// The tracer's options of a trace, from Header::inputs. Throws Error that names the file `trace`.
-TracerCli traced_options(const std::string& trace, const traces::Header& header);
 
 class RayScene {
  public:
@@ -34,10 +32,20 @@ class RayScene {
   DrawnGaussian gaussian(std::uint32_t number) const;
 
  private:
+  /// How a ray begins.
+  struct Start {
+    frontend::TraceRay ray;
+    float limit = std::numeric_limits<float>::infinity();
+    float transmittance = 1.0f;
+  };
+  Start start_of(const traces::RayGroup& group, unsigned lane) const;
+  /// Throws Error where the ray that was traced again differs.
+  void require_same_events(const traces::RayGroup& group, const traces::Ray& recorded, const traces::Ray& found) const;
+
   const std::string trace_;
   const traces::Header& header_;
   const std::string path_;
-  const TracerCli cli_;
+  const TracerSettings settings_;
   const frontend::TracerOptions options_;
   frontend::Camera camera_;
   frontend::SceneTracer scene_;

@@ -1,4 +1,4 @@
-#include "grtx/apps/grtx/ray_scene.h"
+#include "grtx/study/ray_scene.h"
 
 #include <fmt/format.h>
 
@@ -9,35 +9,14 @@
 #include <optional>
 #include <utility>
 
-#include "grtx/apps/grtx/scene_cli.h"
-#include "grtx/apps/grtx/secondary_cli.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
+#include "grtx/study/scene_trace.h"
 
 namespace grtx::sim {
 
 using namespace frontend;
-
-TracerCli traced_options(const std::string& trace, const traces::Header& header) {
-  TracerCli cli;
-  CLI::App parser;
-  add_tracer_options(&parser, cli);
-  // An input that is named like an option was written by it.
-  std::vector<std::string> arguments;
-  for (const auto& [name, value] : header.inputs) {
-    std::string option = "--" + name;
-    std::replace(option.begin(), option.end(), '_', '-');
-    if (parser.get_option_no_throw(option) != nullptr) arguments.push_back(option + "=" + value);
-  }
-  try {
-    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
-    parser.parse(arguments);
-  } catch (const CLI::ParseError& error) {
-    throw Error(trace, "inputs of the header", error.what());
-  }
-  return cli;
-}
 
 namespace {
 
@@ -66,8 +45,8 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
     : trace_(trace),
       header_(header),
       path_(scene),
-      cli_(traced_options(trace, header)),
-      options_(tracer_options(cli_, header.checkpoint, header.accel)) {
+      settings_(traced_settings(trace, header.inputs)),
+      options_(tracer_options(settings_, header.checkpoint, header.accel)) {
   camera_ = select_camera(with_resolution(std::move(view), header), files);
   if (camera_.width != header.width || camera_.height != header.height) {
     throw Error(scene, fmt::format("{} x {} pixels", camera_.width, camera_.height),
@@ -76,7 +55,7 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
   if (header.three_level() && !is_object_list(scene)) {
     throw Error(scene, "", "must be the list of objects that the trace was made of");
   }
-  load_scene(scene_, scene, header.three_level(), {camera_}, cli_, header.accel, files, true);
+  load_scene(scene_, scene, header.three_level(), {camera_}, settings_, header.accel, files, true);
   if (const MultiObjectWorld* const world = scene_.world()) {
     const auto& found = world->objects();
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -85,11 +64,11 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
   } else {
     const ViewTracer& tracer = *scene_.view();
     require_same(scene, "scene", header, "scene_hash", tracer.scene().hash);
-    scene_.build(accel_options(cli_, header.accel), true);
-    const OpticalObjects optical = optical_objects(cli_.secondary, tracer.scene(), camera_);
+    scene_.build(accel_options(settings_, header.accel), true);
+    const OpticalObjects optical = optical_objects(settings_.secondary, tracer.scene(), camera_);
     if (!optical.empty()) {
       plan_ = plan_secondary(tracer.scene(), tracer.gaussians(), tracer.accel(), camera_, options_, optical,
-                             header.warp_mapping == traces::WarpMapping::linear, cli_.threads, header.warp_size);
+                             header.warp_mapping == traces::WarpMapping::linear, settings_.threads, header.warp_size);
     }
   }
   if (scene_.structure().image.size() != header.node_image_bytes) {
@@ -97,38 +76,31 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
   }
 }
 
-RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
-  const traces::Ray& recorded = group.rays[lane];
-  const TracedStructure traced = scene_.structure();
-  TraceRay ray;
-  float limit = std::numeric_limits<float>::infinity(), transmittance = 1.0f;
+RayScene::Start RayScene::start_of(const traces::RayGroup& group, unsigned lane) const {
   if (group.kind == traces::RayKind::primary) {
-    const glm::vec3 origin(camera_.position - traced.offset);
-    const glm::vec3 direction(camera_.direction(recorded.pixel % header_.width, recorded.pixel / header_.width));
-    ray = TraceRay(origin, direction);
-    if (!plan_.objects.empty()) limit = plan_.primary_limit(origin, direction);
-  } else {
-    std::uint64_t first = 0;
-    for (std::uint32_t frame = 0; frame < group.frame; ++frame) first += header_.frame_groups[frame];
-    first += map_pixels(header_.width, header_.height, header_.warp_mapping == traces::WarpMapping::linear,
-                        header_.warp_size)
-                 .size();
-    const std::uint64_t index = group.index - first;
-    if (index >= plan_.groups.size() || lane >= plan_.groups[index].count) {
-      throw Error(path_, "secondary rays", "are not those of " + trace_ + ": another camera or view");
-    }
-    const SecondaryRay& planned = plan_.rays[plan_.groups[index].first + lane];
-    ray = TraceRay(planned.origin, planned.direction);
-    limit = planned.limit;
-    transmittance = planned.transmittance;
+    const std::uint32_t pixel = group.rays[lane].pixel;
+    const glm::vec3 origin(camera_.position - scene_.structure().offset);
+    const glm::vec3 direction(camera_.direction(pixel % header_.width, pixel / header_.width));
+    Start start;
+    start.ray = TraceRay(origin, direction);
+    if (!plan_.objects.empty()) start.limit = plan_.primary_limit(origin, direction);
+    return start;
   }
+  std::uint64_t first = 0;
+  for (std::uint32_t frame = 0; frame < group.frame; ++frame) first += header_.frame_groups[frame];
+  first +=
+      map_pixels(header_.width, header_.height, header_.warp_mapping == traces::WarpMapping::linear, header_.warp_size)
+          .size();
+  const std::uint64_t index = group.index - first;
+  if (index >= plan_.groups.size() || lane >= plan_.groups[index].count) {
+    throw Error(path_, "secondary rays", "are not those of " + trace_ + ": another camera or view");
+  }
+  const SecondaryRay& planned = plan_.rays[plan_.groups[index].first + lane];
+  return {TraceRay(planned.origin, planned.direction), planned.limit, planned.transmittance};
+}
 
-  RayTracer tracer(traced, options_);
-  RayWatch watch(options_, tracer.state(), tracer.stack());
-  watch.begin_ray(recorded.pixel);
-  tracer.trace(ray, watch, transmittance, limit);
-  WatchedRay watched = watch.watched();
-
+void RayScene::require_same_events(const traces::RayGroup& group, const traces::Ray& recorded,
+                                   const traces::Ray& found) const {
   const auto differs = [&](std::size_t round, std::size_t event) {
     return Error(path_,
                  fmt::format("pixel {},{} round {} event {}", recorded.pixel % header_.width,
@@ -136,29 +108,41 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
                  "is not traced as in " + trace_ + ": another camera, view or version of the program");
   };
   std::size_t event = 0;
-  for (std::size_t r = 0; r < std::max(recorded.rounds.size(), watched.ray.rounds.size()); ++r) {
-    if (r >= recorded.rounds.size() || r >= watched.ray.rounds.size()) throw differs(r, 0);
+  for (std::size_t r = 0; r < std::max(recorded.rounds.size(), found.rounds.size()); ++r) {
+    if (r >= recorded.rounds.size() || r >= found.rounds.size()) throw differs(r, 0);
     const std::uint32_t count = recorded.rounds[r].event_count;
     for (std::uint32_t e = 0; e < count; ++e, ++event) {
       traces::Event expected = recorded.events[event];
       if (expected.kind() == traces::EventKind::visit_internal) expected.node = group.nodes[expected.node].address;
-      if (event >= watched.ray.events.size() || watched.ray.events[event] != expected) throw differs(r, e);
+      if (event >= found.events.size() || found.events[event] != expected) throw differs(r, e);
     }
-    if (recorded.rounds[r] != watched.ray.rounds[r]) throw differs(r, count);
+    if (recorded.rounds[r] != found.rounds[r]) throw differs(r, count);
   }
-  if (recorded.processed != watched.ray.processed) throw differs(recorded.rounds.size(), 0);
+  if (recorded.processed != found.processed) throw differs(recorded.rounds.size(), 0);
+}
+
+RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
+  const traces::Ray& recorded = group.rays[lane];
+  const Start start = start_of(group, lane);
+  const TracedStructure traced = scene_.structure();
+  RayTracer tracer(traced, options_);
+  RayWatch watch(options_, tracer.state(), tracer.stack());
+  watch.begin_ray(recorded.pixel);
+  tracer.trace(start.ray, watch, start.transmittance, start.limit);
+  WatchedRay watched = watch.watched();
+  require_same_events(group, recorded, watched.ray);
 
   RayValues values;
   values.t_max = std::move(watched.t_max);
   values.times = std::move(watched.times);
   values.transmittance = std::move(watched.transmittance);
-  for (const WatchedRay::Start& start : watched.starts) {
-    values.start_t_max.push_back(start.t_max);
+  for (const WatchedRay::Start& round : watched.starts) {
+    values.start_t_max.push_back(round.t_max);
     auto& hits = values.start_hits.emplace_back();
-    for (const KEntry& hit : start.k_buffer) hits.emplace_back(hit.t, hit.id);
+    for (const KEntry& hit : round.k_buffer) hits.emplace_back(hit.t, hit.id);
   }
-  values.origin = floats(ray.origin);
-  values.direction = floats(ray.direction);
+  values.origin = floats(start.ray.origin);
+  values.direction = floats(start.ray.direction);
   return values;
 }
 

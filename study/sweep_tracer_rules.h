@@ -9,7 +9,7 @@
 
 namespace grtx::sim {
 
-class CliTracerRules final : public TracerRules {
+class SceneTracerRules final : public TracerRules {
  public:
   void check(const std::string& option, const std::string& value) const override;
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,

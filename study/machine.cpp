@@ -1,4 +1,4 @@
-#include "grtx/apps/grtx/machine.h"
+#include "grtx/study/machine.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/rtl_tlm/config/config_file.h"
@@ -54,15 +53,9 @@ std::string path_of(const std::string& machine) {
 
 /// Options of the tracer as keys tracer.NAME; what is set goes to `values`.
 void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::string>& values) {
-  CLI::App command;
-  TracerCli options;
-  add_tracer_options(&command, options);
   list.under("tracer", [&](modules::ParameterList& tracer) {
-    for (const CLI::Option* option : command.get_options()) {
-      if (option->get_lnames().empty() || option->get_lnames().front() == "help") continue;
-      std::string key = option->get_lnames().front();
-      std::replace(key.begin(), key.end(), '-', '_');
-      tracer.add(key.c_str(), values[key], {}, option->get_description(), modules::kOurs);
+    for (const TracerOptionName& option : tracer_option_names()) {
+      tracer.add(option.key.c_str(), values[option.key], {}, option.description, modules::kOurs);
     }
   });
 }
@@ -81,11 +74,6 @@ std::map<std::string, std::string> read_machine(const std::string& path, GpuConf
 
 }  // namespace
 
-std::string flag_of(std::string key) {
-  std::replace(key.begin(), key.end(), '_', '-');
-  return "--" + key;
-}
-
 std::vector<std::string> machine_names() {
   std::vector<std::string> names;
   std::error_code failed;
@@ -97,14 +85,6 @@ std::vector<std::string> machine_names() {
 }
 
 void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
-
-CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
-  return command->add_option("--machine", machine,
-                             fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
-                                         ".toml of what differs from paper, or from what it includes; --config and "
-                                         "options of the tracer override it",
-                                         fmt::join(machine_names(), ", ")));
-}
 
 GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                               const std::vector<std::string>& settings) {
@@ -134,15 +114,15 @@ std::map<std::string, std::string> machine_tracer(const std::string& machine) {
   return machine.empty() ? std::map<std::string, std::string>() : read_machine(path_of(machine), unused);
 }
 
-void apply_machine_tracer(CLI::App& command, const std::string& machine) {
-  for (const auto& [key, value] : machine_tracer(machine)) {
-    CLI::Option* option = command.get_option(flag_of(key));
-    if (option->count() > 0) continue;  // named on the command line
+void apply_machine_tracer(TracerSettings& settings, const std::string& machine,
+                          const std::function<bool(const std::string&)>& named) {
+  const std::map<std::string, std::string> chosen = machine_tracer(machine);
+  for (const auto& [key, value] : chosen) {
+    if (named && named(key)) continue;
     try {
-      option->add_result(value);
-      option->run_callback();
-    } catch (const CLI::Error& error) {
-      throw Error(path_of(machine), "tracer." + key, error.what());
+      set_option(settings, key, value);
+    } catch (const Error& error) {
+      throw Error(path_of(machine), "tracer." + key, error.rule());
     }
   }
 }

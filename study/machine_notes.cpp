@@ -1,4 +1,4 @@
-#include "grtx/apps/grtx/machine_notes.h"
+#include "grtx/study/machine_notes.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,8 +7,8 @@
 #include <set>
 #include <vector>
 
-#include "grtx/apps/grtx/machine.h"
-#include "grtx/apps/grtx/tracer_cli.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/tracer_settings.h"
 
 namespace grtx::sim {
 namespace {
@@ -27,12 +27,10 @@ std::set<std::string> options_of_machines(const Options& own) {
 
 /// All options as this machine has them for traces of this layout.
 Options resolved(const Options& own, const std::string& machine, const traces::Header& header) {
-  CLI::App command;
-  TracerCli cli;
-  add_tracer_options(&command, cli);
-  apply_machine_tracer(command, machine);
-  if (!own.contains("layout")) cli.layout = header.layout;  // which says how wide a node is
-  return option_texts(cli);
+  TracerSettings settings;
+  apply_machine_tracer(settings, machine);
+  if (!own.contains("layout")) settings.layout = header.layout;  // which says how wide a node is
+  return option_texts(settings);
 }
 
 }  // namespace

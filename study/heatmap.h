@@ -1,7 +1,6 @@
 // A number for each pixel as a picture: PNG in false colours with a colour bar, and the numbers themselves as EXR.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -27,8 +26,6 @@ std::string heatmap_values_path(const std::string& picture);
 /// Throws Error for an unknown name or a path that is not a .png.
 std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& texts,
                                              const std::vector<std::string>& names);
-/// --heatmap, which may be repeated.
-void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, const std::vector<std::string>& names);
 
 /// Colour of a value between 0 (black) and 1 (pale yellow); lightness grows all the way.
 glm::vec3 heat_colour(double value);

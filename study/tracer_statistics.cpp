@@ -1,11 +1,13 @@
-#include "grtx/apps/grtx/tracer_statistics.h"
+#include "grtx/study/tracer_statistics.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "grtx/apps/grtx/options.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/view_choice.h"
 
 namespace grtx::sim {
 namespace {
@@ -126,6 +128,31 @@ modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene
              "host time of building the scene TLAS alone, as when objects move");
   }
   return list;
+}
+
+ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings) {
+  traces::Header header;
+  header.inputs = traced.inputs;
+  header.checkpoint_capacity = settings.options.checkpoint_capacity;
+  traces::Totals totals;
+  for (const frontend::TracerCounters* counted : {&traced.result.counters, &traced.result.secondary}) {
+    totals.rounds += counted->rounds;
+    totals.any_hit_calls += counted->any_hit_calls();
+    totals.overflows += counted->checkpoint_overflows;
+  }
+  return trace_notes(header, totals);
+}
+
+nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const frontend::TracedView& traced,
+                                     const TracerSettings& settings, bool checkpoint, frontend::AccelKind accel,
+                                     const std::string& machine) {
+  nlohmann::ordered_json config;
+  for (const auto& [name, value] : option_inputs(settings, checkpoint, accel)) config[name] = value;
+  nlohmann::ordered_json document =
+      statistics_document(config, traced.inputs, view_notes(traced, settings), tracer_statistics(scene, traced),
+                          tracer_host_statistics(scene, traced.result));
+  document["inputs"]["machine"] = machine_name(machine);
+  return document;
 }
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-#include "grtx/apps/grtx/heatmap.h"
+#include "grtx/study/heatmap.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/pixel_font.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/study/pixel_font.h"
 
 namespace grtx::sim {
 namespace {
@@ -68,16 +67,6 @@ std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& tex
     requests.push_back(request);
   }
   return requests;
-}
-
-void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, const std::vector<std::string>& names) {
-  command
-      ->add_option("--heatmap", texts,
-                   fmt::format("NAME or NAME=F.png: picture of a number a pixel, and the raw values as F.exr; NAME is "
-                               "one of {}; may be repeated (default: none)",
-                               fmt::join(names, ", ")))
-      ->type_name(kOutputFile)
-      ->allow_extra_args(false);
 }
 
 glm::vec3 heat_colour(double value) {

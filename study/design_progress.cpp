@@ -1,4 +1,4 @@
-#include "grtx/apps/grtx/design_progress.h"
+#include "grtx/study/design_progress.h"
 
 #include <fmt/format.h>
 #include <sys/mman.h>
