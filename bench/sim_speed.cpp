@@ -25,7 +25,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 

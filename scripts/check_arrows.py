@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Holds the arrows between the folders: who may include whom.
 
-* Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- explore <- apps; apps alone also sees frontend;
-  base lies below all.
+* Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- lab <- view <- study <- apps; study and
+  apps alone also see frontend; base lies below all.
 * Between all folders inside them: no circles. Where the folders inside a folder implement its interfaces (traces/codec,
   policies), its headers count as one folder and its sources as another, above those inside.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
@@ -20,8 +20,10 @@ BELOW = {
     "frontend": ["base", "traces"],
     "modules": ["base", "traces"],
     "rtl_tlm": ["base", "traces", "modules"],
-    "explore": ["base", "traces", "modules", "rtl_tlm"],
-    "apps": ["base", "traces", "modules", "rtl_tlm", "explore", "frontend"],
+    "lab": ["base", "traces", "modules", "rtl_tlm"],
+    "view": ["base", "traces", "modules", "rtl_tlm", "lab"],
+    "study": ["base", "traces", "modules", "rtl_tlm", "lab", "view", "frontend"],
+    "apps": ["base", "traces", "modules", "rtl_tlm", "lab", "view", "frontend", "study"],
 }
 # Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders: the codec of
 # traces, registered policies.

@@ -73,7 +73,7 @@ def first_sentence(text):
 
 
 MADE = {"headline": headline, "versions": versions, "headers": headers}
-FOLDERS = ("apps", "base", "explore", "frontend", "rtl_tlm", "rtl_tlm/rtl", "traces",
+FOLDERS = ("apps", "base", "frontend", "lab", "rtl_tlm", "rtl_tlm/rtl", "study", "traces", "view",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "simt", "tlm")))
 PAGES = ("README.md", "docs/results/README.md", *(f"{folder}/README.md" for folder in FOLDERS))
 

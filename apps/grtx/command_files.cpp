@@ -6,11 +6,13 @@
 #include <filesystem>
 
 #include "grtx/apps/grtx/commands.h"
-#include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/study/heatmap.h"
+#include "grtx/study/run_designs.h"
+#include "grtx/study/view_choice.h"
 
 namespace grtx::sim {
 namespace {

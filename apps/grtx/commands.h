@@ -38,8 +38,6 @@ void add_ray(CLI::App& app, CommonOptions& common);
 void add_sim(CLI::App& app, CommonOptions& common);
 void add_cost(CLI::App& app, CommonOptions& common);
 void add_run(CLI::App& app, CommonOptions& common);
-/// Everything that grtx run may write into its folder. views: as --views.
-std::vector<std::string> run_files(const std::string& folder, const std::string& views);
 void add_stalls(CLI::App& app, CommonOptions& common);
 void add_report(CLI::App& app, CommonOptions& common);
 void add_correlate(CLI::App& app, CommonOptions& common);

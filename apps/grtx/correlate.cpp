@@ -1,5 +1,5 @@
 // grtx correlate: measured figures of real machines against a sweep.
-#include "grtx/explore/report/correlate.h"
+#include "grtx/view/report/correlate.h"
 
 #include <fmt/format.h>
 

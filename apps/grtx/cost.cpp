@@ -7,16 +7,17 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/cost/cost_report.h"
-#include "grtx/explore/cost/run_energy.h"
-#include "grtx/explore/cost/run_machine.h"
-#include "grtx/explore/cost/technology.h"
+#include "grtx/lab/cost/cost_report.h"
+#include "grtx/lab/cost/run_energy.h"
+#include "grtx/lab/cost/run_machine.h"
+#include "grtx/lab/cost/technology.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/option_rules.h"
 #include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::sim {

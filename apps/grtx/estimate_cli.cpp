@@ -6,7 +6,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/lab/cost/energy_statistics.h"
 
 namespace grtx::sim {
 namespace {

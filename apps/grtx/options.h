@@ -12,9 +12,8 @@
 #include "grtx/apps/grtx/command_files.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/declare/named_enum.h"
-#include "grtx/base/files_read.h"
 #include "grtx/base/wrapped.h"
-#include "grtx/frontend/camera/camera.h"
+#include "grtx/study/view_choice.h"
 
 namespace grtx::sim {
 
@@ -60,26 +59,15 @@ CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value,
       ->check(one_of(std::move(names)));
 }
 
-/// Which picture of which camera file.
-struct ViewOptions {
-  std::string cameras;     ///< file or COLMAP folder
-  unsigned view = 0;       ///< index in the file
-  std::string views;       ///< A:B: a sequence in place of one view
-  unsigned width = 0;      ///< pixels; 0: the file's
-  unsigned height = 0;     ///< pixels; 0: the file's
-  double fov_scale = 1.0;  ///< factor on the tangent of half the field of view
-};
 /// --cameras (required), --view, --width, --height, --fov-scale.
 void add_view_options(CLI::App* command, ViewOptions& view);
 /// --views.
 void add_views_option(CLI::App* command, ViewOptions& view);
-/// Loads the cameras and applies the options. files: takes what is opened. Throws Error when the view does not exist.
-frontend::Camera select_camera(const ViewOptions& view, FilesRead& files);
-/// The same of --views, if given: one camera a frame.
-std::vector<frontend::Camera> select_cameras(const ViewOptions& view, FilesRead& files);
-/// File of a frame of a sequence: `path` with the frame's number before its ending.
-std::string frame_path(const std::string& path, std::size_t frame);
-/// Names for all frames of --views; `path` alone when that is none.
-std::vector<std::string> frame_paths(const std::string& path, const std::string& views);
+/// --machine, with the machines of the project as a hint.
+CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
+/// --flatten.
+void add_flatten_option(CLI::App* command, bool& flatten);
+/// --heatmap, which may be repeated.
+void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, const std::vector<std::string>& names);
 
 }  // namespace grtx::sim

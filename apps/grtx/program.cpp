@@ -20,7 +20,6 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
 #include "grtx/base/end_by_signal.h"
@@ -30,6 +29,7 @@
 #include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 #include "grtx/rtl_tlm/run/model_version.h"
+#include "grtx/study/machine.h"
 
 namespace {
 

@@ -2,11 +2,9 @@
 // commands then have them.
 #pragma once
 
-namespace grtx {
+#include "grtx/study/machines_folder.h"
 
-#ifdef GRTX_MACHINES_FOLDER  // comes with the target grtx::program
-inline constexpr const char* kMachinesFolder = GRTX_MACHINES_FOLDER;
-#endif
+namespace grtx {
 
 /// To be called from sc_main(), once. machines: folder of the machines that have a name. Returns the exit code: 0 done,
 /// 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.

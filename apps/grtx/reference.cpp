@@ -4,7 +4,7 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/secondary_cli.h"
+#include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
@@ -23,7 +23,7 @@ struct ReferenceArguments {
   unsigned kernel_degree = 2;
   frontend::InsideRule inside = frontend::InsideRule::skip;
   frontend::ShDirection sh_dir = frontend::ShDirection::ray;
-  SecondaryCli secondary;
+  SecondarySettings secondary;
   frontend::ReferenceOptions render;
   std::string output;
 };

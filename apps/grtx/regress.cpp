@@ -5,11 +5,11 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/explore/sweep/session.h"
+#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/lab/sweep/session.h"
+#include "grtx/study/machine.h"
 
 namespace grtx::sim {
 namespace {

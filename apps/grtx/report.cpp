@@ -1,5 +1,5 @@
 // grtx report: tables and charts of sweeps and runs in one HTML file.
-#include "grtx/explore/report/report.h"
+#include "grtx/view/report/report.h"
 
 #include <memory>
 

@@ -1,5 +1,5 @@
 // grtx search: looks for the best machines of a design space.
-#include "grtx/explore/search/search.h"
+#include "grtx/lab/search/search.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,14 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
-#include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/search/search_plan.h"
-#include "grtx/explore/sweep/session.h"
+#include "grtx/lab/search/search_plan.h"
+#include "grtx/lab/sweep/session.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/plan_machine.h"
+#include "grtx/study/sweep_tracer_rules.h"
 
 namespace grtx::sim {
 namespace {
@@ -27,7 +28,7 @@ struct SearchArguments {
 int search(const SearchArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
-  const CliTracerRules tracer;
+  const SceneTracerRules tracer;
   SearchPlan plan = load_search_plan(options.plan, tracer);
   put_on_machine(plan.common, options.machine);
   SessionOptions with = options.session;

@@ -16,7 +16,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/sweep/program_run.h"
+#include "grtx/lab/sweep/program_run.h"
 
 namespace grtx::sim {
 namespace {

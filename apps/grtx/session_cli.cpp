@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 
 namespace grtx::sim {
@@ -31,16 +28,6 @@ std::string describe(const TraceWork& work) {
   if (work.made == 0) return "";
   return fmt::format("{} {} made, {} {} built for them", work.made, work.made == 1 ? "trace" : "traces",
                      work.structures_built, work.structures_built == 1 ? "structure" : "structures");
-}
-
-void put_on_machine(SweepPlan& plan, const std::string& machine) {
-  if (machine.empty()) return;
-  plan.on.name = machine_name(machine);
-  plan.on.option = machine.ends_with(".toml") ? std::filesystem::absolute(machine).string() : machine;
-  plan.machine = load_machine_config(machine, plan.base, {});
-  Coordinates settings;
-  for (const auto& [name, value] : machine_tracer(machine)) settings.emplace_back("tracer." + name, value);
-  plan.settings.insert(plan.settings.begin(), settings.begin(), settings.end());
 }
 
 }  // namespace grtx::sim

@@ -8,21 +8,21 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/estimate_cli.h"
-#include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
-#include "grtx/apps/grtx/machine_notes.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
+#include "grtx/study/heatmap.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/machine_notes.h"
+#include "grtx/study/simulate_mode.h"
 
 namespace grtx::sim {
 namespace {
@@ -95,17 +95,6 @@ void check_estimate(const SimArguments& options) {
   }
 }
 
-SampledResult simulate_as_asked(const SimArguments& options, const GpuConfig& config, const WindowOptions& windows) {
-  if (options.mode == SimulationMode::windows) return simulate_windows(options.trace, config, windows);
-  if (options.mode == SimulationMode::sampled) {
-    return simulate_sampled(options.trace, config, options.simulation, windows.target_error);
-  }
-  SampledResult exact;
-  exact.result = simulate(options.trace, config, options.simulation);
-  exact.estimate.whole = true;
-  return exact;
-}
-
 int run_simulation(SimArguments options, const CommonOptions& common) {
   if (common.json && (options.list_config || options.list_statistics)) {
     throw Error("--json", "", "needs a trace: lists are Markdown");
@@ -135,7 +124,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.price = describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const ResultNotes notes = notes_before(options);
-  SampledResult estimate = simulate_as_asked(options, config, windows);
+  SampledResult estimate = simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   SimulationResult& result = estimate.result;
   put_first(notes, result.document);
   result.document["inputs"]["machine"] = machine_name(options.machine, config);

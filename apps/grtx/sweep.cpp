@@ -1,5 +1,5 @@
 // grtx sweep: explores a design space. Runs the points of a plan that the database does not hold yet.
-#include "grtx/explore/sweep/sweep.h"
+#include "grtx/lab/sweep/sweep.h"
 
 #include <fmt/format.h>
 
@@ -12,15 +12,16 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
-#include "grtx/apps/grtx/sweep_tracer_rules.h"
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/explore/sweep/session.h"
-#include "grtx/explore/sweep/stored_points.h"
+#include "grtx/lab/sweep/session.h"
+#include "grtx/lab/sweep/stored_points.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/plan_machine.h"
+#include "grtx/study/sweep_tracer_rules.h"
 
 namespace grtx::sim {
 namespace {
@@ -203,7 +204,7 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
   if (options.tracer) return answer_trace_requests(std::cin, stdout);
   if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
-  const CliTracerRules tracer;
+  const SceneTracerRules tracer;
   const SweepPlan plan = plan_of(options, tracer);
   SweepPoints all = expand(plan, tracer, program_version());
   if (options.list) {

@@ -5,19 +5,19 @@
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
-#include "grtx/apps/grtx/heatmap.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/machine.h"
 #include "grtx/apps/grtx/options.h"
-#include "grtx/apps/grtx/scene_cli.h"
-#include "grtx/apps/grtx/tile_view.h"
 #include "grtx/apps/grtx/tracer_cli.h"
-#include "grtx/apps/grtx/tracer_statistics.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/study/heatmap.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/scene_trace.h"
+#include "grtx/study/tile_view.h"
+#include "grtx/study/tracer_statistics.h"
 
 namespace grtx::sim {
 namespace {
@@ -27,7 +27,7 @@ struct TraceArguments {
   ViewOptions view;
   std::string accel = "tri20";
   std::string checkpoint = "off";
-  TracerCli tracer;
+  TracerSettings tracer;
   CLI::App* command = nullptr;
   std::string machine = kDefaultMachine;
   std::string output;
@@ -63,7 +63,17 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  return render_tile_view(options.scene, options.view, kind, options.tracer, options.image, options.statistics, common);
+  const TileView view = render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
+                                         [&common](const FilesRead& files) { common.files.check(files); });
+  if (!options.image.empty()) frontend::write_image(options.image, view.result.image);
+  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(view.document));
+  if (common.json) print_json(view.document);
+  if (!common.quiet && !common.json) {
+    const frontend::TileCounters& c = view.result.counters;
+    fmt::print("tiles of {}: {} rays, {} blended, {:.3g} Mrays/s\n", frontend::accel_name(kind), c.rays, c.blended,
+               static_cast<double>(c.rays) / view.seconds * 1e-6);
+  }
+  return 0;
 }
 
 /// What a scene of several objects or with glass and mirror is worth saying to people; "": nothing.
@@ -78,22 +88,8 @@ std::string remark(const frontend::SceneTracer& scene, const frontend::TracedVie
                      c.rounds, c.visits(), describe(scene.view()->objects()));
 }
 
-/// What limits the meaning of a trace's figures, and of what is simulated with it.
-ResultNotes notes_of(const frontend::TracedView& traced, const TracerCli& cli) {
-  traces::Header header;
-  header.inputs = traced.inputs;
-  header.checkpoint_capacity = cli.options.checkpoint_capacity;
-  traces::Totals totals;
-  for (const frontend::TracerCounters* counted : {&traced.result.counters, &traced.result.secondary}) {
-    totals.rounds += counted->rounds;
-    totals.any_hit_calls += counted->any_hit_calls();
-    totals.overflows += counted->checkpoint_overflows;
-  }
-  return trace_notes(header, totals);
-}
-
-int trace(const TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
-  apply_machine_tracer(*options.command, options.machine);
+int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
+  apply_machine_tracer(options.tracer, options.machine, *options.command);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }
@@ -120,17 +116,13 @@ int trace(const TraceArguments& options, const CommonOptions& common, frontend::
   if (!options.image.empty()) write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
-  const ResultNotes notes = notes_of(traced, options.tracer);
   if (statistics) {
-    nlohmann::ordered_json config;
-    for (const auto& [name, value] : option_inputs(options.tracer, checkpoint, kind)) config[name] = value;
-    nlohmann::ordered_json document = statistics_document(
-        config, traced.inputs, notes, tracer_statistics(scene, traced), tracer_host_statistics(scene, result));
-    document["inputs"]["machine"] = machine_name(options.machine);
+    const nlohmann::ordered_json document =
+        view_document(scene, traced, options.tracer, checkpoint, kind, options.machine);
     if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
     if (common.json) print_json(document);
   }
-  print_notes({{"trace", notes}});
+  print_notes({{"trace", view_notes(traced, options.tracer)}});
   if (!common.quiet && !common.json) {
     const auto& c = result.counters;
     say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",

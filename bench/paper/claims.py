@@ -4,7 +4,7 @@ import tomllib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOLDS = 0.20  # of the paper's printed number
-TARGETS = os.path.join(HERE, "..", "..", "explore", "report", "paper_targets.toml")
+TARGETS = os.path.join(HERE, "..", "..", "view", "report", "paper_targets.toml")
 
 
 class Claim:

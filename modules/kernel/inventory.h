@@ -1,5 +1,5 @@
 // Storage bits and operators of a module, derived from the parameters that it simulates with. The cost model
-// (explore/cost) reads only these.
+// (lab/cost) reads only these.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct Storage {
 };
 
 struct Operators {
-  std::string name;     ///< as in explore/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
+  std::string name;     ///< a name of lab/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
   unsigned width = 32;  ///< bits
   std::uint64_t count = 0;
 };

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "grtx/base/child_process.h"
-#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"

@@ -10,10 +10,10 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
-#include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
+#include "grtx/lab/cost/energy_statistics.h"
 #include "paths.h"
 #include "rtl_tlm/traced_view.h"
 

@@ -1,0 +1,56 @@
+// What a machine costs: a walk over the modules' inventories, priced for a process node, summed by hierarchy.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "grtx/lab/cost/range.h"
+#include "grtx/modules/kernel/inventory.h"
+
+namespace grtx::sim {
+
+struct CostOptions {
+  unsigned nm = 12;
+  double clock_mhz = 1365;
+  double utilisation = 0.70;  ///< share of the placed area that is cells (judgement: 0.6 to 0.8)
+  double control = 1.0;       ///< factor on logic for control and interconnect (judgement: 1 to 2.5)
+};
+
+struct CostItem {
+  std::string name;
+  std::string kind;  ///< "flip-flops", "SRAM", "cache", "logic"
+  std::uint64_t bits = 0;
+  double count = 0.0;  ///< operators
+  Range gates;         ///< GE; 0 for SRAM
+  Range area_mm2;
+  Range leakage_mw;
+  double delay_ns = 0.0;                 ///< of the slowest operator, or access time; central
+  double read_pj = 0.0, write_pj = 0.0;  ///< per access of a memory
+  Range operation_pj;                    ///< per operation of one operator
+  bool added_by_grtx = false;
+  std::string estimator;
+};
+
+struct CostNode {
+  std::string name;     ///< last part of the hierarchical name
+  unsigned copies = 1;  ///< equal siblings folded into this node; the figures are of one
+  std::vector<CostItem> items;
+  std::vector<CostNode> children;
+
+  // What one copy has, everything below it included.
+  std::uint64_t flip_flop_bits = 0, memory_bits = 0;
+  Range gates, area_mm2, leakage_mw;
+  double delay_ns = 0.0;  ///< slowest operator or memory below; not a path: units are pipelined
+};
+
+/// Hierarchy from the dots in the modules' names; siblings that are equal but for their number are folded.
+CostNode cost_tree(const std::vector<modules::Inventory>& inventories, const CostOptions& options);
+
+/// Items of one module.
+std::vector<CostItem> price(const modules::Inventory& inventory, const CostOptions& options);
+
+/// Node at a dotted path below the root, e.g. "sm0.rt"; copies have the number of their first. nullptr when missing.
+const CostNode* find(const CostNode& root, const std::string& path);
+
+}  // namespace grtx::sim

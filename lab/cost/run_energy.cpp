@@ -1,0 +1,174 @@
+#include "grtx/lab/cost/run_energy.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "grtx/base/error.h"
+#include "grtx/lab/cost/operator_cost.h"
+#include "grtx/lab/cost/technology.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
+
+namespace grtx::sim {
+namespace {
+
+using modules::Inventory;
+
+// The module of the first SM or slice that has this name's end; nullptr when the machine has none.
+const Inventory* module_of(const std::vector<Inventory>& all, const std::string& end) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Inventory& i) { return i.module.ends_with(end); });
+  return found == all.end() ? nullptr : &*found;
+}
+
+const CostItem* item_of(const std::vector<CostItem>& items, const std::string& name) {
+  const auto found = std::find_if(items.begin(), items.end(), [&](const CostItem& i) { return i.name == name; });
+  return found == items.end() ? nullptr : &*found;
+}
+
+/// Whether a run has a statistic of this name: one that is misspelt here would cost nothing.
+bool is_declared(const std::string& name) {
+  static const std::set<std::string> names = [] {
+    std::set<std::string> all;
+    const modules::StatisticList kinds = statistic_kinds();
+    for (const modules::Statistic& statistic : kinds.items()) all.insert(statistic.name);
+    return all;
+  }();
+  return names.contains(name);
+}
+
+class Prices {
+ public:
+  Prices(const std::vector<Inventory>& inventories, const CostOptions& options)
+      : inventories_(inventories), options_(options), technology_(technology(options.nm)) {}
+
+  /// All operators of one pipeline of a unit once, and a register at every stage. The inventory sums up the pipelines,
+  /// each of which uses its operators and registers `interval` times for a test.
+  Range test(const std::string& module, const modules::IntersectionUnit::Config& unit) const {
+    const Inventory* inventory = module_of(inventories_, module);
+    if (inventory == nullptr) return {};
+    Range pj;
+    for (const CostItem& item : price(*inventory, options_)) {
+      if (item.kind == "logic") pj += item.operation_pj * (item.count / unit.count * unit.interval);
+      if (item.name == "pipeline_registers") {
+        pj += kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / unit.count * unit.interval);
+      }
+    }
+    return pj;
+  }
+  /// One access of a memory; band of 0.7 to 1.4 for the interpolation and the organisation (judgement).
+  Range access(const std::string& module, const std::string& memory, bool write) const {
+    const Inventory* inventory = module_of(inventories_, module);
+    if (inventory == nullptr) return {};
+    const std::vector<CostItem> items = price(*inventory, options_);
+    const CostItem* item = item_of(items, memory);
+    if (item == nullptr) return {};
+    const double pj = write ? item->write_pj : item->read_pj;
+    return {0.7 * pj, pj, 1.4 * pj};
+  }
+  Range operation(const std::string& name, unsigned width) const {
+    return operator_cost(name, width).energy_pj * technology_.energy;
+  }
+
+ private:
+  const std::vector<Inventory>& inventories_;
+  const CostOptions& options_;
+  const Technology& technology_;
+};
+
+/// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
+/// that, and sums of them are the same in any order.
+Range in_whole_picojoules(const Range& nanojoules) {
+  const auto whole = [](double nj) { return std::round(nj * 1e3) / 1e3; };
+  return {whole(nanojoules.low), whole(nanojoules.central), whole(nanojoules.high)};
+}
+
+}  // namespace
+
+std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig& config,
+                                   const std::vector<modules::Inventory>& inventories, const CostOptions& options,
+                                   const EnergyOptions& energy, const std::string& statistics) {
+  const auto value = [&](const std::string& name) {
+    if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
+    const std::optional<double> found = counted(name);
+    if (!found && !name.starts_with("gpu.dram.")) {
+      throw Error(statistics, name, "is missing, or no number: the energy of the run cannot be told");
+    }
+    return found.value_or(0.0);
+  };
+  // Counts of a part that is off by default: a run lists them once there are any.
+  const auto if_any = [&](const std::string& name) {
+    if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
+    return counted(name).value_or(0.0);
+  };
+  const Prices prices(inventories, options);
+  std::vector<EnergyPart> parts;
+  const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {
+    parts.push_back({name, actions, in_whole_picojoules(pj * (actions * 1e-3)), basis});
+  };
+  add("rt.ray_box", value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
+      "node tests, sort included");
+  add("rt.ray_triangle", value("gpu.rt.ray_triangle.tests"), prices.test(".ray_triangle", config.rt.ray_triangle),
+      "triangle tests");
+  add("rt.ray_sphere", value("gpu.rt.ray_sphere.tests"), prices.test(".ray_sphere", config.rt.ray_sphere),
+      "sphere tests");
+  add("rt.ray_transform", value("gpu.rt.ray_transform.tests"), prices.test(".ray_transform", config.rt.ray_transform),
+      "transforms");
+  const double events = value("gpu.rt.lanes_handled");
+  add("rt.warp_buffer", events,
+      prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
+          prices.access(".warp_buffer", "stack", true),
+      "lane steps: a ray is read, a stack entry read and written");
+  const double entries = value("gpu.rt.checkpoint.entries_written") + value("gpu.rt.checkpoint.entries_read");
+  const bool multiplies = !std::has_single_bit(config.rt.checkpoint.entry_bytes);
+  add("rt.checkpoint_unit", entries,
+      prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
+          (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
+          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
+          prices.access(".checkpoint_unit", "bin_pointers", false) +
+          prices.access(".checkpoint_unit", "bin_pointers", true) +
+          prices.access(".checkpoint_unit", "bin_read", false),
+      "entries written and read");
+  // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
+  add("simt", value("gpu.simt.instructions.total"),
+      prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
+          prices.access(".simt", "register_file", true),
+      "warp instructions, 32 lanes");
+  if (config.simt.private_store.entries() > 0) {
+    const double words = config.simt.private_store.cycles();  // of an entry
+    add("private_store.simt.reads", words * if_any("gpu.simt.private_store.entries_read"),
+        prices.access(".simt", "private_store", false), "words of lanes");
+    add("private_store.simt.writes", words * if_any("gpu.simt.private_store.entries_written"),
+        prices.access(".simt", "private_store", true), "words of lanes");
+  }
+  const double l1_reads = value("gpu.l1.all.reads");
+  const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
+  add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");
+  add("l1.writes", l1_writes, prices.access(".l1d", "data", true), "sectors written and filled");
+  const double packets = value("gpu.crossbar.request.packets") + value("gpu.crossbar.reply.packets");
+  const double wire_pj = energy.wire_fj_per_bit_mm_40nm * 1e-3 * 8 * (32 + 8) / 2 * energy.wire_mm *
+                         std::sqrt(options.nm / 40.0);  // 240 at 40 nm, 115 at 10 nm: the square root of the node
+  add("crossbar", packets, {0.5 * wire_pj, wire_pj, 2.0 * wire_pj}, "packets; half of them carry a sector");
+  add("l2.reads", value("gpu.l2.all.reads"), prices.access("l2_slice0", "data", false), "sectors");
+  add("l2.writes", value("gpu.l2.all.writes") + value("gpu.dram.reads"), prices.access("l2_slice0", "data", true),
+      "sectors written and filled");
+  const double dram_pj = 8.0 * energy.dram_pj_per_bit;
+  add("dram", value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj}, "bytes; HBM2E to GDDR5");
+  // Units that no table here knows have priced their counts themselves; a run's statistics hold the sum.
+  if (const double own = counted("gpu.energy_nj.own").value_or(0.0); own > 0.0) {
+    parts.push_back(
+        {"own", 1.0, Range::exactly(own), "run, as units that not every machine has price what they count"});
+  }
+  const CostNode tree = cost_tree(inventories, options);
+  add("leakage", value("gpu.time_us"), tree.leakage_mw * 1e3, "us of the whole machine");
+  return parts;
+}
+
+Range total(const std::vector<EnergyPart>& parts) {
+  Range sum;
+  for (const EnergyPart& part : parts) sum += part.nanojoules;
+  return in_whole_picojoules(sum);
+}
+
+}  // namespace grtx::sim

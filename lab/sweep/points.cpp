@@ -1,0 +1,270 @@
+#include "grtx/lab/sweep/points.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <compare>
+#include <filesystem>
+#include <unordered_set>
+
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/base/json.h"
+#include "grtx/lab/cost/run_machine.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr const char* kDesign = "design";
+
+std::string key_of(const ordered_json& inputs) { return hex(xxh3(json_text(inputs))); }
+
+struct Structure {
+  std::string accel;
+  bool checkpoint = false;
+};
+
+Structure structure_of(const std::string& design) {
+  return {design == "sw" || design == "grtx" ? "tlas-tri20" : "tri20", design == "hw" || design == "grtx"};
+}
+
+/// The paper's name of a structure that it has, else a plain description.
+std::string design_name(const Structure& s) {
+  for (const std::string& name : design_names()) {
+    const Structure known = structure_of(name);
+    if (known.accel == s.accel && known.checkpoint == s.checkpoint) return name;
+  }
+  return s.accel + (s.checkpoint ? "+checkpoint" : "");
+}
+
+/// tracer: resolved options, which leave out defaults; of a combination that cannot go together, the given ones.
+MachineUse machine_use(const Structure& s, ordered_json tracer, bool several_objects) {
+  tracer["accel"] = s.accel;
+  tracer["checkpoint"] = s.checkpoint ? "on" : "off";
+  if (several_objects) tracer["levels"] = "3";
+  return machine_of_run(tracer, "tracer");
+}
+
+std::string option_name(std::string name) {
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+/// Of the trace that is written: as many versions may be known, a key has the one.
+std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer, bool several_objects) {
+  traces::Header header;
+  header.accel = from_name<traces::AccelKind>(accel).value_or(header.accel);
+  const auto choose = [&]<typename Enum>(const char* option, Enum& value) {
+    if (tracer.contains(option)) value = value_of<Enum>(tracer.at(option).get<std::string>(), "tracer", option);
+  };
+  choose("pop_test", header.pop_test);
+  choose("child_order", header.child_order);
+  choose("tracing", header.tracing);
+  if (several_objects) header.object_roots.push_back(0);
+  if (tracer.contains("checkpoint_bins")) header.checkpoint_bins = 1;
+  return traces::format_version(header);
+}
+
+}  // namespace
+
+/// A scene of the plan with what its keys need.
+struct PointMaker::Scene {
+  const PlanScene* plan = nullptr;
+  ordered_json identity;
+  std::string file, cameras;
+  std::vector<std::string> synth;
+  SceneInput input;  ///< of a scene file
+
+  Scene(const PlanScene& scene, const TracerRules& tracer, const std::string& program);
+  SweepTrace trace(unsigned view, const Structure& structure, const std::map<std::string, std::string>& given,
+                   const TracerRules& tracer, const std::string& program, std::string& broken) const;
+};
+
+PointMaker::Scene::Scene(const PlanScene& from, const TracerRules& tracer, const std::string& program) : plan(&from) {
+  if (from.preset.empty()) {
+    input = tracer.input(from.file, from.cameras);
+    identity = {{"files", input.files_hash}};
+    file = fs::absolute(from.file).string();
+    cameras = fs::absolute(from.cameras).string();
+  } else {
+    identity = {{"preset", from.preset}, {"count", from.count}, {"seed", from.seed}, {"sh_degree", from.sh_degree}};
+    const std::string stem = "scene-" + key_of({{"synth", identity}, {"program", program}});
+    file = stem + ".ply";
+    cameras = stem + ".cameras.json";
+    synth = {"--preset",    from.preset,
+             "--count",     std::to_string(from.count),
+             "--seed",      std::to_string(from.seed),
+             "--sh-degree", std::to_string(from.sh_degree)};
+  }
+}
+
+SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
+                                    const std::map<std::string, std::string>& given, const TracerRules& tracer,
+                                    const std::string& program, std::string& broken) const {
+  SweepTrace made;
+  made.scene = plan->name;
+  made.scene_file = file;
+  made.cameras = cameras;
+  made.synth = synth;
+  made.files_hash = input.files_hash;
+  made.options = identity;
+  made.options["view"] = view;
+  made.options["width"] = plan->width;
+  made.options["height"] = plan->height;
+  made.options["fov_scale"] = plan->fov_scale;
+  try {
+    made.options["tracer"] = tracer.resolve(given, structure.accel, structure.checkpoint);
+    made.structure = tracer.structure(given, structure.accel);
+  } catch (const Error& error) {
+    made.options["tracer"] = given;
+    broken = error.what();
+  }
+  made.options["program"] = program;
+  made.options["trace_format"] = trace_format(structure.accel, made.options.at("tracer"), input.several_objects);
+  made.key = key_of(made.options);
+  const PlanScene& p = *plan;
+  made.arguments = {"--view",   std::to_string(view),     "--width",      std::to_string(p.width),
+                    "--height", std::to_string(p.height), "--fov-scale",  fmt::format("{}", p.fov_scale),
+                    "--accel",  structure.accel,          "--checkpoint", structure.checkpoint ? "on" : "off"};
+  for (const auto& [name, value] : given) {
+    made.arguments.push_back("--" + option_name(name));
+    made.arguments.push_back(value);
+  }
+  return made;
+}
+
+/// What a trace is made from.
+struct PointMaker::Asked {
+  std::size_t scene = 0;
+  unsigned view = 0;
+  std::string accel;
+  bool checkpoint = false;
+  std::map<std::string, std::string> options;
+  auto operator<=>(const Asked&) const = default;
+};
+
+struct PointMaker::Traced {
+  std::shared_ptr<const SweepTrace> trace;
+  std::string broken;
+  MachineUse use;
+};
+
+PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program)
+    : plan_(plan),
+      tracer_(tracer),
+      program_(std::move(program)),
+      configs_(plan.machine),
+      asked_(std::make_unique<std::map<Asked, Traced>>()) {
+  for (const PlanScene& scene : plan.scenes) {
+    for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
+    scenes_.emplace_back(scene, tracer, program_);
+  }
+}
+
+PointMaker::~PointMaker() = default;
+
+const PointMaker::Traced& PointMaker::traced(Asked asked) {
+  const auto found = asked_->find(asked);
+  if (found != asked_->end()) return found->second;
+  const Structure structure{asked.accel, asked.checkpoint};
+  Traced made;
+  made.trace = std::make_shared<SweepTrace>(
+      scenes_.at(asked.scene).trace(asked.view, structure, asked.options, tracer_, program_, made.broken));
+  made.use = machine_use(structure, made.trace->options.at("tracer"), scenes_.at(asked.scene).input.several_objects);
+  return asked_->emplace(std::move(asked), std::move(made)).first->second;
+}
+
+PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
+  Structure structure = structure_of(design);
+  std::map<std::string, std::string> options;
+  PointConfigs::Settings settings;
+  const auto take = [&](const std::string& name, const SweepValue& value) {
+    if (name == kDesign) return;
+    if (name == "tracer.accel") {
+      structure.accel = text_of(value);
+    } else if (name == "tracer.checkpoint") {
+      structure.checkpoint = text_of(value) == "on";
+    } else if (name.starts_with("tracer.")) {
+      options[name.substr(7)] = text_of(value);
+    } else {
+      settings.emplace_back(name, text_of(value));
+    }
+  };
+  for (const auto& [name, value] : varied) {
+    if (name == kDesign) structure = structure_of(text_of(value));
+  }
+  for (const auto& [name, value] : plan_.settings) take(name, value);
+  for (const auto& [name, value] : varied) take(name, value);
+
+  const Scene& scene = scenes_.at(place.scene);
+  Made made;
+  SweepPoint& point = made.point;
+  point.design = design_name(structure);
+  const Traced& known = traced({place.scene, place.view, structure.accel, structure.checkpoint, std::move(options)});
+  made.trace = known.trace;
+  point.broken = known.broken;
+  point.use = known.use;
+  point.trace_key = made.trace->key;
+  point.machine = plan_.on.name;
+  point.mode = plan_.mode;
+  point.scene = scene.plan->name;
+  point.coordinates = ordered_json::object();
+  if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
+  for (const auto& [name, value] : varied) point.coordinates[name] = value;
+  point.config = configs_.with(settings, point.broken);
+  point.key = key_in_mode(point, point.mode, program_);
+  return made;
+}
+
+SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program) {
+  PointMaker maker(plan, tracer, program);
+  SweepPoints all;
+  std::unordered_set<std::string> traces, points;
+  const std::vector<std::string> designs = plan.designs.empty() ? std::vector<std::string>{""} : plan.designs;
+  for (const PointMaker::Place& place : maker.places()) {
+    for (const std::string& design : designs) {
+      for (const Coordinates& varied : plan.points) {
+        PointMaker::Made made = maker.make(place, design, varied);
+        if (traces.insert(made.trace->key).second) all.traces.push_back(std::move(made.trace));
+        if (points.insert(made.point.key).second) all.points.push_back(std::move(made.point));
+      }
+    }
+  }
+  return all;
+}
+
+std::string key_in_mode(const SweepPoint& p, const std::string& mode, const std::string& program) {
+  // The text of {trace, config, machine, mode, program}, without making the document.
+  const auto quoted = [](const std::string& text) { return json_text(ordered_json(text)); };
+  const std::string files =
+      p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));
+  return hex(
+      xxh3(fmt::format(R"({{"trace":{},"config":{},"machine":{},"mode":{},"program":{}{}}})", quoted(p.trace_key),
+                       p.config.text(), quoted(p.machine), quoted(mode), quoted(program), files)));
+}
+
+SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program) {
+  SweepPoint other = point;
+  other.mode = mode;
+  other.key = key_in_mode(point, mode, program);
+  return other;
+}
+
+std::string config_toml(const ordered_json& config) {
+  std::string text;
+  for (const auto& [name, value] : config.items()) text += fmt::format("\"{}\" = {}\n", name, json_text(value));
+  return text;
+}
+
+GpuConfig config_from(const ordered_json& config) {
+  std::vector<std::string> settings;
+  for (const auto& [name, value] : config.items()) settings.push_back(name + "=" + text_of(value));
+  return load_config("", settings);
+}
+
+}  // namespace grtx::sim

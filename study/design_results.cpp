@@ -1,0 +1,118 @@
+#include "grtx/study/design_results.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "grtx/base/error.h"
+#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+#include "grtx/rtl_tlm/run/model_version.h"
+#include "grtx/study/machine_notes.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+double statistic(const ordered_json& statistics, const std::string& name) {
+  return statistics.at(name).at("value").get<double>();
+}
+
+/// Speed-ups of primary and of secondary rays alone, as in the paper's figure on secondary rays.
+void add_speedups_by_kind(ordered_json& results, const DesignComparison& comparison) {
+  for (const char* kind : {"primary", "secondary"}) {
+    const std::string cycles = fmt::format("gpu.rays.{}_cycles", kind);
+    const double reference = statistic(results["designs"][comparison.reference()], cycles);
+    for (const std::string& name : comparison.others()) {
+      const double own = statistic(results["designs"][name], cycles);
+      if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = reference / own;
+    }
+  }
+}
+
+/// Cycles and speed-ups of each frame of a sequence.
+void add_frames(ordered_json& results, const DesignComparison& comparison, const std::string& views,
+                std::size_t frames) {
+  ordered_json& list = results["frames"];
+  list["views"] = views;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const std::string cycles = fmt::format("gpu.frame{}.cycles", i);
+    const double reference = statistic(results["designs"][comparison.reference()], cycles);
+    for (const std::string& name : comparison.names()) {
+      const double own = statistic(results["designs"][name], cycles);
+      list["cycles"][name].push_back(own);
+      if (name != comparison.reference()) list["speedup"][name].push_back(reference / own);
+    }
+  }
+}
+
+/// Intervals of cycles and of speed-ups; the designs have the same sample.
+void add_intervals(const std::map<std::string, ordered_json>& documents, const DesignComparison& comparison,
+                   ordered_json& results) {
+  const auto json = [](const ConfidenceInterval& interval) {
+    return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", kConfidence}};
+  };
+  const SampledEstimate reference = estimate_from_json(documents.at(comparison.reference()).at("sampled"));
+  for (const std::string& name : comparison.names()) {
+    const SampledEstimate estimate = estimate_from_json(documents.at(name).at("sampled"));
+    results["cycles_interval"][name] = json(cycles_interval(estimate));
+    if (name != comparison.reference()) results["speedup_interval"][name] = json(ratio_interval(reference, estimate));
+  }
+}
+
+/// One design: its statistics, notes, inputs, bound and violations.
+void add_design(DesignResults& run, const std::string& name, const std::string& machine, const TracedDesigns& traced,
+                ordered_json& document) {
+  ordered_json& results = run.json;
+  const TracedDesign& own = traced.designs.at(name);
+  ordered_json& design = results["designs"][name];
+  design = own.statistics;
+  design.update(document.at("stats"));
+  // Somebody may have named other tracer options than the machine.
+  put_first(tracer_notes(machine, traces::Reader(own.path).header()), document);
+  results["notes"][name] = document.at("notes");
+  run.notes[name] = notes_from(results["notes"][name], name);
+  const ordered_json& inputs = results["inputs"][name] = document.at("inputs");
+  if (inputs.value(std::string("trace.") + kFilesHash, "") != traced.files_hash) {
+    throw Error(own.path, "", "was replaced by another trace while the run was under way");
+  }
+  results["binding_bound"][name] = document.at("binding_bound");
+  for (const auto& violation : document.at("violations")) {
+    run.violations.push_back(fmt::format("{}: {}", name, violation.get<std::string>()));
+  }
+}
+
+}  // namespace
+
+DesignResults design_results(const RunPlan& plan, const DesignComparison& comparison, const TracedDesigns& traced,
+                             std::map<std::string, ordered_json> documents, const ordered_json& images) {
+  DesignResults run(comparison);
+  run.mode = plan.mode.value();
+  run.counters = traced.counters;
+  run.images_identical = traced.identical;
+  ordered_json& results = run.json;
+  results["schema"] = "grtx.run/1";
+  results["version"] = GRTX_VERSION;
+  results["model_version"] = kModelVersion;
+  results["machine"] = machine_name(plan.machine, plan.config);
+  results["config"] = config_json(plan.config);
+  // Else over the baseline.
+  if (comparison.names().size() < kDesigns.size()) results["speedup_over"] = comparison.reference();
+  for (const std::string& name : comparison.names()) add_design(run, name, plan.machine, traced, documents.at(name));
+  const double reference = statistic(results["designs"][comparison.reference()], "gpu.cycles");
+  for (const std::string& name : comparison.others()) {
+    results["speedup"][name] = reference / statistic(results["designs"][name], "gpu.cycles");
+  }
+  if (run.mode != SimulationMode::cycle) add_intervals(documents, comparison, results);
+  if (run.mode != SimulationMode::windows && plan.tracer.secondary.what != "none") {
+    add_speedups_by_kind(results, comparison);
+  }
+  results["images"] = images;
+  if (traced.images.size() > 1) add_frames(results, comparison, plan.view.views, traced.images.size());
+  results["images_identical"] = traced.identical;
+  results["violations"] = run.violations;
+  return run;
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,60 @@
+#include "grtx/study/machine_notes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <set>
+#include <vector>
+
+#include "grtx/study/machine.h"
+#include "grtx/study/tracer_settings.h"
+
+namespace grtx::sim {
+namespace {
+
+using Options = std::map<std::string, std::string>;
+
+/// Options that are a machine's to choose: those that any machine names. All others are the user's.
+std::set<std::string> options_of_machines(const Options& own) {
+  std::set<std::string> names;
+  for (const auto& [name, value] : own) names.insert(name);
+  for (const std::string& machine : machine_names()) {
+    for (const auto& [name, value] : machine_tracer(machine)) names.insert(name);
+  }
+  return names;
+}
+
+/// All options as this machine has them for traces of this layout.
+Options resolved(const Options& own, const std::string& machine, const traces::Header& header) {
+  TracerSettings settings;
+  apply_machine_tracer(settings, machine);
+  if (!own.contains("layout")) settings.layout = header.layout;  // which says how wide a node is
+  return option_texts(settings);
+}
+
+}  // namespace
+
+ResultNotes tracer_notes(const std::string& machine, const traces::Header& header) {
+  if (machine.empty() || !header.inputs.contains("child_order")) return {};
+  const Options own = machine_tracer(machine), wanted = resolved(own, machine, header), usual = option_texts({});
+  std::vector<std::string> others;
+  for (const std::string& name : options_of_machines(own)) {
+    const bool of_checkpoints = name.starts_with("checkpoint_") || name == "below_instance";
+    if (of_checkpoints && !header.checkpoint) continue;
+    const auto given = header.inputs.find(name);
+    const std::string& value = given == header.inputs.end() ? usual.at(name) : given->second;
+    if (value != wanted.at(name)) others.push_back(fmt::format("{} is {}, not {}", name, value, wanted.at(name)));
+  }
+  if (others.empty()) return {};
+  return {{"tracer-options", fmt::format("the trace was not made with the tracer options of machine {}: {}",
+                                         machine_name(machine), fmt::join(others, ", "))}};
+}
+
+void put_first(ResultNotes notes, nlohmann::ordered_json& document) {
+  const ResultNotes behind = notes_from(document.at("notes"), "result");
+  notes.insert(notes.end(), behind.begin(), behind.end());
+  document["notes"] = notes_json(notes);
+}
+
+}  // namespace grtx::sim

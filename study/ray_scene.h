@@ -1,0 +1,55 @@
+// The scene of a trace, so that single rays of it can be traced again with the options that its header names.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "grtx/base/files_read.h"
+#include "grtx/frontend/tracer/ray_watch.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
+#include "grtx/frontend/tracer/secondary_plan.h"
+#include "grtx/study/tracer_settings.h"
+#include "grtx/study/view_choice.h"
+#include "grtx/traces/header.h"
+#include "grtx/view/ray/ray_page.h"
+
+namespace grtx::sim {
+
+class RayScene {
+ public:
+  /// view: of the frame whose rays are traced; without a resolution it takes the trace's. files: takes what is opened.
+  /// Throws Error when the scene is not that of the trace.
+  RayScene(const std::string& trace, const traces::Header& header, const std::string& scene, ViewOptions view,
+           FilesRead& files);
+
+  /// Traces a ray of the trace again. Throws Error, naming `trace`, unless it does what the trace says, event for
+  /// event.
+  RayValues trace(const traces::RayGroup& group, unsigned lane);
+  /// Fills in what the nodes hold, and their boxes.
+  void describe(std::vector<RayNode>& nodes) const;
+  DrawnGaussian gaussian(std::uint32_t number) const;
+
+ private:
+  /// How a ray begins.
+  struct Start {
+    frontend::TraceRay ray;
+    float limit = std::numeric_limits<float>::infinity();
+    float transmittance = 1.0f;
+  };
+  Start start_of(const traces::RayGroup& group, unsigned lane) const;
+  /// Throws Error where the ray that was traced again differs.
+  void require_same_events(const traces::RayGroup& group, const traces::Ray& recorded, const traces::Ray& found) const;
+
+  const std::string trace_;
+  const traces::Header& header_;
+  const std::string path_;
+  const TracerSettings settings_;
+  const frontend::TracerOptions options_;
+  frontend::Camera camera_;
+  frontend::SceneTracer scene_;
+  frontend::SecondaryPlan plan_;
+};
+
+}  // namespace grtx::sim

@@ -1,0 +1,115 @@
+#include "grtx/study/run_designs.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/file_lock.h"
+#include "grtx/base/hash.h"
+#include "grtx/base/json.h"
+#include "grtx/frontend/accel/object_list.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/gpu/idle_keys.h"
+#include "grtx/study/design_results.h"
+#include "grtx/study/simulate_designs.h"
+#include "grtx/study/trace_designs.h"
+#include "grtx/view/report/report.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kLock = "run.lock";
+
+/// Throws Error for what designs cannot be compared with.
+void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
+  for (const Design& design : comparison.designs()) tracer_options(plan.tracer, design.checkpoint, design.accel);
+  if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
+    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
+  }
+  if (!plan.view.views.empty() && plan.mode == SimulationMode::windows) {
+    throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
+  }
+}
+
+/// Results that an earlier run left go before the pictures of this one come, and so do its pictures: those that its
+/// results name and that are still as it wrote them.
+void remove_earlier_run(const std::string& folder) {
+  const std::string path = folder + "/results.json";
+  if (!std::filesystem::exists(path)) return;
+  std::vector<std::string> files = {path, folder + "/report.html"};
+  try {
+    for (const ordered_json& image : read_json(path).value("images", ordered_json::array())) {
+      const std::string file = folder + "/" + image.value("file", "");
+      const bool beside = std::filesystem::path(file).parent_path() == folder && std::filesystem::is_regular_file(file);
+      if (beside && hex(xxh3(read_file(file))) == image.value("hash", "")) files.push_back(file);
+    }
+  } catch (const Error&) {  // no results of ours: it is written over, as ever
+  } catch (const ordered_json::exception&) {
+  }
+  for (const std::string& file : files) std::filesystem::remove(file);
+}
+
+/// One a frame. Returns [{"file", "hash"}] for results.json: what shows a picture can tell whether it is this run's.
+ordered_json write_run_images(const std::string& folder, const std::vector<frontend::Image>& images) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const std::string path = images.size() == 1 ? folder + "/image.png" : frame_path(folder + "/image.png", i);
+    frontend::write_image(path, images[i]);
+    list.push_back({{"file", std::filesystem::path(path).filename().string()}, {"hash", hex(xxh3(read_file(path)))}});
+  }
+  return list;
+}
+
+}  // namespace
+
+RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
+  RunPlan plan;
+  plan.machine = machine;
+  plan.config = load_machine_config(machine, "", settings);
+  apply_machine_tracer(plan.tracer, machine);
+  return plan;
+}
+
+DesignResults run_designs(RunPlan plan) {
+  warn_of_idle_keys(plan.config, plan.mode.value_or(SimulationMode::cycle));
+  const bool objects = frontend::is_object_list(plan.scene) && !plan.flatten;
+  const DesignComparison comparison(objects);
+  check_plan(plan, comparison);
+  std::error_code failed;
+  std::filesystem::create_directories(plan.output, failed);
+  if (failed) throw Error(plan.output, "", "cannot be made a folder: " + failed.message());
+  const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
+
+  const TracedDesigns traced =
+      trace_designs({plan.scene, plan.view, plan.tracer, objects, plan.output, plan.quiet, plan.opened}, comparison);
+  remove_earlier_run(plan.output);
+  const ordered_json images = write_run_images(plan.output, traced.images);
+  plan.windows.price = describe_energy;
+  if (!plan.mode) plan.mode = unnamed_mode(traced, comparison, plan.config, plan.windows);
+  const DesignSimulation simulation{plan.config, *plan.mode, plan.windows, plan.jobs, plan.quiet};
+  DesignResults results =
+      design_results(plan, comparison, traced, simulate_designs(traced, comparison, simulation), images);
+
+  const std::string path = plan.output + "/results.json";
+  write_file(path, json_text(results.json, 1) + "\n");
+  ReportOptions report;
+  report.inputs = {path};
+  write_file(plan.output + "/report.html", report_page(report));
+  return results;
+}
+
+std::vector<std::string> run_files(const std::string& folder, const std::string& views) {
+  std::vector<std::string> files = frame_paths(folder + "/image.png", views);
+  for (const Design& design : kDesigns) files.push_back(fmt::format("{}/{}.grtx", folder, design.name));
+  for (const char* name : {"results.json", "report.html", kLock}) files.push_back(folder + "/" + name);
+  return files;
+}
+
+}  // namespace grtx::sim

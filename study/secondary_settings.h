@@ -1,0 +1,51 @@
+// Glass, mirror and their placement.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/optics/optical_objects.h"
+#include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/optical_objects.h"
+#include "grtx/study/option_rules.h"
+
+namespace grtx::sim {
+
+struct SecondarySettings {
+  std::string what = "none";
+  std::vector<double> glass;   ///< x, y, z, r
+  std::vector<double> mirror;  ///< cx, cy, cz, nx, ny, nz, w, h
+  double glass_index = 1.5;
+  std::uint64_t seed = 1;
+  unsigned bounces = 8;
+};
+
+/// Calls visit(name, value, description[, rule]) for each option, in the order of --help.
+template <typename Settings, typename Visit>
+void visit_secondary(Settings& settings, Visit&& visit) {
+  visit("secondary", settings.what, "Optical objects in the scene, which send secondary rays",
+        OneOf{{"none", "glass", "mirror", "both"}});
+  visit("glass", settings.glass, "Glass sphere x,y,z,r in file coordinates (default: placed by the seed)", ListOf{4});
+  visit("mirror", settings.mirror,
+        "Mirror cx,cy,cz,nx,ny,nz,w,h: centre, normal, width, height (default: placed by the seed)", ListOf{8});
+  visit("glass-index", settings.glass_index, "Index of refraction of the glass", InRange{1.0, 4.0});
+  visit("secondary-seed", settings.seed, "Seed of objects without a place of their own");
+  visit("secondary-bounces", settings.bounces, "Surfaces that the light of a pixel may meet", InRange{1U, 64U});
+}
+
+/// The objects asked for, in file coordinates; what has no place of its own gets one by the seed. Throws Error.
+frontend::OpticalObjects optical_objects(const SecondarySettings& settings, const frontend::Scene& scene,
+                                         const frontend::Camera& camera);
+/// The options as text.
+std::map<std::string, std::string> secondary_inputs(const SecondarySettings& settings);
+/// Where --glass and --mirror put them, as text; empty for what the seed places.
+std::map<std::string, std::string> placed_inputs(const SecondarySettings& settings);
+/// Where the objects ended up, as text in the form that --glass and --mirror take; empty without objects.
+std::map<std::string, std::string> object_inputs(const frontend::OpticalObjects& objects);
+/// The same as one line for people.
+std::string describe(const frontend::OpticalObjects& objects);
+
+}  // namespace grtx::sim

@@ -1,0 +1,97 @@
+#include "grtx/study/simulate_designs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "grtx/base/child_process.h"
+#include "grtx/base/free_memory.h"
+#include "grtx/base/json.h"
+#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/study/design_progress.h"
+#include "grtx/study/simulate_mode.h"
+#include "grtx/traces/reader.h"
+
+namespace grtx::sim {
+namespace {
+
+constexpr std::chrono::milliseconds kLook{200};                    ///< how often the parent looks at its simulations
+constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< a simulation's, without the groups it decodes
+
+/// As many simulations at a time as there are cores, and as fit into the memory that is free now.
+unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const GpuConfig& config) {
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const std::optional<std::uint64_t> free = free_memory();
+  if (!free) return cores;
+  std::uint64_t groups = 0;
+  for (const auto& [name, design] : traced) {
+    const std::uint64_t resident = std::uint64_t{config.sms} * config.resident() * design.file.largest_group;
+    groups = std::max(groups, std::min(design.file.decoded_bytes, resident + kDecodeAheadBytes));
+  }
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(*free / (kMachineBytes + groups), 1, cores));
+}
+
+/// What a child says of its design.
+std::string simulated_text(const std::string& trace, const DesignSimulation& asked, modules::WarpObserver* observer) {
+  SimulationOptions simulation;
+  simulation.observer = observer;
+  simulation.price = describe_energy;
+  const SimulationResult result = simulate_in_mode(asked.mode, trace, asked.config, simulation, asked.windows).result;
+  nlohmann::ordered_json document = result.document;
+  document["violations"] = result.violations;
+  document["binding_bound"] = result.binding_bound;
+  return json_text(document);
+}
+
+}  // namespace
+
+SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const GpuConfig& config,
+                            const WindowOptions& windows) {
+  const traces::Reader reader(traced.designs.at(comparison.reference()).path);
+  if (!windows_pay(reader, config, windows)) return SimulationMode::cycle;
+  fmt::print(stderr,
+             "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
+             "simulates all of them\n",
+             reader.group_count(), static_cast<double>(reader.totals().visits()) * 1e-6);
+  return SimulationMode::windows;
+}
+
+std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
+                                                               const DesignComparison& comparison,
+                                                               const DesignSimulation& simulation) {
+  const unsigned jobs = simulation.jobs == 0 ? default_jobs(traced.designs, simulation.config) : simulation.jobs;
+  std::map<std::string, nlohmann::ordered_json> documents;
+  std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
+  std::vector<std::string> names;
+  std::vector<std::uint64_t> warps;
+  for (const Design& design : comparison.designs()) {
+    names.emplace_back(design.name);
+    warps.push_back(traces::Reader(traced.designs.at(design.name).path).group_count());
+  }
+  DesignProgress progress(names, warps, simulation.quiet);
+  const auto collect_first = [&] {
+    while (!running.front().second->wait_for(kLook)) progress.look();
+    progress.look();
+    documents[running.front().first] = parse_json(running.front().second->result(), running.front().first);
+    running.erase(running.begin());
+  };
+  for (std::size_t index = 0; index < names.size(); ++index) {
+    if (running.size() >= jobs) collect_first();
+    const auto work = [&, index] {
+      return simulated_text(traced.designs.at(names[index]).path, simulation, progress.observer(index));
+    };
+    running.emplace_back(names[index], std::make_unique<ChildProcess>(names[index], work));
+  }
+  while (!running.empty()) collect_first();
+  return documents;
+}
+
+}  // namespace grtx::sim

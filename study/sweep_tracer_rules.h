@@ -1,0 +1,25 @@
+// The tracer's options as a sweep's plan names them: what the command line of `grtx trace` takes.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include "grtx/lab/sweep/plan.h"
+
+namespace grtx::sim {
+
+class SceneTracerRules final : public TracerRules {
+ public:
+  void check(const std::string& option, const std::string& value) const override;
+  std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
+                                             const std::string& accel, bool checkpoint) const override;
+  std::string structure(const std::map<std::string, std::string>& options, const std::string& accel) const override;
+  /// Files are read the first time that they are asked for.
+  SceneInput input(const std::string& scene, const std::string& cameras) const override;
+
+ private:
+  mutable std::map<std::pair<std::string, std::string>, SceneInput> read_;
+};
+
+}  // namespace grtx::sim

@@ -1,0 +1,29 @@
+// The image of a view by tile tracing, and the document of what that took.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "grtx/base/files_read.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/image/image.h"
+#include "grtx/frontend/tiles/tile_tracer.h"
+#include "grtx/study/tracer_settings.h"
+#include "grtx/study/view_choice.h"
+
+namespace grtx::sim {
+
+struct TileView {
+  frontend::TileResult result;
+  double seconds = 0.0;             ///< of tracing alone, above 0
+  nlohmann::ordered_json document;  ///< grtx.stats/1
+};
+
+/// opened: called with all files that were read, before anything is rendered. Throws Error for options whose image tile
+/// tracing cannot give.
+TileView render_tile_view(const std::string& scene_file, const ViewOptions& view, frontend::AccelKind accel,
+                          const TracerSettings& settings, bool quiet,
+                          const std::function<void(const FilesRead&)>& opened = nullptr);
+
+}  // namespace grtx::sim

@@ -1,0 +1,65 @@
+// The tracer's options by name, as the command line, machines, plans and headers of traces have them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/study/secondary_settings.h"
+#include "grtx/traces/modes.h"
+
+namespace grtx::sim {
+
+enum class KernelRadius : std::uint8_t { adaptive, three_sigma };
+constexpr auto enum_names(KernelRadius) { return names_in_order<KernelRadius>({"adaptive", "3sigma"}); }
+
+enum class InstanceBounds : std::uint8_t { tight, box_corners };
+constexpr auto enum_names(InstanceBounds) { return names_in_order<InstanceBounds>({"tight", "box_corners"}); }
+
+struct TracerSettings {
+  frontend::TracerOptions options;  ///< what --name has under the same name; the rest by tracer_options()
+  KernelRadius kernel_radius = KernelRadius::adaptive;
+  unsigned kernel_degree = 2;
+  InstanceBounds instance_bounds = InstanceBounds::tight;
+  traces::WarpMapping mapping = traces::WarpMapping::tile8x4;
+  std::string tracing = "multi";  ///< a name of Tracing, or "tiles"
+  unsigned box_bits = 8;
+  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
+  std::optional<unsigned> bvh_width;  ///< none: as many children as a line of the layout holds
+  unsigned warp_size = 32;
+  unsigned threads = 0;  ///< 0: all
+  SecondarySettings secondary;
+};
+
+/// An option as configurations name it, with _ for -.
+struct TracerOptionName {
+  std::string key;
+  std::string description;
+};
+/// All of them, in the order of --help.
+const std::vector<TracerOptionName>& tracer_option_names();
+/// Sets the option of this key. Throws Error{"tracer", key, rule} for a text that --name would not take, and
+/// std::out_of_range for a key that is none of these.
+void set_option(TracerSettings& settings, const std::string& key, const std::string& text);
+
+frontend::Kernel kernel_of(KernelRadius radius, unsigned degree);
+/// Throws Error for combinations that the named structure cannot do.
+frontend::TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, frontend::AccelKind accel);
+frontend::AccelOptions accel_options(const TracerSettings& settings, frontend::AccelKind accel);
+frontend::RenderOptions render_options(const TracerSettings& settings, bool quiet);
+/// Every option that a trace's inputs may name, as text, by key.
+std::map<std::string, std::string> option_texts(const TracerSettings& settings);
+/// Resolved options as text, for the "inputs" of outputs and trace headers. Options that came later are left out at
+/// their defaults, so that hashes of inputs on record stay.
+std::map<std::string, std::string> option_inputs(const TracerSettings& settings, bool checkpoint,
+                                                 frontend::AccelKind accel);
+/// Those of a trace, from Header::inputs. Throws Error that names the file `trace`.
+TracerSettings traced_settings(const std::string& trace, const std::map<std::string, std::string>& inputs);
+
+}  // namespace grtx::sim

@@ -1,0 +1,19 @@
+// Readers of what reports are made of.
+#include "fuzz/readers.h"
+#include "fuzz/result_seeds.h"
+#include "grtx/view/report/run_results.h"
+#include "grtx/view/report/sweep_results.h"
+
+namespace grtx::fuzzing {
+
+const std::vector<InputReader>& view_readers() {
+  static const std::vector<InputReader> all = {
+      {"run_results", "r.json", [](const std::string& path) { (void)sim::read_run_results(path); }, nullptr,
+       [] { return std::vector<std::string>{kStatistics}; }},
+      {"database", "d.sqlite", [](const std::string& path) { (void)sim::read_sweep_results(path); }, nullptr,
+       [] { return std::vector<std::string>{database()}; }},
+  };
+  return all;
+}
+
+}  // namespace grtx::fuzzing

@@ -1,0 +1,8 @@
+#include "fuzz/input_fuzz.h"
+
+namespace grtx::fuzzing {
+
+INSTANTIATE_TEST_SUITE_P(, InputFuzz, testing::ValuesIn(lab_readers()),
+                         [](const auto& reader) { return reader.param.name; });
+
+}  // namespace grtx::fuzzing

@@ -1,0 +1,137 @@
+// What of two results must be the same for their figures to be put together, and how results are called.
+#include "grtx/view/report/subject.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+/// Inputs as grtx sim writes them.
+ordered_json inputs(const ordered_json& more = ordered_json::object()) {
+  ordered_json all = {{"trace.scene", "scenes/hall.ply"},
+                      {"trace.scene_hash", "5ce"},
+                      {"trace.camera", "0"},
+                      {"trace.camera_hash", "ca0"},
+                      {"trace.fov_scale", "1"},
+                      {"trace.ert", "0.01"},
+                      {"trace.k", "8"},
+                      {"trace.accel", "tri20"},
+                      {"trace.checkpoint", "off"},
+                      {"trace.checkpoint_capacity", "1024"},
+                      {"accel", "tri20"},
+                      {"checkpoint", "off"},
+                      {"k", "8"},
+                      {"width", "64"},
+                      {"height", "32"},
+                      {"trace_hash", "1"},
+                      {"mode", "cycle"},
+                      {"machine", "paper"}};
+  if (more.is_object()) all.update(more);
+  return all;
+}
+
+Subject subject(const ordered_json& more = ordered_json::object(), const ordered_json& config = {{"l1.bytes", 1}}) {
+  return Subject(inputs(more), config, {{"model_version", "7"}});
+}
+
+std::vector<std::string> names(const std::vector<Fact>& facts) {
+  std::vector<std::string> list;
+  for (const Fact& fact : facts) list.push_back(fact.name + ": " + fact.value);
+  return list;
+}
+
+const ordered_json kGrtx = {{"accel", "tlas-tri20"},    {"trace.accel", "tlas-tri20"}, {"checkpoint", "on"},
+                            {"trace.checkpoint", "on"}, {"trace_hash", "2"},           {"trace.checkpoint_bins", "4"}};
+
+TEST(Subject, DesignsOfOneViewOnOneMachineAreAlike) {
+  EXPECT_THAT(names(subject().differences(subject(kGrtx), MayDiffer::designs)), IsEmpty());
+  EXPECT_EQ(subject().unknown(), "");
+  EXPECT_EQ(subject().text(), "hall, view 0, 64 × 32, k = 8, machine paper, mode cycle, model version 7");
+}
+
+TEST(Subject, WhateverElseDiffersIsNamed) {
+  struct Case {
+    ordered_json other;
+    const char* fact;  ///< of the other
+  };
+  for (const Case& c :
+       {Case{{{"width", "16"}, {"trace.camera_hash", "c16"}}, "size: 16 × 32"},
+        Case{{{"trace.fov_scale", "0.5"}, {"trace.camera_hash", "c5"}}, "fov_scale: 0.5"},
+        Case{{{"trace.ert", "0.5"}}, "ert: 0.5"}, Case{{{"trace.secondary", "glass"}}, "secondary: glass"},
+        Case{{{"mode", "sampled"}}, "mode: sampled"}, Case{{{"groups", "4 of 8"}}, "groups: 4 of 8"},
+        Case{{{"warm", "1"}, {"warm.camera_hash", "ca0"}}, "warm.camera_hash: ca0"},
+        Case{{{"k", "16"}, {"trace.k", "16"}}, "k: 16"},
+        Case{{{"trace.camera", "7"}, {"trace.camera_hash", "ca7"}}, "view: 7"},
+        Case{{{"trace.camera_hash", "ca7"}}, "camera_hash: ca7"},  // two cameras of one name
+        Case{{{"trace.scene", "room.ply"}, {"trace.scene_hash", "400"}}, "scene: room"},
+        Case{{{"trace.scene_hash", "400"}}, "scene_hash: 400"},  // the file was edited
+        Case{{{"machine", "modern"}}, "machine: modern"}}) {
+    EXPECT_THAT(names(subject(c.other).differences(subject(kGrtx), MayDiffer::designs)), ElementsAre(c.fact));
+  }
+  EXPECT_THAT(names(subject(ordered_json::object(), {{"l1.bytes", 2}}).differences(subject(), MayDiffer::designs)),
+              ElementsAre("l1.bytes: 2"));
+  EXPECT_THAT(
+      names(Subject(inputs(), {{"l1.bytes", 1}}, {{"model_version", "6"}}).differences(subject(), MayDiffer::designs)),
+      ElementsAre("model_version: 6"));
+}
+
+// What checkpoints read says nothing of a design without them.
+TEST(Subject, OptionsOfCheckpointsAreComparedWhereBothHaveThem) {
+  const Subject grtx = subject(kGrtx);
+  ordered_json fewer = kGrtx;
+  fewer["trace.checkpoint_capacity"] = "1";
+  EXPECT_THAT(names(subject(fewer).differences(subject(), MayDiffer::designs)), IsEmpty());
+  EXPECT_THAT(names(subject(fewer).differences(grtx, MayDiffer::designs)), ElementsAre("checkpoint_capacity: 1"));
+}
+
+TEST(Subject, ViewsOfOneResolutionShareAMean) {
+  const ordered_json other = {{"trace.scene_hash", "400"}, {"trace.camera", "9"}, {"trace.camera_hash", "ca9"}};
+  EXPECT_THAT(names(subject(other).differences(subject(), MayDiffer::views)), IsEmpty());
+  EXPECT_NE(subject(other).view_text(), subject().view_text());
+  ordered_json smaller = other;
+  smaller["width"] = "16";
+  EXPECT_THAT(names(subject(smaller).differences(subject(), MayDiffer::views)), ElementsAre("size: 16 × 32"));
+}
+
+TEST(Subject, WhatAFileDoesNotSayIsUnknown) {
+  const auto without = [](const char* name) {
+    ordered_json less = inputs();
+    less.erase(name);
+    return Subject(less, {}, {{"model_version", "7"}}).unknown();
+  };
+  EXPECT_EQ(without("trace.camera_hash"), "camera");
+  EXPECT_EQ(without("trace.scene_hash"), "scene");
+  EXPECT_EQ(without("width"), "size");
+  EXPECT_EQ(without("mode"), "mode");
+  EXPECT_EQ(Subject(inputs(), {}).unknown(), "model version");
+  EXPECT_EQ(subject({{"warm", "1 2"}}).unknown(), "view that ran before");  // a saved state does not say it
+  EXPECT_EQ(Subject().unknown(), "scene");
+}
+
+TEST(SetApart, ResultsAreCalledByWhatDiffers) {
+  const Subject paper = subject(), charged = subject({{"machine", "paper-charged"}}, {{"l1.bytes", 2}});
+  EXPECT_THAT(set_apart({paper, charged}, {"a", "b"}), ElementsAre("paper", "paper-charged"));
+  const Subject warm = subject({{"warm", "1"}, {"warm.camera_hash", "ca0"}});
+  EXPECT_THAT(set_apart({paper, warm}, {"a", "b"}), ElementsAre("cold caches", "warm caches"));
+  EXPECT_THAT(set_apart({paper, subject({{"width", "16"}, {"trace.camera_hash", "c"}})}, {"a", "b"}),
+              ElementsAre("64 × 32", "16 × 32"));
+  EXPECT_THAT(set_apart({paper, subject(ordered_json::object(), {{"l1.bytes", 2}})}, {"a", "b"}),
+              ElementsAre("l1.bytes = 1", "l1.bytes = 2"));
+  EXPECT_THAT(set_apart({paper, paper, charged, charged}, {"a", "a", "b", "b"}),
+              ElementsAre("paper (1)", "paper (2)", "paper-charged (1)", "paper-charged (2)"));
+  EXPECT_THAT(set_apart({paper, paper}, {"a", "b"}), ElementsAre("a", "b"));
+}
+
+TEST(MachinesText, NamesEveryMachineAndMode) {
+  EXPECT_EQ(machines_text({subject(), subject({{"machine", "modern"}}), subject()}),
+            "machines paper and modern, mode cycle, model version 7");
+  EXPECT_EQ(machines_text({Subject()}), "");
+}
+
+}  // namespace
+}  // namespace grtx::sim

@@ -1,0 +1,56 @@
+// The page of `grtx ray`: one HTML file that shows how rays were traced.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grtx/view/ray/ray_replay.h"
+#include "grtx/view/ray/warp_timeline.h"
+
+namespace grtx::sim {
+
+/// A Gaussian as the page draws it.
+struct DrawnGaussian {
+  std::uint32_t number = 0;
+  std::array<float, 3> mean{};
+  std::array<float, 9> half_axes{};  ///< of the ellipsoid where it ends, one after the other
+  std::array<float, 3> colour{};     ///< without its view-dependent part
+  float opacity = 0.0f;
+};
+
+struct DrawnRay {
+  std::uint32_t group = 0, frame = 0;
+  unsigned lane = 0;
+  std::uint32_t pixel = 0;
+  traces::RayKind kind = traces::RayKind::primary;
+  ReplayedRay replayed;
+  bool traced_again = false;
+  std::vector<float> transmittance;  ///< after each round; empty unless traced_again
+  std::array<float, 3> origin{}, direction{};
+};
+
+/// Rays of one warp, with its nodes.
+struct DrawnWarp {
+  RayNodes nodes;
+  std::vector<DrawnRay> rays;
+  std::vector<WarpSlice> timeline;  ///< empty: none was given
+};
+
+struct RayPage {
+  std::string title;
+  std::string trace;  ///< file
+  std::string trace_hash;
+  const traces::Header* header = nullptr;
+  std::string scene;            ///< file; "": not given
+  std::string timeline;         ///< file; "": not given
+  std::string timeline_config;  ///< hash of the configuration that its times are of
+  std::vector<DrawnWarp> warps;
+  std::vector<DrawnGaussian> gaussians;
+};
+
+std::string ray_page(const RayPage& page);
+
+}  // namespace grtx::sim

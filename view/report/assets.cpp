@@ -1,0 +1,22 @@
+#include "grtx/view/report/assets.h"
+
+// Begin and end of each file, from report_assets.S.
+extern "C" {
+extern const char grtx_asset_charts[], grtx_asset_charts_end[];
+extern const char grtx_asset_style[], grtx_asset_style_end[];
+extern const char grtx_asset_script[], grtx_asset_script_end[];
+extern const char grtx_asset_raystyle[], grtx_asset_raystyle_end[];
+extern const char grtx_asset_rayscript[], grtx_asset_rayscript_end[];
+extern const char grtx_asset_paper[], grtx_asset_paper_end[];
+}
+
+namespace grtx::sim {
+
+std::string_view chart_library() { return {grtx_asset_charts, grtx_asset_charts_end}; }
+std::string_view page_style() { return {grtx_asset_style, grtx_asset_style_end}; }
+std::string_view page_script() { return {grtx_asset_script, grtx_asset_script_end}; }
+std::string_view ray_style() { return {grtx_asset_raystyle, grtx_asset_raystyle_end}; }
+std::string_view ray_script() { return {grtx_asset_rayscript, grtx_asset_rayscript_end}; }
+std::string_view paper_targets_text() { return {grtx_asset_paper, grtx_asset_paper_end}; }
+
+}  // namespace grtx::sim

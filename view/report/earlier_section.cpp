@@ -1,0 +1,34 @@
+// What a sweep's database holds besides the points of its plan.
+#include <fmt/format.h>
+
+#include "grtx/lab/sweep/axis.h"
+#include "grtx/view/report/html.h"
+#include "grtx/view/report/sections.h"
+#include "grtx/view/report/sweep_views.h"
+
+namespace grtx::sim {
+
+std::string earlier_table(const SweepResults& results) {
+  Table table(results.file + ": points of an earlier plan, which nothing above compares or counts",
+              {{"point"},
+               {"machine", false},
+               {"mode", false},
+               {"scene", false},
+               {"design", false},
+               {"coordinates", false},
+               {"status", false},
+               {"time, µs"}});
+  for (const ReportedPoint& p : results.earlier) {
+    std::string coordinates;
+    for (const auto& [name, value] : p.coordinates.items()) {
+      coordinates += (coordinates.empty() ? "" : ", ") + name + " = " + text_of(value);
+    }
+    table.row({fmt::format("#{}", p.id), escape(p.machine), escape(p.mode), escape(p.scene), escape(p.design),
+               escape(coordinates), escape(p.status), number(p.value(kTime))});
+  }
+  const std::string summary =
+      fmt::format("{} {} of an earlier plan", table.rows(), table.rows() == 1 ? "point" : "points");
+  return table.rows() == 0 ? "" : details(summary, table.html());
+}
+
+}  // namespace grtx::sim

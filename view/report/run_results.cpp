@@ -1,0 +1,181 @@
+#include "grtx/view/report/run_results.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <limits>
+
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "grtx/base/hash.h"
+#include "grtx/base/json.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Wall time and speed of the host: a report of the same simulation is the same everywhere.
+bool of_the_host(const std::string& name) {
+  return name.starts_with("host.") || name == "tracer.wall_seconds" || name == "tracer.rays_per_second" ||
+         name == "tracer.visits_per_second" || name == "accel.build_seconds" || name == "accel.pack_seconds" ||
+         name == "accel.update.seconds";
+}
+
+const ordered_json& object(const ordered_json& parent, const char* name, const std::string& path) {
+  if (!parent.contains(name) || !parent.at(name).is_object()) throw Error(path, name, "must be an object");
+  return parent.at(name);
+}
+
+std::string text(const ordered_json& parent, const std::string& name) {
+  return parent.contains(name) && parent.at(name).is_string() ? parent.at(name).get<std::string>() : "";
+}
+
+DesignResult design_result(const std::string& name, const ordered_json& statistics, const ordered_json& inputs,
+                           const std::string& path) {
+  check_statistics(statistics, path, name + ": ");
+  DesignResult design;
+  design.name = name;
+  design.inputs = inputs;
+  design.statistics = ordered_json::object();
+  for (const auto& [key, entry] : statistics.items()) {
+    if (!of_the_host(key)) design.statistics[key] = entry;
+  }
+  return design;
+}
+
+/// The picture that results.json names, if it still is the one that the run wrote: the folder may hold another's.
+void find_picture(const ordered_json& document, const std::string& path, RunResults& run) {
+  const ordered_json images = document.value("images", ordered_json::array());
+  if (!images.is_array() || images.empty()) return;
+  const std::string file = images.front().is_object() ? text(images.front(), "file") : "";
+  if (file.empty() || std::filesystem::path(file).filename() != file) {
+    throw Error(path, "images", "must be a list of files in the same folder, each with its hash");
+  }
+  const std::filesystem::path picture = std::filesystem::path(path).parent_path() / file;
+  if (!std::filesystem::exists(picture)) {
+    run.picture_problem = file + " is not beside " + run.file;
+  } else if (hex(xxh3(read_file(picture.string()))) != text(images.front(), "hash")) {
+    run.picture_problem = file + " beside " + run.file + " is not the picture of this run";
+  } else {
+    run.picture = picture.string();
+  }
+}
+
+/// {"low", "high"} by design.
+std::map<std::string, Interval> intervals(const ordered_json& document, const char* name) {
+  std::map<std::string, Interval> all;
+  const ordered_json of = document.value(name, ordered_json::object());
+  for (const auto& [design, interval] : of.items()) {
+    if (!interval.is_object() || !interval.contains("low") || !interval.contains("high")) continue;
+    if (!interval.at("low").is_number() || !interval.at("high").is_number()) continue;
+    const Interval found{interval.at("low").get<double>(), interval.at("high").get<double>()};
+    if (found.low < found.high) all[design] = found;
+  }
+  return all;
+}
+
+void read_run(const ordered_json& document, const std::string& path, RunResults& run) {
+  const ordered_json all_inputs =
+      document.contains("inputs") ? object(document, "inputs", path) : ordered_json::object();
+  for (const auto& [name, statistics] : object(document, "designs", path).items()) {
+    const ordered_json inputs = all_inputs.value(name, ordered_json::object());
+    run.designs.push_back(design_result(name, statistics, inputs, path));
+    if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
+    if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
+      run.designs.back().notes = notes_from(notes->at(name), path);
+    }
+  }
+  run.speedup_intervals = intervals(document, "speedup_interval");
+  if (document.contains("speedup_over")) run.speedup_over = text(document, "speedup_over");
+  run.has_verdict = document.contains("images_identical") && document.at("images_identical").is_boolean();
+  if (run.has_verdict) run.images_identical = document.at("images_identical").get<bool>();
+  for (const ordered_json& violation : document.value("violations", ordered_json::array())) {
+    run.violations.push_back(violation.is_string() ? violation.get<std::string>() : json_text(violation));
+  }
+  run.program = "grtx " + text(document, "version");
+  find_picture(document, path, run);  // of a sequence the first frame
+}
+
+void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
+  const ordered_json& inputs = object(document, "inputs", path);
+  std::string name = design_name(text(inputs, "accel"), text(inputs, "checkpoint"));
+  if (name.empty()) name = "run";
+  run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
+  if (document.contains("notes")) run.designs.back().notes = notes_from(document.at("notes"), path);
+  run.over_time = document.value("over_time", ordered_json());
+  run.program = text(inputs, "program");
+}
+
+}  // namespace
+
+double DesignResult::value(const std::string& statistic) const {
+  const auto found = statistics.find(statistic);
+  if (found == statistics.end() || !found->at("value").is_number()) return std::numeric_limits<double>::quiet_NaN();
+  return found->at("value").get<double>();
+}
+
+std::optional<Interval> DesignResult::cycles_interval() const {
+  return grtx::sim::cycles_interval([this](const char* statistic) { return value(statistic); });
+}
+
+std::optional<Interval> ratio_of(const std::optional<Interval>& over, const std::optional<Interval>& of) {
+  if (!over || !of) return std::nullopt;
+  return Interval{over->low / of->high, over->high / of->low};
+}
+
+std::optional<Interval> RunResults::speedup_interval(const DesignResult& own) const {
+  if (const auto known = speedup_intervals.find(own.name); known != speedup_intervals.end()) return known->second;
+  const DesignResult* reference = design(speedup_over);
+  if (reference == nullptr || reference->name == own.name) return std::nullopt;
+  return ratio_of(reference->cycles_interval(), own.cycles_interval());
+}
+
+const DesignResult* RunResults::design(const std::string& name) const {
+  for (const DesignResult& d : designs) {
+    if (d.name == name) return &d;
+  }
+  return nullptr;
+}
+
+std::string design_name(const std::string& accel, const std::string& checkpoint) {
+  if (accel.empty() || (checkpoint != "on" && checkpoint != "off")) return "";
+  const bool checkpoints = checkpoint == "on";
+  if (accel == "tri20") return checkpoints ? "hw" : "baseline";
+  if (accel == "tlas-tri20") return checkpoints ? "grtx" : "sw";
+  return accel + (checkpoints ? "+checkpoint" : "");  // none of the paper's
+}
+
+RunResults read_run_results(const std::string& path) {
+  RunResults run;
+  const std::string bytes = read_file(path);
+  const ordered_json document = parse_json(bytes, path);
+  const std::string schema = document.is_object() ? text(document, "schema") : "";
+  if (schema != "grtx.run/1" && schema != "grtx.stats/1") {
+    throw Error(path, "schema", "must be grtx.run/1 (results.json of grtx run) or grtx.stats/1 (grtx sim --stats)");
+  }
+  run.file = std::filesystem::path(path).filename().string();
+  run.hash = hex(xxh3(bytes));
+  run.bytes = bytes.size();
+  run.config = object(document, "config", path);
+  if (schema == "grtx.run/1") {
+    read_run(document, path, run);
+  } else {
+    read_simulation(document, path, run);
+  }
+  if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
+  const ordered_json& inputs = run.designs.front().inputs;
+  std::map<std::string, std::string> more;  // what grtx run says once for all its designs
+  if (schema == "grtx.run/1") more["machine"] = text(document, "machine");
+  if (const auto version = document.find("model_version"); version != document.end()) {
+    more["model_version"] = version->dump();
+  }
+  run.subject = Subject(inputs, run.config, more);
+  run.label = run.subject.scene().empty() ? run.file : "";
+  if (const std::string of = run.subject.text(); !of.empty()) run.label += (run.label.empty() ? "" : ", ") + of;
+  return run;
+}
+
+}  // namespace grtx::sim

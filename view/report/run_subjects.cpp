@@ -1,0 +1,125 @@
+// What the figures of runs are of, and what limits their meaning: every section with figures says it.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grtx/view/report/html.h"
+#include "grtx/view/report/sections.h"
+
+namespace grtx::sim {
+namespace {
+
+std::vector<Subject> subjects_of(const std::vector<ReportRun>& runs) {
+  std::vector<Subject> subjects;
+  subjects.reserve(runs.size());
+  for (const ReportRun& run : runs) subjects.push_back(run.results.subject);
+  return subjects;
+}
+
+std::string joined_designs(const RunResults& results) {
+  std::string names;
+  for (const DesignResult& design : results.designs) names += (names.empty() ? "" : ", ") + design.name;
+  return names;
+}
+
+}  // namespace
+
+std::string ReportRun::bar_label(std::size_t design) const {
+  const std::string& own = results.designs[design].name;
+  return name.empty() ? own : name + ": " + own;
+}
+
+void name_runs(std::vector<ReportRun>& runs) {
+  if (runs.size() < 2) return;
+  std::vector<std::string> otherwise;
+  for (const ReportRun& run : runs) {
+    const bool one = run.results.designs.size() == 1;
+    otherwise.push_back(one ? run.results.designs.front().name + ", " + run.results.file : run.results.file);
+  }
+  const std::vector<std::string> names = set_apart(subjects_of(runs), otherwise);
+  for (std::size_t r = 0; r < runs.size(); ++r) runs[r].name = names[r];
+}
+
+std::string machines_of(const std::vector<ReportRun>& runs) { return machines_text(subjects_of(runs)); }
+
+std::string interval_text(const std::optional<Interval>& interval, std::string (*shown)(double)) {
+  return interval ? shown(interval->low) + " to " + shown(interval->high) : "";
+}
+
+std::string interval_html(const std::optional<Interval>& interval, std::string (*shown)(double)) {
+  const std::string text = interval_text(interval, shown);
+  return text.empty() ? "" : " <span class=\"interval\">(" + text + ")</span>";
+}
+
+std::string notes_html(const std::vector<std::pair<std::string, ResultNotes>>& by_name) {
+  std::vector<std::pair<std::string, std::string>> texts;  // of whom, in order of appearance
+  for (const auto& [name, notes] : by_name) {
+    for (const ResultNote& note : notes) {
+      const auto known = std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.second == note.text; });
+      if (known == texts.end()) {
+        texts.emplace_back(name, note.text);
+      } else {
+        known->first += ", " + name;
+      }
+    }
+  }
+  std::string out;
+  for (const auto& [names, text] : texts) {
+    out += fmt::format("<p class=\"limit\"><strong>Mind ({}):</strong> {}</p>\n", escape(names), escape(text));
+  }
+  return out;
+}
+
+std::string subject_html(const ReportRun& run) {
+  const std::string name = run.name.empty() ? "" : "<strong>" + escape(run.name) + "</strong>: ";
+  std::string out = "<p class=\"subject\">" + name + escape(run.results.label) + ".";
+  const auto sampled = [](const DesignResult& d) { return d.cycles_interval().has_value(); };
+  if (std::any_of(run.results.designs.begin(), run.results.designs.end(), sampled)) {
+    out +=
+        " Estimated from a sample: intervals in brackets hold the true cycles with 95 % confidence; all other "
+        "figures are estimates, too.";
+  }
+  out += "</p>\n";
+  std::vector<std::pair<std::string, ResultNotes>> notes;
+  for (const DesignResult& design : run.results.designs) notes.emplace_back(design.name, design.notes);
+  return out + notes_html(notes);
+}
+
+std::string subjects_html(const std::vector<ReportRun>& runs) {
+  std::string out;
+  for (const ReportRun& run : runs) out += subject_html(run);
+  return out;
+}
+
+std::string apart_table(const std::vector<ReportRun>& runs) {
+  if (runs.size() < 2) return "";
+  const std::vector<Subject> subjects = subjects_of(runs);
+  std::vector<std::string> facts;
+  for (const Subject& a : subjects) {
+    for (const Subject& b : subjects) {
+      for (const Fact& fact : a.differences(b, MayDiffer::designs)) {
+        if (std::find(facts.begin(), facts.end(), fact.name) == facts.end()) facts.push_back(fact.name);
+      }
+    }
+  }
+  std::vector<Table::Column> columns = {{"fact", false}};
+  for (const ReportRun& run : runs) columns.push_back({run.name, false});
+  Table table("In what the runs differ: they are not compared with each other", columns);
+  for (const std::string& fact : facts) {
+    std::vector<std::string> cells = {escape(fact)};
+    for (const Subject& subject : subjects) cells.push_back(escape(subject.fact(fact)));
+    table.row(cells);
+  }
+  std::vector<std::string> designs = {"designs"}, unknown = {"not said by its file"};
+  for (const ReportRun& run : runs) {
+    designs.push_back(escape(joined_designs(run.results)));
+    unknown.push_back(escape(run.results.subject.unknown()));
+  }
+  table.row(designs);
+  if (std::any_of(unknown.begin() + 1, unknown.end(), [](const std::string& text) { return !text.empty(); })) {
+    table.row(unknown);
+  }
+  return table.html();
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,243 @@
+// Sections on searches: the front, the way from the reference to the best design, what each parameter contributes, and
+// candidates that were not measured, by reason.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grtx/lab/sweep/axis.h"
+#include "grtx/view/report/charts.h"
+#include "grtx/view/report/html.h"
+#include "grtx/view/report/sections.h"
+
+namespace grtx::sim {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string words(const ordered_json& coordinates) {
+  std::string text;
+  for (const auto& [name, value] : coordinates.items())
+    text += (text.empty() ? "" : ", ") + name + " = " + text_of(value);
+  return text;
+}
+
+/// A search's document, and what all its tables need of it.
+class SearchPage {
+ public:
+  explicit SearchPage(const ReportSweep& sweep)
+      : sweep_(sweep),
+        search_(sweep.results.search),
+        objectives_(search_.at("objectives").get<std::vector<std::string>>()) {
+    for (const ordered_json& parameter : search_.at("parameters")) parameters_.push_back(parameter.at("key"));
+    if (const std::string machines = machines_of(sweep.results); !machines.empty()) of_ = "; " + machines;
+  }
+
+  std::string headlines() const {
+    const ordered_json& counts = search_.at("counts");
+    std::string cards =
+        headline(cell(counts.at("candidates")), "Candidates",
+                 fmt::format("{} screened, {} confirmed, {} on the front", text_of(counts.at("screened")),
+                             text_of(counts.at("confirmed")), text_of(counts.at("front"))));
+    if (!search_.at("front").empty()) {
+      const ordered_json& best = candidate(search_.at("front").front());
+      for (std::size_t o = 0; o < objectives_.size(); ++o) {
+        cards += headline(times(ratio(best.at("confirming"), o)), objectives_[o] + " of the best",
+                          o == 0 ? words(best.at("coordinates")) : "over the reference");
+      }
+    }
+    return fmt::format("<h3>Search {}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(sweep_.results.file),
+                       subject_html(sweep_.results), cards);
+  }
+
+  std::string html() const {
+    const ordered_json& counts = search_.at("counts");
+    std::string constraints;
+    for (const ordered_json& rule : search_.at("constraints")) {
+      constraints += (constraints.empty() ? "" : "; ") + rule.get<std::string>();
+    }
+    return fmt::format(
+               "<section id=\"{}_search\" class=\"sweep\"><h2>Search {}</h2>\n{}"
+               "<p>{} candidates of {} in {} generations: {} broken, {} too dear, {} failed, {} screened ({}), {} "
+               "confirmed ({}), {} on the front. Reference: {}.{}</p>\n",
+               sweep_.id, escape(sweep_.results.file), subject_html(sweep_.results), cell(counts.at("candidates")),
+               cell(counts.at("space")), counts.at("generations").get<std::size_t>() + 1, cell(counts.at("broken")),
+               cell(counts.at("too_dear")), cell(counts.at("failed")), cell(counts.at("screened")),
+               cell(search_.at("screening").at("mode")), cell(counts.at("confirmed")),
+               cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
+               escape(words(search_.at("reference").at("coordinates"))),
+               constraints.empty() ? "" : " Constraints: " + escape(constraints) + ".") +
+           front_charts() + front_table() + path_html() + effects_html() + invalid_table() + "</section>\n";
+  }
+
+ private:
+  const ordered_json& candidate(const ordered_json& index) const {
+    return search_.at("candidates").at(index.get<std::size_t>());
+  }
+  static double ratio(const ordered_json& verdict, std::size_t objective) {
+    return verdict.at("ratios").at(objective).get<double>();
+  }
+  bool is_evaluated() const { return search_.at("reference").contains("evaluation"); }
+
+  ordered_json mark(const ordered_json& coordinates, const std::vector<double>& ratios,
+                    const std::string& stage) const {
+    ordered_json row = {{"stage", stage}};
+    // Names of parameters and objectives hold dots, which Vega-Lite would read as paths: numbered fields carry them.
+    for (std::size_t p = 0; p < parameters_.size(); ++p) {
+      row[fmt::format("c{}", p)] =
+          coordinates.contains(parameters_[p]) ? coordinates.at(parameters_[p]) : ordered_json();
+    }
+    for (std::size_t o = 0; o < objectives_.size(); ++o) row[fmt::format("o{}", o)] = ratios.at(o);
+    return row;
+  }
+
+  std::string front_charts() const {
+    const std::vector<std::string> stages = {"screened", "confirmed only", "on the front", "reference"};
+    ordered_json rows = ordered_json::array();
+    std::size_t place = 0;
+    for (const ordered_json& one : search_.at("candidates")) {
+      const ordered_json& front = search_.at("front");
+      const bool on_front = std::find(front.begin(), front.end(), ordered_json(place++)) != front.end();
+      const bool confirmed = one.contains("confirming") && one.at("confirming").contains("ratios");
+      const ordered_json& verdict = confirmed ? one.at("confirming") : one.at("screening");
+      if (!verdict.contains("ratios")) continue;
+      rows.push_back(mark(one.at("coordinates"), verdict.at("ratios"), stages[on_front ? 2 : confirmed ? 1 : 0]));
+    }
+    rows.push_back(
+        mark(search_.at("reference").at("coordinates"), std::vector<double>(objectives_.size(), 1.0), stages.back()));
+    std::vector<ChartField> tooltip = {{"stage", "stage"}};
+    for (std::size_t o = 0; o < objectives_.size(); ++o) {
+      tooltip.push_back({fmt::format("o{}", o), objectives_[o] + " / reference", true});
+    }
+    for (std::size_t p = 0; p < parameters_.size(); ++p) tooltip.push_back({fmt::format("c{}", p), parameters_[p]});
+    std::string charts;
+    for (std::size_t o = 1; o < objectives_.size(); ++o) {
+      const std::string title = objectives_[o] + " against " + objectives_[0];
+      charts += chart(fmt::format("{}_search_front{}", sweep_.id, o), title + ", one mark a candidate",
+                      title +
+                          ", both over the reference. Candidates that were confirmed are drawn as confirmed, the "
+                          "others as screened. Hover for the design.",
+                      search_chart(rows, {"o0", objectives_[0] + " / reference"},
+                                   {fmt::format("o{}", o), objectives_[o] + " / reference"}, tooltip, stages,
+                                   objectives_.size() == 2));
+    }
+    return "<div class=\"pair\">" + charts + "</div>\n";
+  }
+
+  std::string front_table() const {
+    std::vector<Table::Column> columns = {{"design"}};
+    for (const std::string& objective : objectives_) columns.push_back({objective});
+    if (is_evaluated()) {
+      for (const std::string& objective : objectives_) columns.push_back({objective + ", evaluation"});
+    }
+    for (const std::string& parameter : parameters_) columns.push_back({parameter});
+    Table table("The front, over the reference; the least " + objectives_[0] + " first" + of_, columns);
+    for (const ordered_json& index : search_.at("front")) {
+      const ordered_json& one = candidate(index);
+      std::vector<std::string> cells = {"#" + text_of(index)};
+      for (std::size_t o = 0; o < objectives_.size(); ++o) cells.push_back(times(ratio(one.at("confirming"), o)));
+      for (std::size_t o = 0; is_evaluated() && o < objectives_.size(); ++o) {
+        const ordered_json& verdict = one.at("evaluation");
+        cells.push_back(verdict.contains("ratios") ? times(ratio(verdict, o)) : cell(verdict.at("outcome")));
+      }
+      for (const std::string& parameter : parameters_) cells.push_back(cell(one.at("coordinates").at(parameter)));
+      table.row(cells);
+    }
+    return table.rows() == 0 ? "<p>No candidate is on the front.</p>\n" : table.html();
+  }
+
+  std::string path_html() const {
+    const ordered_json& path = search_.at("path");
+    if (path.empty()) return "";
+    ordered_json rows = ordered_json::array();
+    rows.push_back({{"label", "reference"}, {"order", 0}, {"before", 0.0}, {"after", 1.0}, {"change", "whole"}});
+    std::vector<Table::Column> columns = {{"change", false}};
+    for (const std::string& objective : objectives_) columns.push_back({objective});
+    columns.push_back({"note", false});
+    Table table("From the reference to the best design, one change at a time; figures after each change" + of_,
+                columns);
+    double before = 1.0;
+    for (const ordered_json& step : path) {
+      const std::string label =
+          fmt::format("{}: {} → {}", step.at("key").get<std::string>(),
+                      step.at("from").is_null() ? "base" : text_of(step.at("from")), text_of(step.at("to")));
+      std::vector<std::string> cells = {escape(label)};
+      for (std::size_t o = 0; o < objectives_.size(); ++o) {
+        cells.push_back(step.contains("ratios") ? times(ratio(step, o)) : "");
+      }
+      cells.push_back(escape(step.value("reason", "") + (step.contains("together") ? " (only with the next)" : "")));
+      table.row(cells);
+      const double after = step.contains("ratios") ? ratio(step, 0) : before;
+      rows.push_back({{"label", label},
+                      {"order", rows.size()},
+                      {"before", before},
+                      {"after", after},
+                      {"change", after <= before ? "gain" : "loss"}});
+      before = after;
+    }
+    rows.push_back(
+        {{"label", "best"}, {"order", rows.size()}, {"before", 0.0}, {"after", before}, {"change", "whole"}});
+    return chart(sweep_.id + "_search_path", "What each change brings in " + objectives_[0],
+                 objectives_[0] +
+                     " over the reference, from the reference to the best design: of the changes left, the "
+                     "one that gains most comes next.",
+                 waterfall(rows, objectives_[0] + " / reference")) +
+           table.html();
+  }
+
+  std::string effects_html() const {
+    std::string charts, tables;
+    std::size_t place = 0;
+    for (const ordered_json& effect : search_.at("effects")) {
+      const std::string objective = effect.at("objective");
+      ordered_json rows = ordered_json::array();
+      Table table("What each value contributes to " + objective + of_,
+                  {{"parameter", false}, {"value"}, {"candidates"}, {"factor"}});
+      for (const ordered_json& parameter : effect.at("parameters")) {
+        for (const ordered_json& value : parameter.at("values")) {
+          rows.push_back({{"parameter", parameter.at("key")},
+                          {"value", text_of(value.at("value"))},
+                          {"factor", value.at("factor")},
+                          {"candidates", value.at("candidates")}});
+          table.row({cell(parameter.at("key")), cell(value.at("value")), cell(value.at("candidates")),
+                     fmt::format("{:.3f}", value.at("factor").get<double>())});
+        }
+      }
+      if (rows.empty()) continue;
+      charts += chart(fmt::format("{}_search_effects{}", sweep_.id, place++),
+                      "What each parameter contributes to " + objective,
+                      fmt::format("Factors on {} by value, of an additive model of the logarithms over all screened "
+                                  "candidates; it explains {:.0f} % of their variance.",
+                                  objective, 100.0 * effect.at("explained").get<double>()),
+                      factor_chart(rows, parameters_, "factor on " + objective));
+      tables += table.html();
+    }
+    return tables.empty() ? ""
+                          : "<div class=\"pair\">" + charts + "</div>\n" + details("Contributions as tables", tables);
+  }
+
+  std::string invalid_table() const {
+    Table table("Candidates that are not on any front, by reason",
+                {{"outcome", false}, {"reason", false}, {"candidates"}});
+    for (const ordered_json& group : search_.at("invalid")) {
+      table.row({cell(group.at("outcome")), cell(group.at("reason")), cell(group.at("candidates"))});
+    }
+    return table.rows() == 0 ? "" : table.html();
+  }
+
+  const ReportSweep& sweep_;
+  const ordered_json& search_;
+  std::vector<std::string> objectives_, parameters_;
+  std::string of_;  ///< machines, modes: for captions
+};
+
+}  // namespace
+
+std::string search_headline(const ReportSweep& sweep) {
+  return sweep.results.search.is_null() ? "" : SearchPage(sweep).headlines();
+}
+
+std::string search_section(const ReportSweep& sweep) {
+  return sweep.results.search.is_null() ? "" : SearchPage(sweep).html();
+}
+
+}  // namespace grtx::sim
