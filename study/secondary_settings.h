@@ -9,7 +9,6 @@
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/frontend/optics/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
-#include "grtx/frontend/tracer/optical_objects.h"
 #include "grtx/study/option_rules.h"
 
 namespace grtx::sim {

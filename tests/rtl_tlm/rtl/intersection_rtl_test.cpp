@@ -289,14 +289,14 @@ TEST(IntersectionOperands, TheTransformIsTheTracersBitForBit) {
 TEST(IntersectionOperands, AreOfEveryKindAndHitOften) {
   unsigned hits = 0, tied = 0, beyond = 0, none = 0, infinite = 0, subnormal = 0;
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
-    const BoxOperands operands = modules::made_box_operands(seed, 6);
+    const BoxOperands operands = made_box_operands(seed, 6);
     const BoxOutcome outcome = box_outcome(operands);
     hits += outcome.hits;
     for (unsigned place = 0; place < outcome.hits; ++place) {
       beyond += outcome.order[place].beyond ? 1 : 0;
       if (place > 0) tied += outcome.order[place].t == outcome.order[place - 1].t ? 1 : 0;
     }
-    const TransformOutcome transformed = transform_outcome(modules::made_transform_operands(seed));
+    const TransformOutcome transformed = transform_outcome(made_transform_operands(seed));
     for (unsigned axis = 0; axis < 3; ++axis) {
       for (const float x : {transformed.origin[axis], transformed.direction[axis], operands.lower[0][axis]}) {
         none += std::isnan(x) ? 1 : 0;
