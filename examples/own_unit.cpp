@@ -1,5 +1,4 @@
-// `grtx` with a ray-box unit of its own, which tests one node at a time and rests after each. Its keys, counts, energy
-// and signals are where those of the project's units are; no file of the project is edited. docs/add-a-module.md.
+// `grtx` with a ray-box unit of its own, which tests one node at a time and rests after each (docs/add-a-module.md).
 //   own_unit sim TRACE.grtx --set rt.resting_box.rest=3 --stats S.json --vcd W.vcd
 #include <deque>
 #include <memory>

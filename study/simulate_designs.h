@@ -1,4 +1,4 @@
-// The traces of a comparison simulated, each in a process of its own.
+// Simulates the traces of a comparison, each in a child process, and chooses the mode where none is named.
 #pragma once
 
 #include <map>
