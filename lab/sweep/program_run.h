@@ -23,7 +23,7 @@ struct ProgramEnd {
   double seconds = 0.0;
 };
 
-/// A running command. Its standard output and error go to files. It is killed when this process ends for any reason.
+/// A running command. Its standard output and error go to files. It gets SIGTERM when this process ends for any reason.
 class ProgramRun {
  public:
   /// arguments[0] is the program. input: file descriptor for its standard input; -1: empty input. Throws
