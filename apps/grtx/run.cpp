@@ -25,7 +25,7 @@ struct RunArguments {
   std::string config;
   std::vector<std::string> settings;
   SimulationMode mode = SimulationMode::cycle;
-  CLI::Option* mode_option = nullptr;  ///< that `mode` was named by
+  CLI::Option* mode_option = nullptr;  ///< the --mode option; tells whether it was given
   EstimateCli estimate;
 };
 
@@ -68,7 +68,7 @@ void print_intervals(const ordered_json& results) {
   fmt::print("\n");
 }
 
-/// What a person wants to see of the results.
+/// Prints a summary of the results.
 void print_summary(const RunArguments& options, const DesignResults& run) {
   const ordered_json& results = run.json;
   const DesignComparison& comparison = run.comparison;
