@@ -14,8 +14,7 @@ namespace grtx::sim {
 
 struct EnergyOptions {
   double dram_pj_per_bit = 7.5;  ///< GDDR6 (Micron, average device power); GDDR6X 7.25, HBM2E 6.0
-  double wire_mm =
-      10.0;  ///< wire length of a packet's path through the crossbar; judgement: half the edge of a small die
+  double wire_mm = 10.0;         ///< path length of a packet in the crossbar; judgement: half the edge of a small die
   double wire_fj_per_bit_mm_40nm = 240;  ///< at 40 nm; 115 at 10 nm (Keckler 2011, Dally 2020): interpolated
 };
 

@@ -15,8 +15,7 @@ using Choices = std::vector<std::size_t>;
 struct SearchSpace {
   struct Dimension {
     std::size_t choices = 2;  ///< at least 2
-    bool ordered =
-        true;  ///< neighbouring choices are alike, so mutation takes small steps; else all choices are equally far
+    bool ordered = true;      ///< neighbouring choices are alike: mutation takes small steps; else any step
   };
   std::vector<Dimension> dimensions;
 

@@ -34,8 +34,7 @@ std::vector<TaskOutcome> WorkFolder::left_over() const {
   std::vector<std::string> files;
   if (fs::is_directory(path() + "/results")) {
     for (const auto& entry : fs::directory_iterator(path() + "/results")) {
-      if (entry.path().extension() == ".json")
-        files.push_back(entry.path().string());  // other names are incomplete files
+      if (entry.path().extension() == ".json") files.push_back(entry.path().string());  // others are incomplete
     }
   }
   std::sort(files.begin(), files.end());

@@ -79,8 +79,7 @@ class PointMaker {
   std::vector<Scene> scenes_;
   std::vector<Place> places_;
   PointConfigs configs_;
-  std::unique_ptr<std::map<Asked, Traced>>
-      asked_;  ///< cache: resolving tracer options takes as long as making a hundred points
+  std::unique_ptr<std::map<Asked, Traced>> asked_;  ///< cache: resolving options is slow
 };
 
 /// All points of a plan. Points with the same inputs are merged. Combinations that the machine or tracer does not

@@ -224,8 +224,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
         commands.run("sim", {trace, "--config", config, "--machine", task.at("machine").get<std::string>(), "--mode",
                              task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
   } catch (Failure& failure) {
-    if (failure.status == "failed" && !is_sound(trace))
-      failure.status = "pending";  // the next sweep makes the trace again
+    if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep remakes it
     throw;
   }
   ordered_json document = read_statistics(statistics);

@@ -54,7 +54,7 @@ struct RayValues {
   std::vector<float> times;        ///< as WatchedRay::times
   std::vector<float> start_t_max;  ///< [round] at its start
   std::vector<std::vector<std::pair<float, std::uint32_t>>>
-      start_hits;                    ///< [round] (t, Gaussian) of the k-buffer at its start
+      start_hits;                    ///< [round] (t, Gaussian) in the k-buffer at its start
   std::vector<float> transmittance;  ///< [round] after the round
   std::array<float, 3> origin{}, direction{};
 };

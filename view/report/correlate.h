@@ -37,13 +37,12 @@ struct Comparison {
 
 struct Correlation {
   std::vector<Comparison> comparisons;
-  std::vector<std::string> unmatched;  ///< labels of measured values without simulated ones
-  double mean_error = 0.0;             ///< mean of |simulated / measured - 1|
-  double factor = 1.0;                 ///< geometric mean of simulated / measured
-  double scaled_error = 0.0;           ///< mean error after dividing all simulated values by `factor`
-  double spearman = 0.0,
-         kendall = 0.0;  ///< rank correlation; NaN with fewer than two values, or if all of one side are equal
-  std::vector<std::string> outliers;  ///< labels; scaled error above 10 % and above twice the median
+  std::vector<std::string> unmatched;    ///< labels of measured values without simulated ones
+  double mean_error = 0.0;               ///< mean of |simulated / measured - 1|
+  double factor = 1.0;                   ///< geometric mean of simulated / measured
+  double scaled_error = 0.0;             ///< mean error after dividing all simulated values by `factor`
+  double spearman = 0.0, kendall = 0.0;  ///< rank correlation; NaN if fewer than two values, or one side all equal
+  std::vector<std::string> outliers;     ///< labels; scaled error above 10 % and above twice the median
 };
 
 /// Throws Error if a measured value matches several points of a scene, or if none matches any.
