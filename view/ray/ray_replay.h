@@ -50,12 +50,11 @@ class RayNodes {
 
 /// Values of a ray that a trace does not contain, recorded by tracing it again (frontend/tracer/ray_watch.h).
 struct RayValues {
-  std::vector<float> t_max;        ///< [event] after the event
-  std::vector<float> times;        ///< as WatchedRay::times
-  std::vector<float> start_t_max;  ///< [round] at its start
-  std::vector<std::vector<std::pair<float, std::uint32_t>>>
-      start_hits;                    ///< [round] (t, Gaussian) in the k-buffer at its start
-  std::vector<float> transmittance;  ///< [round] after the round
+  std::vector<float> t_max;                                              ///< [event] after the event
+  std::vector<float> times;                                              ///< as WatchedRay::times
+  std::vector<float> start_t_max;                                        ///< [round] at its start
+  std::vector<std::vector<std::pair<float, std::uint32_t>>> start_hits;  ///< [round] (t, Gaussian) in k-buffer
+  std::vector<float> transmittance;                                      ///< [round] after the round
   std::array<float, 3> origin{}, direction{};
 };
 
