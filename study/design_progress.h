@@ -1,5 +1,5 @@
-// Progress of simulations that run in child processes: a bar over all of them, with the share of each that is under
-// way.
+// Progress of simulations that run in child processes: one bar for all of them, with the share done of each running
+// one.
 #pragma once
 
 #include <atomic>
@@ -14,18 +14,18 @@
 
 namespace grtx::sim {
 
-/// Counts ends of warps in memory that parent and children share.
+/// Counts finished warps in memory shared by the parent and its children.
 class DesignProgress {
  public:
-  /// warps: how many each design has.
+  /// warps: number of warps of each design.
   DesignProgress(std::vector<std::string> names, std::vector<std::uint64_t> warps, bool quiet);
   ~DesignProgress();
   DesignProgress(const DesignProgress&) = delete;
   DesignProgress& operator=(const DesignProgress&) = delete;
 
-  /// For the simulation of a design, in its child.
+  /// Observer to attach to the simulation of a design, in the child process.
   modules::WarpObserver* observer(std::size_t design) { return &counters_[design]; }
-  /// In the parent, now and then.
+  /// Redraws the bar; the parent calls it from time to time.
   void look();
 
  private:

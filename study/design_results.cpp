@@ -19,7 +19,7 @@ double statistic(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-/// Speed-ups of primary and of secondary rays alone, as in the paper's figure on secondary rays.
+/// Separate speed-ups of primary and of secondary rays, as in the paper's figure on secondary rays.
 void add_speedups_by_kind(ordered_json& results, const DesignComparison& comparison) {
   for (const char* kind : {"primary", "secondary"}) {
     const std::string cycles = fmt::format("gpu.rays.{}_cycles", kind);
@@ -31,7 +31,7 @@ void add_speedups_by_kind(ordered_json& results, const DesignComparison& compari
   }
 }
 
-/// Cycles and speed-ups of each frame of a sequence.
+/// Cycles and speed-ups per frame of a sequence.
 void add_frames(ordered_json& results, const DesignComparison& comparison, const std::string& views,
                 std::size_t frames) {
   ordered_json& list = results["frames"];
@@ -47,7 +47,7 @@ void add_frames(ordered_json& results, const DesignComparison& comparison, const
   }
 }
 
-/// Intervals of cycles and of speed-ups; the designs have the same sample.
+/// Confidence intervals of cycles and speed-ups. Speed-ups are paired: all designs simulate the same sample.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const DesignComparison& comparison,
                    ordered_json& results) {
   const auto json = [](const ConfidenceInterval& interval) {
@@ -69,7 +69,7 @@ void add_design(DesignResults& run, const std::string& name, const std::string& 
   ordered_json& design = results["designs"][name];
   design = own.statistics;
   design.update(document.at("stats"));
-  // Somebody may have named other tracer options than the machine.
+  // The user may have overridden tracer options of the machine.
   put_first(tracer_notes(machine, traces::Reader(own.path).header()), document);
   results["notes"][name] = document.at("notes");
   run.notes[name] = notes_from(results["notes"][name], name);
@@ -97,7 +97,7 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   results["model_version"] = kModelVersion;
   results["machine"] = machine_name(plan.machine, plan.config);
   results["config"] = config_json(plan.config);
-  // Else over the baseline.
+  // Without this entry, readers take the baseline.
   if (comparison.names().size() < kDesigns.size()) results["speedup_over"] = comparison.reference();
   for (const std::string& name : comparison.names()) add_design(run, name, plan.machine, traced, documents.at(name));
   const double reference = statistic(results["designs"][comparison.reference()], "gpu.cycles");

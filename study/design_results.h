@@ -1,4 +1,4 @@
-// What results.json says of a comparison.
+// Builds the content of results.json for a comparison of designs.
 #pragma once
 
 #include <map>
@@ -10,8 +10,9 @@
 
 namespace grtx::sim {
 
-/// documents: each design's, as simulate_designs() returns them. images: of write_run_images(). plan.mode: the one that
-/// was taken. Throws Error for a document of another trace than the one that was traced.
+/// documents: statistics by design, as returned by simulate_designs(). images: list of pictures as in results.json.
+/// plan.mode: must be set to the mode that was simulated. Throws Error if a document belongs to another trace than
+/// `traced`.
 DesignResults design_results(const RunPlan& plan, const DesignComparison& comparison, const TracedDesigns& traced,
                              std::map<std::string, nlohmann::ordered_json> documents,
                              const nlohmann::ordered_json& images);

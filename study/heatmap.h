@@ -1,4 +1,4 @@
-// A number for each pixel as a picture: PNG in false colours with a colour bar, and the numbers themselves as EXR.
+// Heat map of one number per pixel: a PNG in false colours with a colour bar, and the values as EXR.
 #pragma once
 
 #include <string>
@@ -15,19 +15,19 @@ struct Heatmap {
   std::vector<double> values;  ///< row by row, the top one first; not negative
 };
 
-/// "NAME=PATH.png", or "NAME" for NAME.png.
+/// Parsed --heatmap option: "NAME=PATH.png", or "NAME", which writes NAME.png.
 struct HeatmapRequest {
   std::string name;
   std::string path;
 };
-/// Its picture, and the values beside it.
+/// Path of the PNG of a request, and of the EXR written beside a PNG.
 std::string heatmap_path(const std::string& request);
 std::string heatmap_values_path(const std::string& picture);
 /// Throws Error for an unknown name or a path that is not a .png.
 std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& texts,
                                              const std::vector<std::string>& names);
 
-/// Colour of a value between 0 (black) and 1 (pale yellow); lightness grows all the way.
+/// Colour of a value between 0 (black) and 1 (pale yellow); lightness increases monotonically.
 glm::vec3 heat_colour(double value);
 /// The picture with title and colour bar, from 0 to the largest value. Small maps are enlarged by whole factors.
 frontend::Image draw_heatmap(const Heatmap& map);

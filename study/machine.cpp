@@ -21,7 +21,7 @@ std::string& folder_of_program() {
   return folder;
 }
 
-/// Where they may be: beside the program as it was installed, else where it says.
+/// Candidate folders: the installed one relative to the program, then the one given to set_machines_folder().
 std::vector<fs::path> machines_folders() {
   std::error_code failed;
   const fs::path program = fs::read_symlink("/proc/self/exe", failed);
@@ -51,7 +51,7 @@ std::string path_of(const std::string& machine) {
   return (machines_folder() / (machine + ".toml")).string();
 }
 
-/// Options of the tracer as keys tracer.NAME; what is set goes to `values`.
+/// Declares the tracer's options as keys tracer.NAME; their values are stored in `values`.
 void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::string>& values) {
   list.under("tracer", [&](modules::ParameterList& tracer) {
     for (const TracerOptionName& option : tracer_option_names()) {
@@ -60,7 +60,7 @@ void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::st
   });
 }
 
-/// The file's keys over those of `paper`: of the hardware into `config`, of the tracer returned by name.
+/// Loads `paper`, then the file on top: hardware keys into `config`; returns the tracer options by name.
 std::map<std::string, std::string> read_machine(const std::string& path, GpuConfig& config) {
   std::map<std::string, std::string> tracer;
   modules::ParameterList list;

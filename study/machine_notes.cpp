@@ -15,7 +15,7 @@ namespace {
 
 using Options = std::map<std::string, std::string>;
 
-/// Options that are a machine's to choose: those that any machine names. All others are the user's.
+/// Options that a machine may choose: all that any machine sets. The user chooses all others.
 std::set<std::string> options_of_machines(const Options& own) {
   std::set<std::string> names;
   for (const auto& [name, value] : own) names.insert(name);
@@ -25,11 +25,11 @@ std::set<std::string> options_of_machines(const Options& own) {
   return names;
 }
 
-/// All options as this machine has them for traces of this layout.
+/// All options with this machine's values, for traces of this node layout.
 Options resolved(const Options& own, const std::string& machine, const traces::Header& header) {
   TracerSettings settings;
   apply_machine_tracer(settings, machine);
-  if (!own.contains("layout")) settings.layout = header.layout;  // which says how wide a node is
+  if (!own.contains("layout")) settings.layout = header.layout;  // the layout determines the default BVH width
   return option_texts(settings);
 }
 

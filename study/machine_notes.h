@@ -1,4 +1,4 @@
-// What the name of a machine says of a result: whether the trace is of this machine.
+// Notes on a result whose trace was not made with the tracer options of its machine.
 #pragma once
 
 #include <string>
@@ -8,11 +8,12 @@
 
 namespace grtx::sim {
 
-/// Each option that a machine of the project, or this one, chooses, and that the trace has with another value than this
-/// machine: one note, or none. None, too, for no machine (""), and for a trace that does not name its options.
+/// At most one note, listing tracer options whose value in the trace differs from that of `machine`. Considers only
+/// options set by this machine or any machine of the project. Empty if machine is "" or the trace does not record its
+/// options.
 ResultNotes tracer_notes(const std::string& machine, const traces::Header& header);
 
-/// Puts these before the notes of a result, and of its document.
+/// Inserts `notes` before the notes of a result's document.
 void put_first(ResultNotes notes, nlohmann::ordered_json& document);
 
 }  // namespace grtx::sim

@@ -1,4 +1,5 @@
-// Where the machines of the project are, for programs that link with its libraries: their target says it.
+// Source folder of the project's machines, for programs that link with its libraries; CMake defines it for their
+// target.
 #pragma once
 
 namespace grtx {

@@ -1,4 +1,4 @@
-// What the text of an option must be, beyond its type: said once, for the command line, machines, plans and headers.
+// Rules for the values of options beyond their type, shared by the command line, machines, plans and trace headers.
 #pragma once
 
 #include <cstddef>
@@ -19,14 +19,14 @@ struct OneOf {
 struct AnyOf {
   std::vector<unsigned> numbers;
 };
-/// So many numbers, separated by commas.
+/// Exactly `numbers` numbers, separated by commas.
 struct ListOf {
   std::size_t numbers;
 };
 
-/// The option of a key: --pop-test of pop_test.
+/// Command-line flag of a key: pop_test gives --pop-test.
 std::string flag_of(std::string key);
-/// The key of an option's name: pop_test of pop-test.
+/// Key of an option's name: pop-test gives pop_test.
 std::string key_of(std::string name);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// Texts as values of options, by their rules; refusals in the words of the command line.
+// Parses texts as option values and checks their rules, with the same error messages as the command line.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace grtx::sim {
 
-/// Of the whole text; integers also hexadecimal, as 0x1F.
+/// Parses the whole text as a number; integers may be hexadecimal (0x1F). Returns false if it is none or out of range.
 template <typename Number>
 bool number_from(const std::string& text, Number& number) {
   char* end = nullptr;
@@ -28,12 +28,12 @@ bool number_from(const std::string& text, Number& number) {
   }
 }
 
-/// What is said of a text that is no number from low to high.
+/// Error message for a text that is no number from low to high.
 std::string out_of_range(double low, double high, const std::string& text);
-/// What is said of a text that is no value of the option.
+/// Error message for a text that cannot be converted to the option's type.
 std::string not_converted(const std::string& flag, const std::string& text);
 
-/// Why a text breaks a rule; "": it does not.
+/// Error message if the text breaks the rule, else "".
 template <typename Number>
 std::string breach(const InRange<Number>& rule, const std::string& text) {
   Number number{};
@@ -43,7 +43,7 @@ std::string breach(const InRange<Number>& rule, const std::string& text) {
 std::string breach(const OneOf& rule, const std::string& text);
 std::string breach(const AnyOf& rule, const std::string& text);
 
-/// Texts between commas.
+/// Splits a text at commas.
 std::vector<std::string> pieces_of(const std::string& text);
 
 template <typename Value>
@@ -62,7 +62,8 @@ bool convert(const std::string& text, Value& value) {
   }
 }
 
-/// Takes a text as the value of the option `flag`. Returns why it cannot be; "": it was taken.
+/// Parses a text into `value`, the value of the option `flag`. Returns "" on success, else an error message; then
+/// `value` is unchanged.
 template <typename Value, typename... Rule>
 std::string take(const std::string& flag, const std::string& text, Value& value, const Rule&... rule) {
   std::string why;
@@ -78,7 +79,7 @@ std::string take(const std::string& flag, const std::string& text, Value& value,
   return {};
 }
 
-/// A list of numbers.
+/// The same for a list of numbers.
 std::string take(const std::string& flag, const std::string& text, std::vector<double>& value, const ListOf& rule);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// Letters of 5 x 7 dots for the labels of pictures: a to z (shown as capitals), digits and a little punctuation.
+// 5 x 7 pixel font for labels in pictures: letters (lower case is shown as capitals), digits and some punctuation.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The machine on which a sweep's plan lies.
+// The base machine of a sweep's plan.
 #pragma once
 
 #include <string>
@@ -7,7 +7,8 @@
 
 namespace grtx::sim {
 
-/// Puts a machine ("" for none) below whatever the plan says. Throws Error for one that does not exist.
+/// Makes a machine ("" for none) the base of the plan; the plan's own settings override it. Throws Error if there is no
+/// such machine.
 void put_on_machine(SweepPlan& plan, const std::string& machine);
 
 }  // namespace grtx::sim

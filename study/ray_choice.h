@@ -1,4 +1,4 @@
-// Which rays of a trace somebody asks for: those of a pixel, or of a warp.
+// Selects rays of a trace: those of a pixel, or of a warp.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +12,20 @@
 namespace grtx::sim {
 
 struct RayChoice {
-  std::vector<unsigned> pixel;        ///< x, y; or none
-  std::optional<std::uint64_t> warp;  ///< in its place
-  std::uint32_t frame = 0;            ///< of the pixel
+  std::vector<unsigned> pixel;        ///< x, y; empty if a warp is chosen
+  std::optional<std::uint64_t> warp;  ///< index of the warp, if no pixel is given
+  std::uint32_t frame = 0;            ///< frame of the pixel
 };
 /// "--pixel X,Y" or "--warp W".
 std::string place_of(const RayChoice& choice);
 
-/// Rays of one group.
+/// Chosen rays of one group (warp).
 struct ChosenRays {
   traces::RayGroup group;
   std::vector<unsigned> lanes;
 };
-/// Those that glass and mirrors make of a pixel's ray are with it. Throws Error, which names the file `trace`, when
-/// there are none.
+/// Finds the chosen rays. Those of a pixel include its secondary rays. Throws Error naming the file `trace` if there
+/// are none.
 std::vector<ChosenRays> chosen_rays(const std::string& trace, const traces::Reader& reader, const RayChoice& choice);
 
 }  // namespace grtx::sim

@@ -163,7 +163,7 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
       node.gaussian = image.leaf_index(node.units) / leaves;
     }
     if (node.first_child == 0 || node.kind != traces::NodeKind::internal) continue;
-    if (scene_.world() && address >= objects_end && address < header_.blas_base) continue;  // in the space of an object
+    if (scene_.world() && address >= objects_end && address < header_.blas_base) continue;  // box is in object space
     const DecodedInternal decoded = image.decode_internal(address);
     for (unsigned slot = 0; slot < decoded.child_count; ++slot) {
       RayNode& child = nodes[node.first_child - 1 + slot];
@@ -181,7 +181,7 @@ DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
   const std::uint32_t local = placed != nullptr ? number - placed->first_gaussian : number;
   const Scene& scene = placed != nullptr ? placed->object->scene : scene_.view()->scene();
   const PreparedGaussians& gaussians = placed != nullptr ? placed->object->gaussians : scene_.view()->gaussians();
-  // World differences to object space, undone.
+  // Inverse of the transform of differences from world to object space.
   const glm::dmat3 to_world = placed != nullptr ? glm::inverse(placed->to_object) : glm::dmat3(1.0);
   const glm::dvec3 position = placed != nullptr ? placed->position : glm::dvec3(0.0);
   drawn.mean = floats(glm::vec3(position + to_world * glm::dvec3(gaussians.record(local).mean)));

@@ -1,4 +1,4 @@
-// The scene of a trace, so that single rays of it can be traced again with the options that its header names.
+// The scene of a trace, for tracing single rays again with the tracer options recorded in the trace's header.
 #pragma once
 
 #include <cstdint>
@@ -19,27 +19,26 @@ namespace grtx::sim {
 
 class RayScene {
  public:
-  /// view: of the frame whose rays are traced; without a resolution it takes the trace's. files: takes what is opened.
-  /// Throws Error when the scene is not that of the trace.
+  /// view: camera of the frame whose rays are traced; without a resolution it takes the trace's. files: records the
+  /// files opened. Throws Error if the scene is not the one of the trace.
   RayScene(const std::string& trace, const traces::Header& header, const std::string& scene, ViewOptions view,
            FilesRead& files);
 
-  /// Traces a ray of the trace again. Throws Error, naming `trace`, unless it does what the trace says, event for
-  /// event.
+  /// Traces a ray again. Throws Error naming the trace if any event differs from the recorded one.
   RayValues trace(const traces::RayGroup& group, unsigned lane);
-  /// Fills in what the nodes hold, and their boxes.
+  /// Fills in Gaussians and boxes of the nodes.
   void describe(std::vector<RayNode>& nodes) const;
   DrawnGaussian gaussian(std::uint32_t number) const;
 
  private:
-  /// How a ray begins.
+  /// State of a ray at its start.
   struct Start {
     frontend::TraceRay ray;
     float limit = std::numeric_limits<float>::infinity();
     float transmittance = 1.0f;
   };
   Start start_of(const traces::RayGroup& group, unsigned lane) const;
-  /// Throws Error where the ray that was traced again differs.
+  /// Throws Error at the first difference between the recorded ray and the ray traced again.
   void require_same_events(const traces::RayGroup& group, const traces::Ray& recorded, const traces::Ray& found) const;
 
   const std::string trace_;

@@ -18,7 +18,7 @@
 namespace grtx::sim {
 namespace {
 
-/// The index of the view whose camera the trace names, else `view.view`.
+/// Index of the view whose camera is recorded in the trace; `view.view` if none matches.
 unsigned recorded_view(const traces::Header& header, const ViewOptions& view) {
   const auto recorded = header.inputs.find("camera");
   if (recorded == header.inputs.end()) return view.view;
@@ -40,7 +40,7 @@ RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
   return page;
 }
 
-/// The part of the timeline that is of each group; empty without a timeline.
+/// Timeline of each group; empty without a timeline.
 std::vector<WarpTimeline> timelines_of(const RayPlan& plan, const traces::Reader& reader,
                                        const std::vector<ChosenRays>& chosen) {
   std::vector<WarpTimeline> timelines(chosen.size());

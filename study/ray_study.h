@@ -1,4 +1,4 @@
-// All of `grtx ray`, as a function: how rays of a trace were traced, as one HTML page.
+// `grtx ray` as a function: makes an HTML page that shows how rays of a trace were traced.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,11 @@ namespace grtx::sim {
 struct RayPlan {
   std::string trace;  ///< file
   RayChoice rays;
-  std::string scene;                             ///< of the trace: rays are traced again; "": they are not
-  ViewOptions view;                              ///< with a scene; without a resolution the trace's
-  bool recorded_view = true;                     ///< the view whose camera the trace names, in place of view.view
-  std::string timeline;                          ///< what grtx sim --timeline wrote; "": no time axis
-  std::function<void(const FilesRead&)> opened;  ///< called with all files of scene and cameras that were read
+  std::string scene;                             ///< scene of the trace, for tracing the rays again; "": they are not
+  ViewOptions view;                              ///< used with a scene; default resolution: the trace's
+  bool recorded_view = true;                     ///< take the view recorded in the trace, not view.view
+  std::string timeline;                          ///< file from grtx sim --timeline; "": no time axis
+  std::function<void(const FilesRead&)> opened;  ///< called with all scene and camera files that were read
 };
 
 struct RayStudy {
@@ -27,7 +27,7 @@ struct RayStudy {
   bool traced_again = false;
 };
 
-/// Throws Error when there are no such rays, or the scene is not that of the trace.
+/// Throws Error if there are no such rays or the scene is not the one of the trace.
 RayStudy study_rays(const RayPlan& plan);
 
 }  // namespace grtx::sim

@@ -27,7 +27,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* kLock = "run.lock";
 
-/// Throws Error for what designs cannot be compared with.
+/// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   for (const Design& design : comparison.designs()) tracer_options(plan.tracer, design.checkpoint, design.accel);
   if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
@@ -38,8 +38,8 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   }
 }
 
-/// Results that an earlier run left go before the pictures of this one come, and so do its pictures: those that its
-/// results name and that are still as it wrote them.
+/// Removes results.json, report.html and the pictures of an earlier run. Pictures go only if its results name them and
+/// they are unchanged since.
 void remove_earlier_run(const std::string& folder) {
   const std::string path = folder + "/results.json";
   if (!std::filesystem::exists(path)) return;
@@ -50,13 +50,14 @@ void remove_earlier_run(const std::string& folder) {
       const bool beside = std::filesystem::path(file).parent_path() == folder && std::filesystem::is_regular_file(file);
       if (beside && hex(xxh3(read_file(file))) == image.value("hash", "")) files.push_back(file);
     }
-  } catch (const Error&) {  // no results of ours: it is written over, as ever
+  } catch (const Error&) {  // not results of a run: removed as well
   } catch (const ordered_json::exception&) {
   }
   for (const std::string& file : files) std::filesystem::remove(file);
 }
 
-/// One a frame. Returns [{"file", "hash"}] for results.json: what shows a picture can tell whether it is this run's.
+/// Writes one picture per frame. Returns [{"file", "hash"}] for results.json; by the hash a report checks that a
+/// picture is of this run.
 ordered_json write_run_images(const std::string& folder, const std::vector<frontend::Image>& images) {
   ordered_json list = ordered_json::array();
   for (std::size_t i = 0; i < images.size(); ++i) {

@@ -1,5 +1,5 @@
-// All of `grtx run`, as a function: traces one view with each design, simulates each, compares, and writes
-// results.json, report.html, pictures and traces into a folder.
+// `grtx run` as a function: traces one view with each design, simulates and compares them, and writes results.json,
+// report.html, pictures and traces into a folder.
 #pragma once
 
 #include <functional>
@@ -29,15 +29,15 @@ struct RunPlan {
   std::string machine = kDefaultMachine;  ///< its name in results
   GpuConfig config;                       ///< the hardware of all designs
   std::string output;                     ///< folder
-  bool flatten = false;                   ///< of a list of objects: all Gaussians in one scene
-  std::optional<SimulationMode> mode;     ///< none: windows of full frames, which a line on stderr says, else cycle
+  bool flatten = false;                   ///< merge a list of objects into one scene
+  std::optional<SimulationMode> mode;     ///< none: chosen by unnamed_mode()
   WindowOptions windows;
-  unsigned jobs = 0;   ///< simulations at a time, each a process of its own; 0: one a core, while there is memory
-  bool quiet = false;  ///< without progress on stderr
-  std::function<void(const FilesRead&)> opened;  ///< called with all files that were read, before any is written
+  unsigned jobs = 0;   ///< parallel simulations, each a process; 0: one per core, limited by free memory
+  bool quiet = false;  ///< no progress on stderr
+  std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
-/// A plan on a machine: a name (set_machines_folder()) or a file, with the tracer options that go with it. settings:
-/// key=value. Throws Error.
+/// Returns a plan for a machine, with its tracer options. machine: a name (set_machines_folder()) or a file. settings:
+/// "key=value". Throws Error for unknown names, keys or values.
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings = {});
 
 struct DesignResults {
@@ -45,19 +45,19 @@ struct DesignResults {
   DesignComparison comparison;
   nlohmann::ordered_json json;  ///< results.json, grtx.run/1
   SimulationMode mode = SimulationMode::cycle;
-  frontend::TracerCounters counters;         ///< of a design; rays end alike in each
+  frontend::TracerCounters counters;         ///< of one design; how rays end is the same in all
   std::map<std::string, ResultNotes> notes;  ///< what limits each design's figures
-  std::vector<std::string> violations;       ///< of conservation laws, "DESIGN: ..."
+  std::vector<std::string> violations;       ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
-  /// Whether all designs saw one picture and lost nothing.
+  /// Whether all designs gave the same image and no conservation law was violated.
   bool sound() const { return images_identical && violations.empty(); }
 };
 
-/// Forks: no thread of the process may hold a lock. Throws Error for a plan that cannot be run, before anything is
-/// written, and when another process is filling the folder.
+/// Forks, so no other thread may hold a lock. Throws Error before writing anything if the plan cannot be run, and if
+/// another process is writing to the folder.
 DesignResults run_designs(RunPlan plan);
 
-/// Everything that it may write into its folder. views: as ViewOptions::views.
+/// Paths of all files that run_designs() may write into `folder`. views: as ViewOptions::views.
 std::vector<std::string> run_files(const std::string& folder, const std::string& views);
 
 }  // namespace grtx::sim

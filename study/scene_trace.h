@@ -1,4 +1,4 @@
-// A scene of one object or a list of them: loaded and traced as settings say.
+// Loads and traces a scene, either of one object or a list of objects.
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@
 
 namespace grtx::sim {
 
-/// Loads `path` for a structure of this kind. several_objects: as such, not in one scene. files: takes what is opened.
-/// quiet: without progress on stderr. Throws Error, too, for options that need a scene of one object.
+/// Loads `path` for an acceleration structure of kind `accel`. several_objects: keep objects apart, do not merge them.
+/// files: records the files opened. quiet: no progress on stderr. Throws Error if the scene cannot be read or an option
+/// needs a scene of one object.
 void load_scene(frontend::SceneTracer& scene, const std::string& path, bool several_objects,
                 const std::vector<frontend::Camera>& cameras, const TracerSettings& settings, frontend::AccelKind accel,
                 FilesRead& files, bool quiet);
 
-/// Builds and traces what load_scene() has read for this structure. trace_file: "" writes none. files: all that was
+/// Builds the structure of a scene from load_scene() and traces it. trace_file: "" writes no trace. files: all files
 /// read.
 frontend::TracedView trace_scene(frontend::SceneTracer& scene, const TracerSettings& settings, bool checkpoint,
                                  frontend::AccelKind accel, const frontend::RenderOptions& render,

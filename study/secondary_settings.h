@@ -1,4 +1,4 @@
-// Glass, mirror and their placement.
+// Options for glass and mirror objects, which cause secondary rays.
 #pragma once
 
 #include <cstdint>
@@ -35,16 +35,17 @@ void visit_secondary(Settings& settings, Visit&& visit) {
   visit("secondary-bounces", settings.bounces, "Surfaces that the light of a pixel may meet", InRange{1U, 64U});
 }
 
-/// The objects asked for, in file coordinates; what has no place of its own gets one by the seed. Throws Error.
+/// The requested objects, in file coordinates; those without a position are placed by the seed. Throws Error for
+/// impossible values.
 frontend::OpticalObjects optical_objects(const SecondarySettings& settings, const frontend::Scene& scene,
                                          const frontend::Camera& camera);
-/// The options as text.
+/// The options as text, for trace headers.
 std::map<std::string, std::string> secondary_inputs(const SecondarySettings& settings);
-/// Where --glass and --mirror put them, as text; empty for what the seed places.
+/// Values of --glass and --mirror as text; no entry for an object placed by the seed.
 std::map<std::string, std::string> placed_inputs(const SecondarySettings& settings);
-/// Where the objects ended up, as text in the form that --glass and --mirror take; empty without objects.
+/// Final positions of the objects, as text in the form of --glass and --mirror; empty without objects.
 std::map<std::string, std::string> object_inputs(const frontend::OpticalObjects& objects);
-/// The same as one line for people.
+/// The same as a line of text for the user.
 std::string describe(const frontend::OpticalObjects& objects);
 
 }  // namespace grtx::sim

@@ -23,10 +23,10 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};                    ///< how often the parent looks at its simulations
-constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< a simulation's, without the groups it decodes
+constexpr std::chrono::milliseconds kLook{200};                    ///< polling interval of the parent
+constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< memory of one simulation, without decoded groups
 
-/// As many simulations at a time as there are cores, and as fit into the memory that is free now.
+/// Number of parallel simulations: one per core, fewer if free memory does not suffice.
 unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const GpuConfig& config) {
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   const std::optional<std::uint64_t> free = free_memory();
@@ -39,7 +39,7 @@ unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const G
   return static_cast<unsigned>(std::clamp<std::uint64_t>(*free / (kMachineBytes + groups), 1, cores));
 }
 
-/// What a child says of its design.
+/// What a child process reports for its design.
 std::string simulated_text(const std::string& trace, const DesignSimulation& asked, modules::WarpObserver* observer) {
   SimulationOptions simulation;
   simulation.observer = observer;

@@ -13,7 +13,7 @@
 
 namespace grtx::sim {
 
-/// What a run takes that names no mode: windows where they pay, which a line on stderr says. All designs have the same
+/// Mode of a run without --mode: windows if they save time (reported on stderr), else cycle. All designs have the same
 /// rays.
 SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const GpuConfig& config,
                             const WindowOptions& windows);
@@ -22,11 +22,11 @@ struct DesignSimulation {
   GpuConfig config;
   SimulationMode mode = SimulationMode::cycle;
   WindowOptions windows;
-  unsigned jobs = 0;  ///< at a time; 0: one a core, while there is memory for each
+  unsigned jobs = 0;  ///< parallel simulations; 0: one per core, limited by free memory
   bool quiet = false;
 };
 
-/// Each design's statistics document, with "violations" and "binding_bound".
+/// Returns the statistics document of each design, with "violations" and "binding_bound".
 std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
                                                                const DesignComparison& comparison,
                                                                const DesignSimulation& simulation);

@@ -1,4 +1,4 @@
-// A trace simulated in the mode that somebody names.
+// Simulates a trace in a given mode.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace grtx::sim {
 
-/// windows: of mode `windows`; its target error is one of `sampled`, too. simulation: of the other modes. Of cycle mode
-/// the estimate is the whole.
+/// simulation: options of modes cycle and sampled. windows: options of mode windows; sampled also uses its
+/// target_error. In cycle mode the result is exact (estimate.whole).
 SampledResult simulate_in_mode(SimulationMode mode, const std::string& trace, const GpuConfig& config,
                                const SimulationOptions& simulation, const WindowOptions& windows);
 

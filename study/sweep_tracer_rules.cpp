@@ -19,10 +19,10 @@ namespace {
 
 using Options = std::map<std::string, std::string>;
 
-/// An option that changes no byte of a trace has no place in its key.
+/// Does not change the trace, so it must not be part of a trace's key.
 constexpr const char* kNotSwept = "threads";
 
-/// Options of `grtx trace` as their names are on the command line.
+/// Names of the options of `grtx trace`, as on the command line.
 std::vector<std::string> swept_names() {
   std::vector<std::string> names;
   for (const TracerOptionName& option : tracer_option_names()) {
@@ -32,7 +32,7 @@ std::vector<std::string> swept_names() {
   return names;
 }
 
-/// Of what decides over the structure and is no setting. Throws Error{"tracer", "", rule}.
+/// Checks `accel` and `checkpoint`, which are no members of TracerSettings. Throws Error{"tracer", "", rule}.
 void check_design_option(const std::string& key, const std::string& text) {
   std::string taken;
   const OneOf rule{key == "accel" ? names_of<frontend::AccelKind>() : std::vector<std::string>{"on", "off"}};
@@ -40,7 +40,7 @@ void check_design_option(const std::string& key, const std::string& text) {
   if (!why.empty()) throw Error("tracer", "", why);
 }
 
-/// As `grtx trace` would take them. Throws Error{"tracer", option, rule}.
+/// Parses options as `grtx trace` does. Throws Error{"tracer", option, rule}.
 TracerSettings parsed(const Options& options) {
   const std::vector<std::string> known = swept_names();
   for (const auto& [name, value] : options) {

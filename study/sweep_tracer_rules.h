@@ -1,4 +1,4 @@
-// The tracer's options as a sweep's plan names them: what the command line of `grtx trace` takes.
+// Checks tracer options in a sweep's plan by the rules of `grtx trace`.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@ class SceneTracerRules final : public TracerRules {
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override;
   std::string structure(const std::map<std::string, std::string>& options, const std::string& accel) const override;
-  /// Files are read the first time that they are asked for.
+  /// Each scene and camera file is read only once.
   SceneInput input(const std::string& scene, const std::string& cameras) const override;
 
  private:

@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-/// Those of --tracing multi, whose image this is.
+/// Options of --tracing multi: tile tracing gives the same image.
 frontend::TracerOptions tile_options(TracerSettings settings, frontend::AccelKind accel) {
   settings.tracing = name_of(frontend::Tracing::multi);
   const frontend::TracerOptions options = tracer_options(settings, false, accel);

@@ -1,4 +1,4 @@
-// The image of a view by tile tracing, and the document of what that took.
+// Renders a view by tile tracing (no trace), with its statistics.
 #pragma once
 
 #include <functional>
@@ -16,12 +16,11 @@ namespace grtx::sim {
 
 struct TileView {
   frontend::TileResult result;
-  double seconds = 0.0;             ///< of tracing alone, above 0
+  double seconds = 0.0;             ///< tracing alone, without loading and building; above 0
   nlohmann::ordered_json document;  ///< grtx.stats/1
 };
 
-/// opened: called with all files that were read, before anything is rendered. Throws Error for options whose image tile
-/// tracing cannot give.
+/// opened: called with all files read, before rendering. Throws Error for options that tile tracing does not support.
 TileView render_tile_view(const std::string& scene_file, const ViewOptions& view, frontend::AccelKind accel,
                           const TracerSettings& settings, bool quiet,
                           const std::function<void(const FilesRead&)>& opened = nullptr);

@@ -9,7 +9,7 @@
 namespace grtx::sim {
 namespace {
 
-/// Takes the pictures of the first design, and compares with them those of the others.
+/// Keeps the images of the first design and compares those of the others with them.
 void take_images(TracedDesigns& all, frontend::TracedView& traced) {
   std::vector<frontend::Image> images = std::move(traced.further);
   images.insert(images.begin(), std::move(traced.result.image));
@@ -28,7 +28,7 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
   FilesRead files;
   const std::vector<frontend::Camera> cameras = select_cameras(tracing.view, files);
   frontend::SceneTracer scene;
-  // All designs of several objects share one structure, which is built with them.
+  // With several objects, all designs share one structure; it is built when the objects are loaded.
   load_scene(scene, tracing.scene, tracing.several_objects, cameras, tracing.tracer, comparison.designs().front().accel,
              files, tracing.quiet);
   if (tracing.opened) tracing.opened(files);
@@ -37,7 +37,7 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
   for (const Design& design : comparison.designs()) {
     frontend::RenderOptions render = render_options(tracing.tracer, tracing.quiet);
     render.count_unique = true;
-    render.count_hits = !all.counters.hits;  // the same rays meet the same proxies in each design
+    render.count_hits = !all.counters.hits;  // counted once: hits are the same in each design
     TracedDesign& result = all.designs[design.name];
     result.path = tracing.folder + "/" + design.name + ".grtx";
     frontend::TracedView traced =

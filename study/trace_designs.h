@@ -1,4 +1,4 @@
-// One view traced with each design: their traces, and whether they see the same picture.
+// Traces one view with each design and checks that all give the same image.
 #pragma once
 
 #include <functional>
@@ -23,26 +23,26 @@ struct TracedDesign {
   nlohmann::ordered_json statistics;  ///< tracer.*, accel.*, trace.*
 };
 
-/// What tracing all designs gave.
+/// Result of tracing all designs.
 struct TracedDesigns {
   std::map<std::string, TracedDesign> designs;
-  std::vector<frontend::Image> images;  ///< of the first, by frame
-  bool identical = true;                ///< all images, to the bit
-  frontend::TracerCounters counters;    ///< of the last; rays end alike in each
-  std::string files_hash;               ///< of what cameras and scene were read from
+  std::vector<frontend::Image> images;  ///< of the first design, by frame
+  bool identical = true;                ///< images of all designs are bit-identical
+  frontend::TracerCounters counters;    ///< of the last design; how rays end is the same in all
+  std::string files_hash;               ///< hash of the camera and scene files
 };
 
 struct DesignTracing {
   std::string scene;  ///< file, or list of objects
   ViewOptions view;
   TracerSettings tracer;
-  bool several_objects = false;  ///< as such, not in one scene
-  std::string folder;            ///< for NAME.grtx of each design
+  bool several_objects = false;  ///< keep objects apart, do not merge them
+  std::string folder;            ///< receives NAME.grtx for each design
   bool quiet = false;
-  std::function<void(const FilesRead&)> opened;  ///< called with all files that were read, before any is written
+  std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
 
-/// Throws Error.
+/// Throws Error if the scene, cameras or options are not valid.
 TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison);
 
 }  // namespace grtx::sim

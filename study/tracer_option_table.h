@@ -1,4 +1,4 @@
-// Each of the tracer's options once: its name, value, words and rule.
+// Table of the tracer's options: name, value, description and rule of each.
 #pragma once
 
 #include <string_view>
@@ -11,11 +11,11 @@ namespace grtx::sim {
 inline constexpr const char* kKernelDegree =
     "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT trains by default";
 
-/// Of Tracing, with the renderer that makes no trace.
+/// Values of --tracing: the names of Tracing, and "tiles", the renderer that makes no trace.
 std::vector<std::string> tracing_names();
 
-/// Calls visit(name, value, description[, rule]) for each option that a trace's inputs name, in the order of --help.
-/// settings may be const.
+/// Calls visit(name, value, description[, rule]) for each option that a trace header records in its inputs, in the
+/// order of --help. settings may be const.
 template <typename Settings, typename Visit>
 void visit_traced_options(Settings& settings, Visit&& visit) {
   auto& o = settings.options;
@@ -63,7 +63,7 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("response-precision", o.response_precision, "Format to which every step of a Gaussian's response is rounded");
 }
 
-/// The same of all options.
+/// The same for all options.
 template <typename Settings, typename Visit>
 void visit_options(Settings& settings, Visit&& visit) {
   visit_traced_options(settings, [&](const char* name, auto& value, const char* description, const auto&... rule) {

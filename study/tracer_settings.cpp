@@ -53,7 +53,7 @@ void set_option(TracerSettings& settings, const std::string& key, const std::str
 TracerSettings traced_settings(const std::string& trace, const std::map<std::string, std::string>& inputs) {
   TracerSettings settings;
   for (const TracerOptionName& option : tracer_option_names()) {
-    const auto input = inputs.find(option.key);  // what is named like an option was written by it
+    const auto input = inputs.find(option.key);  // inputs named like an option hold its value
     if (input == inputs.end()) continue;
     try {
       set_option(settings, option.key, input->second);

@@ -1,4 +1,4 @@
-// The tracer's counters under their published names, and the document of a traced view.
+// The tracer's statistics, and the statistics document of a traced view.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,22 +12,23 @@
 
 namespace grtx::sim {
 
-/// How the rays of a view end, and how much lies behind their ends: for people, below a table.
+/// Text for the user below a table: how the rays of a view end, and how much lies behind their ends.
 std::string describe_end(const frontend::TracerCounters& counters);
 
-/// The image to `path`; of a sequence one a frame (frame_path).
+/// Writes the image to `path`; for a sequence, one per frame (frame_path).
 void write_images(const std::string& path, const frontend::TracedView& traced);
 
-/// tracer.*, accel.* and, when a trace was written, trace.* (deterministic). Of one scene, tracer.secondary.* (the
-/// share of the secondary rays; all zero without objects); of several objects, accel.update.bytes, what a move writes.
+/// tracer.*, accel.* and, if a trace was written, trace.* (deterministic). For one scene, also tracer.secondary.* (part
+/// due to secondary rays; zero without optical objects). For several objects, also accel.update.bytes (bytes written
+/// when an object moves).
 modules::StatisticList tracer_statistics(const frontend::SceneTracer& scene, const frontend::TracedView& traced);
-/// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host. Of several objects with
+/// tracer.wall_seconds, tracer.rays_per_second, accel.build_seconds: depend on the host. For several objects, also
 /// accel.update.seconds.
 modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene, const frontend::RenderResult& result);
 
-/// What limits the meaning of a trace's figures, and of what is simulated with it.
+/// Notes on limitations of a trace's results and of simulations with it.
 ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings);
-/// All of it as grtx.stats/1. machine: as somebody names it.
+/// All statistics as a grtx.stats/1 document. machine: name as given by the user.
 nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const frontend::TracedView& traced,
                                      const TracerSettings& settings, bool checkpoint, frontend::AccelKind accel,
                                      const std::string& machine);

@@ -12,13 +12,13 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kMostFrames = 4096;  ///< whose names are compared with others
+constexpr std::uint64_t kMostFrames = 4096;  ///< limit on file names that frame_paths() lists
 
 struct ViewRange {
   std::uint64_t first = 0, last = 0;
 };
 
-/// The views of "A:B", as --views takes them; nothing when the text has another form.
+/// The views of "A:B", as --views takes them; nullopt if the text has another form.
 std::optional<ViewRange> view_range(const std::string& views) {
   static const std::regex form("([0-9]{1,9}):([0-9]{1,9})");
   std::smatch match;

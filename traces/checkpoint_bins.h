@@ -15,17 +15,17 @@ namespace grtx::traces {
 
 inline constexpr unsigned kMaxCheckpointBins = 32;
 
-/// Of a distance as fp32 the leading bits behind the sign are the number of its bin: three of the mantissa stay, which
-/// makes eight stretches an octave.
+/// Bits of a bin number: the leading bits of an fp32 distance after its sign. Includes three bits of the mantissa,
+/// hence eight bins per octave.
 inline constexpr unsigned kBinNumberBits = 11;
 
-/// The bin of a distance that is not negative, of all that there could be. Never falls with growing distance, so what
-/// lies up to t_max has no larger number than t_max.
+/// The bin number of a non-negative distance. It never falls with growing distance, so entries up to t_max have no
+/// higher number than t_max.
 inline std::uint32_t number_of_bin(float distance) {
   return std::bit_cast<std::uint32_t>(distance) >> (31 - kBinNumberBits);
 }
 
-/// Where an entry lies: in which ring, and where in it.
+/// Place of an entry: bin, and position in its ring.
 struct BinPlace {
   std::uint32_t bin = 0;
   std::uint32_t position = 0;

@@ -25,13 +25,13 @@ std::string canonical(const std::string& path) {
   return unknown ? path : found.string();
 }
 
-/// Results of another option of the same command; empty when it has none of that name.
+/// Values of another option of the command; empty if it has no such option.
 std::vector<std::string> results(const CLI::App& command, const std::string& name) {
   const CLI::Option* option = command.get_option_no_throw(name);
   return option == nullptr ? std::vector<std::string>() : option->results();
 }
 
-/// What a value of an output option makes the command write: the first is what the value itself names.
+/// Files that the command writes for a value of an output option; the first is the file named by the value.
 std::vector<std::string> written(const CLI::App& command, const CLI::Option& option, const std::string& text) {
   const std::string& name = option.get_name();
   if (name == "--heatmap") {
@@ -47,7 +47,7 @@ std::vector<std::string> written(const CLI::App& command, const CLI::Option& opt
   return {text};
 }
 
-/// Names of filters are those of the signals that the waveform has.
+/// Whether `path` may be a filter file of a waveform's save file; their names depend on the signals.
 bool is_filter_of(const std::string& save_file, const std::string& path) {
   return save_file.ends_with(".gtkw") && path.ends_with(".filter") &&
          path.starts_with(save_file.substr(0, save_file.size() - 4));
@@ -74,7 +74,8 @@ void CommandFiles::add(const CLI::Option& option, const std::string& text, const
 
 bool CommandFiles::same(const File& a, const File& b) {
   if (a.path == b.path) return true;
-  // An output is written under this name first; a file of this name that is there is taken for what a killed run left.
+  // Outputs are first written as *.partial; an existing file of that name is taken as left by a killed run and
+  // overwritten.
   if (a.output && !b.output && b.path == a.path + ".partial") return true;
   if (a.node == b.node && a.node.second != 0) return true;
   return (a.output && is_filter_of(a.path, b.path)) || (b.output && is_filter_of(b.path, a.path));
@@ -103,7 +104,7 @@ void CommandFiles::take(const CLI::App& command) {
   }
   for (const File& a : files_) {
     std::error_code unknown;
-    if (!a.output || fs::is_character_file(a.path, unknown)) continue;  // /dev/null takes all
+    if (!a.output || fs::is_character_file(a.path, unknown)) continue;  // /dev/null may be used repeatedly
     for (const File& b : files_) {
       if (&a == &b || !same(a, b)) continue;
       const std::string rule = b.output ? "two outputs have one name: " : "is an input, too, and would be lost: ";

@@ -1,5 +1,5 @@
-// Every file that a command reads and writes: what its options name, and what follows from that. No output may be an
-// input or another output.
+// All files that a command reads and writes: those named by its options, and those derived from them. Checks that no
+// output is also an input or another output.
 #pragma once
 
 #include <sys/types.h>
@@ -19,19 +19,20 @@ inline constexpr const char* kOutputFile = "OUTPUT";
 
 class CommandFiles {
  public:
-  /// Takes the files of an accepted command line, before anything is done. Throws Error, which names both options.
+  /// Collects the files of a parsed command line; call before the command runs. Throws Error naming both options if an
+  /// output would overwrite another file of the command.
   void take(const CLI::App& command);
-  /// Files that were opened though no option names them. Throws Error when one of them would be written.
+  /// Checks input files that no option names directly. Throws Error if the command would overwrite one.
   void check(const FilesRead& read) const;
   void check(const std::string& read) const;
 
  private:
   struct File {
     std::string option, text;      ///< as given
-    std::string path;              ///< of this file, without symbolic links
-    std::pair<dev_t, ino_t> node;  ///< {0, 0}: there is no such file, or it is no regular one
+    std::string path;              ///< of this file, symbolic links resolved
+    std::pair<dev_t, ino_t> node;  ///< {0, 0}: no such file, or not a regular one
     bool output = false;
-    bool follows = false;  ///< the option names another file, and this one is written with it
+    bool follows = false;  ///< derived: written along with the file that the option names
   };
   void add(const CLI::Option& option, const std::string& text, const std::string& path, bool output, bool follows);
   static File file_of(const std::string& path);

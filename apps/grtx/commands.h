@@ -1,5 +1,5 @@
-// The commands of the `grtx` program: one file a command. Each add_NAME registers its subcommand with options and
-// defaults, and hands main the body to run once the whole command line has been accepted.
+// The commands of the `grtx` program, one file per command. Each add_NAME() registers its subcommand with options and
+// defaults; its body is stored in CommonOptions::action and run after the command line is parsed.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -16,19 +16,19 @@ class SceneTracer;
 
 namespace grtx::sim {
 
-/// What main and the commands share.
+/// State shared by main and the commands.
 struct CommonOptions {
-  bool quiet = false;           ///< no progress; no text of a command whose result is a file or its exit code
-  bool json = false;            ///< --json: one JSON document in place of text
-  bool list_json = false;       ///< --list-json: what --json of each command prints
-  CommandFiles files;           ///< what the chosen command reads and writes
-  std::function<int()> action;  ///< body of the chosen command; returns 0 (done) or 1 (a check did not hold)
+  bool quiet = false;           ///< no progress; no text if the result is a file or the exit code
+  bool json = false;            ///< --json: print one JSON document instead of text
+  bool list_json = false;       ///< --list-json: describe the --json output of each command
+  CommandFiles files;           ///< files that the chosen command reads and writes
+  std::function<int()> action;  ///< body of the chosen command; returns 0 (success) or 1 (a check failed)
 };
 
 void add_synth(CLI::App& app, CommonOptions& common);
 void add_convert(CLI::App& app, CommonOptions& common);
 void add_info(CLI::App& app, CommonOptions& common);
-/// kept: what the trace before has left, and this one leaves; none: nothing.
+/// kept: scene and structure, reused from one trace to the next; null: not kept.
 void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::SceneTracer> kept = nullptr);
 void add_reference(CLI::App& app, CommonOptions& common);
 void add_compare(CLI::App& app, CommonOptions& common);

@@ -1,4 +1,4 @@
-// grtx compare: how far two images are apart.
+// grtx compare: differences between two images.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -22,12 +22,12 @@ int compare_images(const CompareOptions& options, bool as_json) {
   const frontend::Image a = frontend::read_image(options.a);
   const frontend::Image b = frontend::read_image(options.b);
   const frontend::Comparison result = frontend::compare(a, b);
-  const bool holds = result.psnr >= options.min_psnr;  // infinity passes every limit, NaN none
+  const bool holds = result.psnr >= options.min_psnr;  // infinity passes any limit, NaN none
   if (as_json) {
     nlohmann::ordered_json json = json_document("compare");
     json["a"] = options.a;
     json["b"] = options.b;
-    // JSON has no infinity: identical images have psnr null. So have those with NaN, which are not identical.
+    // JSON has no infinity or NaN: psnr is null for identical images, and for images with NaN, which are not identical.
     json["psnr"] = std::isfinite(result.psnr) ? nlohmann::ordered_json(result.psnr) : nlohmann::ordered_json(nullptr);
     json["max_error"] = result.max_error;
     json["mean_error"] = result.mean_error;

@@ -1,4 +1,4 @@
-// grtx convert: a scene of any format that is read as .ply or .spz.
+// grtx convert: converts a scene of any supported format to .ply or .spz.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// grtx correlate: measured figures of real machines against a sweep.
+// grtx correlate: compares measured values of real machines with a sweep.
 #include "grtx/view/report/correlate.h"
 
 #include <fmt/format.h>

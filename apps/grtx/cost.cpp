@@ -61,7 +61,7 @@ void print_energy(const CostArguments& options, const GpuConfig& config,
   }
 }
 
-/// What the command line does not name, the machine's tracer options choose.
+/// Options not given on the command line are taken from the machine's tracer options.
 void choose_for(const CostArguments& options, MachineUse& use) {
   std::map<std::string, std::string> chosen = machine_tracer(options.machine);
   for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
@@ -76,7 +76,7 @@ int cost(const CostArguments& options, bool json) {
     fmt::print("{}", coefficient_reference());
     return 0;
   }
-  technology(options.cost.nm);  // before anything is built
+  technology(options.cost.nm);  // throws for an unknown node before anything is built
   const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   MachineUse use = options.statistics.empty()
                        ? options.use

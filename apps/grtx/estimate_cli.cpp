@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-/// "2%" or "0.02".
+/// Parses "2%" or "0.02" as a share.
 double parse_error(const std::string& text) {
   const bool percent = text.ends_with('%');
   const char* const end = text.data() + text.size() - (percent ? 1 : 0);
@@ -66,7 +66,7 @@ WindowOptions estimate_options(const EstimateCli& cli, SimulationMode mode) {
 }
 
 void print_interval(const SampledResult& r) {
-  if (r.estimate.whole) return;  // which a note has said
+  if (r.estimate.whole) return;  // exact; a note says so
   const auto& stats = r.result.document.at("stats");
   const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
   const std::string what =

@@ -1,4 +1,4 @@
-// The options of modes that estimate, for every command that simulates.
+// Command-line options of simulation modes and estimates, shared by all commands that simulate.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,13 +15,14 @@ struct EstimateCli {
   std::uint64_t seed = WindowOptions{}.seed;
 };
 
-/// --mode. Says what took the place of a mode that is gone.
+/// Adds --mode. The message for a removed mode names its replacement.
 CLI::Option* add_mode_option(CLI::App* command, SimulationMode& mode, const std::string& description);
-/// --target-error, --share, --seed.
+/// Adds --target-error, --share and --seed.
 void add_estimate_options(CLI::App* command, EstimateCli& cli);
-/// Throws Error for options out of range, and for those of another mode. A target error is one of sampled mode, too.
+/// Checks and converts the options. Throws Error for values out of range and for options of another mode.
+/// --target-error applies to modes windows and sampled.
 WindowOptions estimate_options(const EstimateCli& cli, SimulationMode mode);
-/// How sure an estimate is, as a line for people: the interval, and what was simulated.
+/// Prints the confidence interval of an estimate and how much was simulated.
 void print_interval(const SampledResult& result);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// grtx info: what a scene file holds.
+// grtx info: describes the content of a scene file.
 #include <fmt/format.h>
 
 #include <memory>

@@ -13,7 +13,7 @@ namespace {
 
 struct JsonForm {
   std::string_view command;
-  std::string_view schema;  ///< its first member; "": it has none
+  std::string_view schema;  ///< value of its first member, "schema"; "" if it has none
   std::string_view what;
 };
 // In the order of grtx --help.
@@ -62,7 +62,7 @@ JsonListPrinter::JsonListPrinter(const nlohmann::ordered_json& head, const std::
 
 void JsonListPrinter::add(const nlohmann::ordered_json& item) {
   std::string text = empty_ ? "\n  " : ",\n  ";
-  for (const char c : json_text(item, 1)) {  // line ends in texts are escaped
+  for (const char c : json_text(item, 1)) {  // strings contain no line ends: these are escaped
     text += c;
     if (c == '\n') text += "  ";
   }

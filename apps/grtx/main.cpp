@@ -1,4 +1,4 @@
-// The `grtx` program (program.h): what must be so before it begins.
+// Entry point of the `grtx` program (program.h): sets up out-of-memory handling, standard streams and SystemC.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -9,14 +9,15 @@
 
 #include "grtx/apps/grtx/program.h"
 
-/// Libraries ask for memory before main, some of them as they are loaded: what is here is called before that.
+/// Installs the out-of-memory handler before library initialisers run, since they already allocate memory.
 [[gnu::used, gnu::section(".preinit_array")]] void (*const kBeforeLibraries)() = [] {
   std::set_new_handler(grtx::end_without_memory);
 };
 
 int sc_main(int argc, char** argv) { return grtx::program(argc, argv, grtx::kMachinesFolder); }
 
-/// A file that is opened gets the lowest free descriptor. Were that 0, 1 or 2, what is printed would go into the file.
+/// Opens /dev/null for closed standard streams: else the next file opened would get descriptor 0, 1 or 2, and output
+/// would be written into it.
 void secure_standard_streams() {
   for (int descriptor = 0; descriptor <= 2; ++descriptor) {
     if (::fcntl(descriptor, F_GETFD) == -1 && errno == EBADF)

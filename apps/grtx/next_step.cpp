@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Kinds of files that the program reads, as their content tells them.
+/// Kinds of files that the program reads, recognised by content.
 enum class Kind { unknown, folder, scene, cameras, trace, statistics, results, database, image, toml };
 
 struct KindText {
   Kind kind;
-  const char* is;    ///< what such a file is
-  const char* goes;  ///< which command takes it
-  const char* make;  ///< how to come by one
+  const char* is;    ///< description of the kind
+  const char* goes;  ///< command that reads it
+  const char* make;  ///< how to make one
 };
 constexpr std::array kKinds{
     KindText{Kind::scene, "a scene", "--scene takes it",
@@ -77,7 +77,7 @@ Kind kind_of(const std::string& path) {
   return Kind::unknown;
 }
 
-/// What the argument at `at` is meant to be: by the option before it, or the command's positional.
+/// Kind of file expected at argument `at`, from the option before it or the command's positional arguments.
 std::vector<Kind> wanted(const std::vector<std::string>& arguments, std::size_t at) {
   const std::string& option = at > 0 ? arguments[at - 1] : "";
   if (option == "--scene") return {Kind::scene};
@@ -94,7 +94,7 @@ std::vector<Kind> wanted(const std::vector<std::string>& arguments, std::size_t 
   return {};
 }
 
-/// A file in the same folder whose name differs by a letter or two.
+/// A file in the same folder whose name differs by one or two letters.
 std::string near_file(const std::string& path) {
   const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
   const std::string name = fs::path(path).filename().string();
@@ -112,7 +112,7 @@ std::string near_file(const std::string& path) {
   return (fs::path(path).has_parent_path() ? folder / near : fs::path(near)).string();
 }
 
-/// The trained model below a folder, as the authors of 3DGS lay it out.
+/// The trained model in a folder with the layout of the original 3DGS code.
 std::string scene_below(const std::string& folder) {
   for (const char* iteration : {"30000", "7000"}) {
     const fs::path model =
@@ -123,7 +123,7 @@ std::string scene_below(const std::string& folder) {
   return "";
 }
 
-/// Points of COLMAP (input.ply beside a trained model), meshes: the format is read, but this is no scene.
+/// A .ply without Gaussians: COLMAP points (input.ply beside a trained model) or a mesh.
 bool has_no_gaussians(const Error& error) {
   for (const char* words : {"needs the property \"f_dc_0\"", "holds no Gaussians"}) {
     if (error.rule().find(words) != std::string::npos) return true;
@@ -135,7 +135,7 @@ std::string of_file(const Error& error, const std::vector<std::string>& argument
   const std::string& path = arguments[at];
   const std::vector<Kind> kinds = wanted(arguments, at);
   std::error_code failed;
-  if (error.rule().starts_with("must end in")) return "";  // an output's name
+  if (error.rule().starts_with("must end in")) return "";  // the error is about an output file
   if (!fs::exists(path, failed)) {
     const fs::path parent = fs::path(path).parent_path();
     if (!parent.empty() && !fs::exists(parent, failed)) {
@@ -166,8 +166,7 @@ std::string of_file(const Error& error, const std::vector<std::string>& argument
   return in_its_bytes ? "the file may be cut or damaged: obtain it again" : "";
 }
 
-/// Where the file stands among the arguments; where it has the wrong kind, if it stands there more than once. 0:
-/// nowhere.
+/// Position of the file among the arguments; if there are several, one where its kind is wrong. 0: not found.
 std::size_t place_of(const std::string& file, const std::vector<std::string>& arguments) {
   std::size_t place = 0;
   for (std::size_t at = 1; at < arguments.size() && !file.starts_with("-"); ++at) {
@@ -186,7 +185,7 @@ std::string next_step(const Error& error, const std::vector<std::string>& argume
   if (const std::size_t at = place_of(error.file(), arguments); at != 0) {
     if (std::string step = of_file(error, arguments, at); !step.empty()) return step;
   }
-  // These rules name what is known or what to do.
+  // These messages already contain a hint.
   const std::string said = error.place() + " " + error.rule();
   for (const char* words : {"nearest", "known:", "grtx ", "the file has", "needed", "needs", "ends in", "end in",
                             "must", "gives", "takes", "in range", "cannot be written", "numbered from"}) {

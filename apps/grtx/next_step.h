@@ -1,4 +1,4 @@
-// What to do about an error: the end of the one line that main prints.
+// Hints on how to fix an error, appended to the line that main prints.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace grtx::sim {
 
-/// A hint for an error: of which kind the named file is if another was wanted, which file may have been meant, which
-/// command makes one, or else where to look. `arguments`: the command line without the program's name. "" if the error
-/// itself says enough.
+/// Hint for an error: the kind of a file if another kind was expected, a file that may have been meant, the command
+/// that makes such a file, or where to look. arguments: the command line without the program's name. "" if the error is
+/// sufficient.
 std::string next_step(const Error& error, const std::vector<std::string>& arguments);
 
 }  // namespace grtx::sim

@@ -17,7 +17,7 @@ namespace grtx::sim {
 
 namespace {
 
-/// NaN lies in every range and passes every comparison that asks for less.
+/// Refuses NaN, which would pass range checks of the form !(x < low || x > high).
 void refuse_nan(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->get_type_name().find("FLOAT") == std::string::npos) continue;

@@ -1,4 +1,4 @@
-// Pieces that several commands' command lines share.
+// Command-line building blocks shared by several commands.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,12 +17,12 @@
 
 namespace grtx::sim {
 
-/// A subcommand with --quiet, --help, and defaults shown for every option. `body` runs after parsing and returns the
-/// exit code (0 or 1); it may throw grtx::Error for bad input.
+/// Adds a subcommand with --quiet and --help; help shows defaults. `body` runs after parsing and returns the exit code
+/// (0 or 1); it throws grtx::Error for bad input.
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body);
 
-/// Prints a sentence, on lines of a terminal's width.
+/// Prints a sentence, wrapped to the terminal width.
 template <typename... Values>
 void say(fmt::format_string<Values...> form, Values&&... values) {
   fmt::print("{}\n", wrapped(fmt::format(form, std::forward<Values>(values)...)));
@@ -31,8 +31,8 @@ void say(fmt::format_string<Values...> form, Values&&... values) {
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
 
-/// Accepts numbers from low to high; NaN is left to the check of all options. CLI11's own check says it in other words
-/// in each version.
+/// Accepts numbers from low to high; NaN is refused elsewhere, for all options. Used instead of CLI::Range, whose
+/// message differs between versions of CLI11.
 template <typename Number>
 CLI::Validator in_range(Number low, Number high) {
   const std::string range = fmt::format("{:.10g} to {:.10g}", static_cast<double>(low), static_cast<double>(high));
@@ -45,7 +45,8 @@ CLI::Validator in_range(Number low, Number high) {
       range);
 }
 
-/// An option that takes the name of one of an enumeration's values; allowed: if there, only of those that it allows.
+/// Adds an option whose value is a name of an enumeration. allowed: if given, accepts only values for which it returns
+/// true.
 template <NamedEnum Enum>
 CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value, const std::string& description,
                         bool (*allowed)(Enum) = nullptr) {

@@ -62,7 +62,7 @@ constexpr const char* kFirstSession = R"(Five steps of a first session, minutes 
 Commands: grtx --help. Options of a command: grtx COMMAND --help.
 )";
 
-/// A one-line reason for a command line that was not accepted, naming the nearest known command or option.
+/// One-line error for an invalid command line, naming the nearest known command or option.
 grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;
   if (const auto chosen = app.get_subcommands(); !chosen.empty()) command = chosen.front();
@@ -138,19 +138,19 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   return common.action();
 }
 
-/// What was printed is there.
+/// Throws Error if standard output could not be written completely.
 void require_standard_output() {
   const bool flushed = std::fflush(stdout) == 0 && !std::cout.flush().fail();
   if (!flushed || std::ferror(stdout) != 0) throw grtx::Error("standard output", "", "cannot be written");
 }
 
-/// The program, whose printing may have failed at any place.
+/// Runs the program and checks that all output was written.
 int run_and_flush(int argc, char** argv, const std::vector<std::string>& arguments) {
   try {
     const int code = run(argc, argv, arguments);
     require_standard_output();
     return code;
-  } catch (const std::system_error&) {  // of fmt::print
+  } catch (const std::system_error&) {  // from fmt::print
     require_standard_output();
     throw;
   }
@@ -171,7 +171,7 @@ void end_without_memory() {
 
 int program(int argc, char** argv, const char* machines) {
   const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-  // A SystemC warning is a fault of the model: it stops the program instead of scrolling by.
+  // SystemC warnings are errors of the model: they stop the program.
   sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
@@ -182,7 +182,7 @@ int program(int argc, char** argv, const char* machines) {
   } catch (const grtx::Error& error) {
     print_error(error, arguments);
     return kBadInput;
-  } catch (const std::filesystem::filesystem_error& error) {  // a path that the system does not take
+  } catch (const std::filesystem::filesystem_error& error) {  // an invalid path
     print_error({error.path1().string(), "", error.code().message()}, arguments);
     return kBadInput;
   } catch (const std::bad_alloc&) {

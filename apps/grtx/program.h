@@ -1,17 +1,17 @@
-// The `grtx` program as a function, for programs of your own: register keys and units, then call it. All of its
-// commands then have them.
+// The `grtx` program as a function, for user programs that register additional configuration keys and units before
+// calling it. They are then available in all commands.
 #pragma once
 
 #include "grtx/study/machines_folder.h"
 
 namespace grtx {
 
-/// To be called from sc_main(), once. machines: folder of the machines that have a name. Returns the exit code: 0 done,
-/// 1 a check or comparison did not hold, 2 bad input or usage, 3 internal error.
+/// Call once, from sc_main(). machines: folder of the named machines. Returns the exit code: 0 success, 1 a check or
+/// comparison failed, 2 bad input or usage, 3 internal error.
 int program(int argc, char** argv, const char* machines);
 
-/// Without memory nothing is worth unwinding: destructors and the libraries' handlers would ask for more. Files are
-/// left as by a kill: the old one under its name.
+/// Prints an out-of-memory error and exits at once: unwinding could need more memory. Output files stay as after a
+/// kill: the old version remains.
 [[noreturn]] void end_without_memory();
 
 }  // namespace grtx

@@ -1,4 +1,4 @@
-// grtx ray: how one ray, or the rays of one warp, were traced, as one HTML page.
+// grtx ray: an HTML page that shows how one ray, or the rays of one warp, were traced.
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"

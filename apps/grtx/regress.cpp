@@ -19,7 +19,7 @@ struct RegressArguments {
   bool update = false;
 };
 
-// For people, a value is text; for JSON it is what the text says.
+// Values are text in the printed table; for JSON they are parsed.
 nlohmann::ordered_json value_of(const std::string& json) {
   nlohmann::ordered_json value = nlohmann::ordered_json::parse(json, nullptr, false);
   return value.is_discarded() ? nullptr : value;

@@ -25,7 +25,7 @@ struct RunArguments {
   std::string config;
   std::vector<std::string> settings;
   SimulationMode mode = SimulationMode::cycle;
-  CLI::Option* mode_option = nullptr;  ///< that `mode` was named by
+  CLI::Option* mode_option = nullptr;  ///< the --mode option; tells whether it was given
   EstimateCli estimate;
 };
 
@@ -61,14 +61,15 @@ void print_frames(const ordered_json& results, const DesignComparison& compariso
 }
 
 void print_intervals(const ordered_json& results) {
-  fmt::print("95 % intervals of the speed-ups:");
+  std::string text = "95 % intervals of the speed-ups:";
   for (const auto& [name, interval] : results.at("speedup_interval").items()) {
-    fmt::print(" {} {:.2f} to {:.2f}", name, interval.at("low").get<double>(), interval.at("high").get<double>());
+    text +=
+        fmt::format(" {} {:.2f} to {:.2f}", name, interval.at("low").get<double>(), interval.at("high").get<double>());
   }
-  fmt::print("\n");
+  say("{}", text);
 }
 
-/// What a person wants to see of the results.
+/// Prints a summary of the results.
 void print_summary(const RunArguments& options, const DesignResults& run) {
   const ordered_json& results = run.json;
   const DesignComparison& comparison = run.comparison;

@@ -1,5 +1,5 @@
-// grtx selftest: is this program, on this host, the one it should be? Makes a scene, traces and simulates it with the
-// program's own commands, and compares hashes and numbers with those on record. None depends on the host.
+// grtx selftest: checks that this program gives the recorded results on this host. Makes a scene, traces and simulates
+// it with the program's own commands, and compares hashes and numbers, none of which depends on the host.
 #include "grtx/apps/grtx/selftest.h"
 
 #include <fmt/format.h>
@@ -24,13 +24,13 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-/// A step and what it must give: lines of "name value".
+/// A step and its expected result: lines of "name value".
 struct Step {
   const char* name;
   const char* golden;
 };
 
-// Written by `grtx selftest --print`. A change that is meant to alter results prints them anew.
+// Output of `grtx selftest --print`; update it after changes that are meant to alter results.
 constexpr std::array<Step, 5> kSteps = {{
     {"synth", R"(scene 65e4a5d5d42fb0c1
 cameras 05354103d10ab118
@@ -51,28 +51,28 @@ l1.replacement=random 830711 2307720 564387 5636000
 )"},
 }};
 
-/// Compared of each design of `grtx run`.
+/// Statistics compared for each design of `grtx run`.
 constexpr std::array<const char*, 12> kStatistics = {
     "accel.bytes",     "tracer.rounds",       "tracer.visits.total",    "tracer.blended",
     "gpu.cycles",      "gpu.rt.node_fetches", "gpu.rt.any_hit.batches", "gpu.rt.checkpoint.entries_written",
     "gpu.l1.accesses", "gpu.l2.accesses",     "gpu.dram.bytes",         "gpu.simt.instructions.total"};
 
-/// Compared of each run of the step "mechanisms": the trace of the step "trace", in cycle mode, with one mechanism that
-/// is off by default, or one that is on.
+/// Statistics compared for each run of the step "mechanisms": the trace of the step "trace" in cycle mode, with one
+/// mechanism switched from its default.
 constexpr std::array<const char*, 4> kFewStatistics = {"gpu.cycles", "gpu.l1.accesses", "gpu.l2.accesses",
                                                        "gpu.dram.bytes"};
 constexpr std::array<const char*, 5> kMechanisms = {
     "rt.scheduler.policy=round_robin", "rt.checkpoint.write_combine=true", "simt.private_store.k_buffer_entries=8",
     "rt.prefetch.enabled=false", "l1.replacement=random"};
-/// Whose results are on record.
+/// Machine of the recorded results.
 constexpr const char* kMachine = "paper-charged";
-/// A part of it.
+/// Settings that reduce the machine.
 constexpr std::array<const char*, 3> kPart = {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1"};
 
-/// The program's own commands in a folder of their own, removed at the end.
+/// Runs the program's commands in a temporary folder, which is removed at the end.
 class Selftest {
  public:
-  /// Throws Error when there is no temporary folder to work in.
+  /// Throws Error if no temporary folder can be made.
   Selftest() {
     std::error_code failed;
     folder_ = fs::temp_directory_path(failed) / fmt::format("grtx_selftest_{}", ::getpid());
@@ -86,7 +86,7 @@ class Selftest {
   Selftest(const Selftest&) = delete;
   Selftest& operator=(const Selftest&) = delete;
 
-  /// What a step gives: lines of "name value", or one line that begins with "error".
+  /// Result of a step: lines of "name value", or one line that begins with "error".
   std::string result(const std::string& step) {
     if (step == "synth") {
       const std::string error =
@@ -156,7 +156,7 @@ class Selftest {
     return call(arguments);
   }
 
-  /// "" when the command ended well, else its last line.
+  /// Runs a command; returns "" on success, else an error line.
   std::string call(const std::vector<std::string>& arguments) {
     std::vector<std::string> all = {fs::read_symlink("/proc/self/exe").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());

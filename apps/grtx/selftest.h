@@ -1,4 +1,4 @@
-// grtx selftest: small runs of this very program against hashes and numbers on record.
+// grtx selftest: small runs of this program, compared with recorded hashes and numbers.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -8,10 +8,10 @@
 
 namespace grtx::sim {
 
-/// -o, --launcher, --jobs, --sbatch, --program, --retry.
+/// Adds -o, --launcher, --jobs, --sbatch, --program and --retry.
 void add_session_options(CLI::App* command, SessionOptions& options);
 
-/// "3 traces made, 1 structure built for them"; "" when none was made.
+/// "3 traces made, 1 structure built for them"; "" if none was made.
 std::string describe(const TraceWork& work);
 
 }  // namespace grtx::sim

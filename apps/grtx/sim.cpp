@@ -71,7 +71,7 @@ int report_faults(const SimulationResult& result) {
   return result.violations.empty() ? 0 : 1;
 }
 
-/// Throws Error with --strict when the trace is of another machine.
+/// Notes on a trace that was made for another machine; with --strict throws Error instead.
 ResultNotes notes_before(const SimArguments& options) {
   const traces::Reader reader(options.trace);
   const ResultNotes others = tracer_notes(options.machine, reader.header());
@@ -79,7 +79,8 @@ ResultNotes notes_before(const SimArguments& options) {
   return others;
 }
 
-/// Waveforms, timelines and heat maps are of runs in which a cycle is a cycle; windows have no run before them.
+/// Throws Error for options of another mode: waveforms, timelines and heat maps need cycle mode; windows cannot start
+/// from warm caches.
 void check_estimate(const SimArguments& options) {
   if (options.mode == SimulationMode::cycle) return;
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||

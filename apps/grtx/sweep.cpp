@@ -41,7 +41,7 @@ struct SweepArguments {
   bool tracer = false;
 };
 
-/// What a database holds besides the points of its plan; "" for nothing.
+/// Text on points of the database that are not in its plan; "" if there are none.
 std::string earlier_text(const std::string& database, std::size_t points) {
   if (points == 0) return "";
   return fmt::format("{}: {} {} of an earlier plan {} no part", database, points, points == 1 ? "point" : "points",
@@ -70,7 +70,7 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
   return differences.empty() ? 0 : 1;
 }
 
-/// The plan with what the command line overrides.
+/// The plan with the overrides of the command line.
 SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
   SweepPlan plan = load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
@@ -86,7 +86,7 @@ SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
   return plan;
 }
 
-/// As the database would hold it.
+/// The point as the database would store it.
 StoredPoint stored(const SweepPoint& point, const std::shared_ptr<const nlohmann::ordered_json>& trace) {
   StoredPoint stored;
   stored.key = point.key;
@@ -100,7 +100,7 @@ StoredPoint stored(const SweepPoint& point, const std::shared_ptr<const nlohmann
   return stored;
 }
 
-/// The points of a plan, and those of its database that the plan does not ask for.
+/// The points of a plan, and points of its database that are not in the plan.
 class PointList {
  public:
   PointList(const SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
@@ -165,8 +165,8 @@ class PointList {
   }
 
   const SweepPoints& all_;
-  std::vector<std::string> statuses_;  ///< "" of a new one
-  std::vector<StoredPoint> told_;      ///< all_, where some are earlier
+  std::vector<std::string> statuses_;  ///< one per point; "" for a new one
+  std::vector<StoredPoint> told_;      ///< points of all_; only filled if there are earlier ones
   std::vector<StoredPoint> earlier_;
 };
 
@@ -255,7 +255,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
       ->add_option("--compare", options->compare,
                    "Two databases: prints what differs between the points of their plans, exit 1 (default: none)")
       ->expected(2);
-  // How a sweep runs its tasks; for no one else.
+  // Hidden options by which a sweep runs its tasks.
   command->add_option("--task", options->task)->group("");
   command->add_option("--result", options->result)->group("");
   command->add_option("--scratch", options->scratch)->group("");

@@ -37,7 +37,7 @@ void add_synth(CLI::App& app, CommonOptions& common) {
         return renamed.empty() ? renamed : preset + " " + renamed;
       })
       ->check(one_of(frontend::synth_presets()));
-  // Checked as a real number: CLI11 wraps a negative text around to a huge unsigned one.
+  // Parsed as a real number: CLI11 converts a negative number to a huge unsigned one.
   command->add_option("--count", options->synth.count, "Number of Gaussians")->check(in_range(1.0, 4294967294.0));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
   command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(in_range(0U, 3U));

@@ -76,7 +76,7 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   return 0;
 }
 
-/// What a scene of several objects or with glass and mirror is worth saying to people; "": nothing.
+/// Text for the user on several objects, or on glass and mirror; "" if there are none.
 std::string remark(const frontend::SceneTracer& scene, const frontend::TracedView& traced) {
   if (const frontend::MultiObjectWorld* const world = scene.world()) {
     return fmt::format("{} objects of {} files; moving them writes {} of {} B of nodes", world->placed().size(),
@@ -96,7 +96,7 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
-  tracer_options(options.tracer, checkpoint, kind);  // what it refuses is refused before anything is read
+  tracer_options(options.tracer, checkpoint, kind);  // throws for invalid options before anything is read
   frontend::RenderOptions render = render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;

@@ -1,4 +1,4 @@
-// grtx trace-check: proves a trace file consistent by replaying its rules.
+// grtx trace-check: replays a trace file and checks that it obeys the rules of the format.
 #include <fmt/format.h>
 
 #include <memory>
@@ -18,7 +18,7 @@ namespace {
 
 int check_trace(const std::string& path, bool json, bool quiet) {
   const traces::Reader reader(path);
-  reader.verify_content();  // a damaged file is bad input (exit 2); a sound one that breaks a rule fails (exit 1)
+  reader.verify_content();  // damaged file: bad input (exit 2); violated rule: exit 1
   try {
     const traces::Totals totals = traces::check(reader, quiet);
     if (json) {

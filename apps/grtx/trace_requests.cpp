@@ -22,7 +22,7 @@ void trace_request(std::vector<std::string> arguments, const std::shared_ptr<fro
   CommonOptions common;
   add_trace(app, common, kept);
   arguments.insert(arguments.begin(), "trace");
-  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+  std::reverse(arguments.begin(), arguments.end());  // CLI11 expects them in reverse order
   try {
     app.parse(arguments);
   } catch (const CLI::ParseError& error) {

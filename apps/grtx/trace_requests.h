@@ -1,4 +1,4 @@
-// Traces for a sweep: one process, which keeps what the next trace can use.
+// Makes traces for a sweep in one process, reusing scene and structure from trace to trace.
 #pragma once
 
 #include <cstdio>
@@ -6,9 +6,9 @@
 
 namespace grtx::sim {
 
-/// A line of `requests` is a JSON list: the arguments of `grtx trace`. Once that trace is written, a line of `answers`
-/// says what it took: {"scenes_read": 0 or 1, "structures_built": 0 or 1}. Ends with the requests; throws what the
-/// first trace throws that does not end well.
+/// Each line of `requests` is a JSON list with the arguments of `grtx trace`. After writing that trace, prints a line
+/// to `answers`: {"scenes_read": 0 or 1, "structures_built": 0 or 1}. Returns 0 at the end of the requests; exceptions
+/// of a trace are passed on and end the loop.
 int answer_trace_requests(std::istream& requests, std::FILE* answers);
 
 }  // namespace grtx::sim

@@ -17,7 +17,7 @@ void add_rule(CLI::Option* option, const ListOf& rule) {
   option->delimiter(',')->expected(static_cast<int>(rule.numbers));
 }
 
-/// As the visitor of an option table.
+/// Visitor of an option table that adds each option to a command.
 auto adder(CLI::App* command) {
   return
       [command]<typename Value>(const std::string& name, Value& value, const char* description, const auto&... rule) {

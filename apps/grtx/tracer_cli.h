@@ -9,10 +9,10 @@
 namespace grtx::sim {
 
 void add_kernel_degree(CLI::App* command, unsigned& degree);
-/// Glass, mirror and their placement.
+/// Adds the options for glass and mirror.
 void add_secondary_options(CLI::App* command, SecondarySettings& settings);
 void add_tracer_options(CLI::App* command, TracerSettings& settings);
-/// --machine's tracer options, but for those that the command line names. Throws Error{file, key, rule}.
+/// Applies the machine's tracer options, except those given on the command line. Throws Error{file, key, rule}.
 void apply_machine_tracer(TracerSettings& settings, const std::string& machine, const CLI::App& command);
 
 }  // namespace grtx::sim

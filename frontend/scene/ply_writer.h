@@ -24,7 +24,7 @@ class PlyWriter {
   /// Little-endian binary with zero normals; f_rest channel-major. Throws Error when the file cannot be written.
   PlyWriter(const std::string& path, std::uint64_t rows, unsigned sh_degree);
   void add(const PlyRow& row);
-  /// Every announced row must have been added.
+  /// Finishes the file; all `rows` must have been added.
   void commit();
 
  private:

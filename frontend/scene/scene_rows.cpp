@@ -136,13 +136,13 @@ void count(std::map<std::string, std::uint64_t>& where, const char* reason, std:
   if (number > 0) where[reason] += number;
 }
 
-/// Rows by what became of them.
+/// Number of rows by outcome.
 struct RowCounts {
   std::array<std::uint64_t, kReasonText.size()> dropped{};
   std::uint64_t small_scales = 0, opaque = 0, unacceptable = 0, off_unit = 0;
 };
 
-// Appends all of a kept row but its centre.
+// Appends all properties of a kept row except its centre.
 void keep_row(const RawRows& rows, std::size_t i, std::size_t sh_stride, const Activated& activated, Scene& scene,
               RowCounts& counts) {
   glm::vec3 scale;

@@ -19,7 +19,7 @@ struct SynthColourNoise {
 
 /// Fills row.sh: random coefficients of the given rms, partly common to all Gaussians of `object`, such that each of
 /// `views` (unit, from the eyes that see it, nearest first; at least one) sees nearly `colour`: training fits what the
-/// cameras see, not single coefficients. A degree has room for as many views as it has coefficients beside f_dc.
+/// cameras see, not single coefficients. A degree can fit as many views as it has coefficients besides f_dc.
 void colour_row(PlyRow& row, const SynthColourNoise& noise, const glm::dvec3& colour, std::span<const glm::dvec3> views,
                 std::uint64_t object, CounterRandom& random);
 

@@ -140,7 +140,7 @@ ToRim to_rim(const SynthPatch& patch, const glm::dvec3& at) {
   }
 }
 
-/// The axis of the largest scale: along a rim that it would cross, or along the patch's grain, else anywhere.
+/// The axis of the largest scale: along a rim that it would cross, or along the patch's grain, else random.
 glm::dvec3 long_axis(const SynthPatch& patch, const glm::dvec3& normal, const glm::dvec3& wobble,
                      const glm::dvec3& along_rim, CounterRandom& random) {
   glm::dvec3 along = any_perpendicular(normal, random);
@@ -180,7 +180,7 @@ void SynthGaussians::allocate(std::uint64_t surface_rows) {
   for (std::size_t i = 0; i < patches.size(); ++i) {
     CounterRandom object(options_.seed, kDensity, patches[i].object);
     CounterRandom patch(options_.seed, kDensity, (std::uint64_t{1} << 32) + i);
-    // ln d8 of a patch: half of its variance is the object's, so that a wall does not look like a quilt.
+    // ln d8 of a patch: half of its variance is common to the object, so that a wall does not look like a quilt.
     double log_spacing = patches[i].detail + statistics.density_sd * 0.7071 * (object.normal() + patch.normal());
     if (statistics.capture > 0.0) log_spacing += captured_spacing(patches[i], world_);
     const bool volume = patches[i].shape == SynthShape::haze;
@@ -275,7 +275,7 @@ SynthGaussians::SurfaceSize SynthGaussians::surface_size(const Part& part, const
   const SynthStatistics& statistics = world_.statistics;
   const double usual = portable_log(part.spacing) + statistics.size_mean;
   const double excess = statistics.size_sd * size_score + 0.6 * lies_flat;
-  // Training does not keep what sticks out of an object: two deviations end at the patch's or the leaf's rim.
+  // Training removes what sticks out of an object: two standard deviations end at the rim of patch or leaf.
   double largest = std::min(usual + excess, part.log_reach + 0.2 * random.normal());
   const double to_middle = random.gamma(statistics.large_to_middle.shape, statistics.large_to_middle.scale);
   double middle = std::min(largest, usual + statistics.middle_follows * excess - to_middle);
@@ -298,7 +298,7 @@ SynthGaussians::SurfaceSize SynthGaussians::surface_size(const Part& part, const
 
 void SynthGaussians::colour_surface(PlyRow& row, const Part& part, const SynthPoint& point,
                                     const std::array<double, 3>& log_scales, CounterRandom& random) const {
-  // A Gaussian shows the mean of what it covers.
+  // A Gaussian shows the mean colour of what it covers.
   const double footprint = portable_exp(0.5 * (log_scales[0] + log_scales[1]));
   glm::dvec3 colour = patch_colour(part.patch, point, footprint, options_.seed);
   if (part.patch.shape == SynthShape::leaves) colour *= 0.8 + 0.3 * point.noise;
@@ -342,7 +342,7 @@ std::vector<glm::dvec3> SynthGaussians::views_of(const SynthPoint& point) const 
 }
 
 PlyRow SynthGaussians::shell_row(std::uint64_t generation) const {
-  // Sky: 5 to 30 diagonals away, flat towards the scene, as large as covers it; two thirds on the near side of 12.
+  // Sky: 5 to 30 diagonals away (two thirds within 12), flat towards the scene, large enough to cover it.
   CounterRandom random(options_.seed, kShell, generation);
   const double crowd = std::sqrt(static_cast<double>(shell_) / 300.0);
   glm::dvec3 d = random.direction();
@@ -367,7 +367,7 @@ PlyRow SynthGaussians::shell_row(std::uint64_t generation) const {
 }
 
 PlyRow SynthGaussians::far_row(std::uint64_t generation) const {
-  // What an uncut training result leaves behind: huge Gaussians 100 to 800 diagonals away.
+  // Outliers of an uncut training result: huge Gaussians 100 to 800 diagonals away.
   CounterRandom random(options_.seed, kFar, generation);
   const glm::dvec3 d = random.direction();
   const double distance = 100.0 * portable_exp(random.uniform() * portable_log(8.0));

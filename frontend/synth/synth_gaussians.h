@@ -31,7 +31,7 @@ class SynthGaussians {
   PlyRow surface_row(std::uint64_t generation) const;
   struct SurfaceSize {
     std::array<double, 3> log_scales{};  ///< from the largest to the smallest
-    glm::dvec3 along_rim{0.0};           ///< direction of the rim that the largest one would cross; 0: of none
+    glm::dvec3 along_rim{0.0};           ///< direction of the rim that the largest axis would cross; 0: it crosses none
   };
   SurfaceSize surface_size(const Part& part, const glm::dvec3& at, double size_score, double lies_flat,
                            CounterRandom& random) const;
@@ -39,7 +39,7 @@ class SynthGaussians {
                       CounterRandom& random) const;
   PlyRow shell_row(std::uint64_t generation) const;
   PlyRow far_row(std::uint64_t generation) const;
-  /// Directions from the cameras, those before the surface first, the nearest of them first.
+  /// Directions from the cameras to the point: cameras in front of the surface first, nearest first.
   std::vector<glm::dvec3> views_of(const SynthPoint& point) const;
   float opacity_logit(double size_score, double lies_flat, double shift, CounterRandom& random) const;
 

@@ -47,9 +47,9 @@ struct SynthPoint {
   double noise = 0.0;           ///< -1 .. 1, smooth along the object
 };
 
-/// A point of the patch, uniform in area up to the ellipsoid's stretch. `leaves`: how many discs a clump has.
+/// A point of the patch, uniform in area except for the ellipsoid's stretch. `leaves`: number of discs of a clump.
 SynthPoint sample_patch(const SynthPatch& patch, std::uint64_t seed, std::uint64_t leaves, CounterRandom& random);
-/// Texture colour, 0..1, without light. `footprint`: the extent that it is averaged over, scene units.
+/// Texture colour, 0..1, without lighting. `footprint`: extent over which it is averaged, scene units.
 glm::dvec3 patch_colour(const SynthPatch& patch, const SynthPoint& point, double footprint, std::uint64_t seed);
 
 /// Collects patches. Large rectangles are split into cells of about `cell` scene units.

@@ -1,4 +1,4 @@
-// The paper's hardware-cost table, field by field, and the buffers of checkpointing in global memory.
+// The paper's hardware-cost table, field by field, and the checkpoint and eviction buffers in global memory.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace grtx::sim {
 
-/// What the paper's table counts in an RT unit, from the inventory of its warp buffer (the entries that are marked as
-/// added by GRTX). At W warps of 32 lanes: 132 W + 18 bytes.
+/// Storage of one RT unit as counted by the paper's table: the entries of the warp buffer's inventory that are marked
+/// as added by GRTX. With W warps of 32 lanes: 132 W + 18 bytes.
 struct CheckpointStorage {
   struct Field {
     std::string name;
@@ -18,14 +18,14 @@ struct CheckpointStorage {
   };
   std::vector<Field> fields;
   std::uint64_t bits = 0;
-  /// The table packs flags, so the sum is a whole number of bytes for any even number of lanes.
+  /// Flags are packed, as in the table.
   std::uint64_t bytes() const { return (bits + 7) / 8; }
 };
 CheckpointStorage checkpoint_storage(const std::vector<modules::Inventory>& rt_unit);
 
-/// Checkpoint and eviction buffers of all rays in flight. The paper fixes the entries' sizes and the totals; how a
-/// ray's bytes divide is open: 97.68 MiB over 8 SMs x 32 warps x 32 lanes leave 5 Nc + Ne = 1,563 (facts of the paper's
-/// table, truncated), e.g. 256 checkpoint and 283 eviction entries.
+/// Checkpoint and eviction buffers of all rays in flight. The paper gives the entry sizes and the total, not the number
+/// of entries: 97.68 MiB over 8 SMs x 32 warps x 32 lanes means 5 Nc + Ne = 1,563 (truncated), for Nc checkpoint and Ne
+/// eviction entries per ray. The defaults, 256 and 283, fulfil it.
 struct BufferSizes {
   unsigned sms = 8;
   unsigned resident_warps = 32;

@@ -18,7 +18,7 @@ std::string label(const CostNode& node) {
   return node.copies == 1 ? node.name : fmt::format("{} x{}", node.name, node.copies);
 }
 
-// Each at most eight characters wide, whatever the machine.
+// Number formats of at most eight characters each.
 std::string bits_text(std::uint64_t bits) {
   return bits < 100'000'000 ? fmt::format("{}", bits) : fmt::format("{:.1f}M", static_cast<double>(bits) * 1e-6);
 }

@@ -17,25 +17,25 @@ struct MachineCost {
   std::string design;
   CostOptions options;
   CostNode tree;
-  CheckpointStorage storage;  ///< of one RT unit; no fields without checkpointing
+  CheckpointStorage storage;  ///< of one RT unit; empty without checkpointing
   BufferSizes buffers;
   struct UnitLatency {
     std::string unit;
     unsigned configured = 0;
-    unsigned fast = 0, slow = 0;  ///< cycles that the operators' delays ask for, at the ends of the node's delay
+    unsigned fast = 0, slow = 0;  ///< cycles needed at the fast and slow ends of the process node's delay range
   };
   std::vector<UnitLatency> latencies;
 };
 
-/// Prices what machine_inventory() gave.
+/// Computes the cost of a machine. inventories: as machine_inventory() returns them.
 MachineCost machine_cost(const GpuConfig& config, const std::string& design,
                          const std::vector<modules::Inventory>& inventories, const CostOptions& options);
 
-/// depth: levels of the hierarchy below the GPU; items: also what each module is made of.
+/// depth: levels of the hierarchy to print below the GPU. items: also list the parts of each module.
 std::string cost_text(const MachineCost& cost, unsigned depth, bool items);
 nlohmann::ordered_json cost_json(const MachineCost& cost);
 std::string cost_csv(const MachineCost& cost);
-/// What run_energy() gave, without parts of which no action was counted.
+/// Result of run_energy() as text and JSON, without parts that counted no action.
 std::string energy_text(const std::vector<EnergyPart>& parts);
 nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts);
 /// Every coefficient with its source and confidence, in Markdown.

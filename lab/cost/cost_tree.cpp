@@ -11,8 +11,8 @@
 namespace grtx::sim {
 namespace {
 
-// Sums of operators predict synthesised units within +9 and -8 %, but libraries, clock targets and wiring do not: a
-// band of 0.6 to 1.8 (judgement) around the central value covers all published units; coefficients' own ends may lie
+// Sums of operator costs match synthesised units within +9 and -8 %. Libraries, clock targets and wiring vary more: a
+// band of 0.6 to 1.8 around the central value (judgement) covers all published units. The band of a coefficient may be
 // wider.
 Range logic_area(const Range& gates, const Technology& t, const CostOptions& options) {
   return gates * t.um2_per_ge * (options.control / options.utilisation * 1e-6);
@@ -179,7 +179,7 @@ CostNode cost_tree(const std::vector<modules::Inventory>& inventories, const Cos
   CostNode summed = root;
   sum(summed);
   fold(summed);
-  // Folding changed copies, not sums: those of one copy stay as they are.
+  // Folding changes `copies` only; the sums stay those of one copy.
   return summed;
 }
 

@@ -1,4 +1,4 @@
-// What a machine costs: a walk over the modules' inventories, priced for a process node, summed by hierarchy.
+// Cost of a machine: prices the inventory of every module for a process node and sums them by hierarchy.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct CostItem {
   Range gates;         ///< GE; 0 for SRAM
   Range area_mm2;
   Range leakage_mw;
-  double delay_ns = 0.0;                 ///< of the slowest operator, or access time; central
+  double delay_ns = 0.0;                 ///< delay of the slowest operator, or access time of a memory; central value
   double read_pj = 0.0, write_pj = 0.0;  ///< per access of a memory
   Range operation_pj;                    ///< per operation of one operator
   bool added_by_grtx = false;
@@ -34,23 +34,24 @@ struct CostItem {
 
 struct CostNode {
   std::string name;     ///< last part of the hierarchical name
-  unsigned copies = 1;  ///< equal siblings folded into this node; the figures are of one
+  unsigned copies = 1;  ///< number of equal siblings folded into this node; all values are per copy
   std::vector<CostItem> items;
   std::vector<CostNode> children;
 
-  // What one copy has, everything below it included.
+  // Totals of one copy, including all nodes below it.
   std::uint64_t flip_flop_bits = 0, memory_bits = 0;
   Range gates, area_mm2, leakage_mw;
   double delay_ns = 0.0;  ///< slowest operator or memory below; not a path: units are pipelined
 };
 
-/// Hierarchy from the dots in the modules' names; siblings that are equal but for their number are folded.
+/// Builds the hierarchy from the dotted module names. Siblings that differ only in their number are folded.
 CostNode cost_tree(const std::vector<modules::Inventory>& inventories, const CostOptions& options);
 
-/// Items of one module.
+/// Cost items of one module.
 std::vector<CostItem> price(const modules::Inventory& inventory, const CostOptions& options);
 
-/// Node at a dotted path below the root, e.g. "sm0.rt"; copies have the number of their first. nullptr when missing.
+/// Node at a dotted path below the root, e.g. "sm0.rt"; folded copies are found under the name of the first. nullptr if
+/// there is none.
 const CostNode* find(const CostNode& root, const std::string& path);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// gpu.energy_nj and its parts as statistics of a run: what the cost model makes of the run's own counts.
+// gpu.energy_nj and its parts: energy statistics of a run, computed by the cost model from the run's counters.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 namespace grtx::sim {
 
 /// Adds gpu.energy_nj, its share by group of hardware (gpu.energy_nj.rt, .simt, .l1, .crossbar, .l2, .dram, .leakage),
-/// its band (gpu.energy_nj_low, _high) and gpu.energy_nj_per_ray to `list`, which must hold the counts of the run
-/// (gpu.*) already. inventories: of the machine that ran. rays: primary and secondary, at least 1.
-/// Process node and prices are the defaults of CostOptions and EnergyOptions (12 nm, GDDR6). Every part is rounded to
-/// whole picojoules and the totals are sums of those integers: the same for every compiler.
+/// its band (gpu.energy_nj_low, _high) and gpu.energy_nj_per_ray to `list`, which must already hold the run's counters
+/// (gpu.*). inventories: of the machine that ran. rays: primary plus secondary, at least 1. Process node and prices are
+/// the defaults of CostOptions and EnergyOptions (12 nm, GDDR6). Every part is rounded to whole picojoules so that the
+/// totals do not depend on the compiler.
 void describe_energy(const GpuConfig& config, const std::vector<modules::Inventory>& inventories, std::uint64_t rays,
                      modules::StatisticList& list);
 

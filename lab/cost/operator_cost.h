@@ -1,4 +1,4 @@
-// Arithmetic operators: gate equivalents, energy and delay, with where each number comes from.
+// Arithmetic operators: gate equivalents (GE), energy and delay, with the source of each number.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ namespace grtx::sim {
 
 struct OperatorCost {
   std::string name;
-  unsigned width = 32;          ///< bits that the numbers are for
-  bool per_bit = false;         ///< gates, energy scale with the width (else another width is not known)
+  unsigned width = 32;          ///< operand width in bits that the numbers are valid for
+  bool per_bit = false;         ///< gates and energy scale with the width; else no other width is supported
   Range gates;                  ///< GE
   double measured_gates = 0.0;  ///< GE synthesised (Yosys, Nangate45, timing-driven); 0: not measured
   Range energy_pj;              ///< per operation at 45 nm, 1.1 V, random operands
@@ -23,8 +23,8 @@ struct OperatorCost {
 
 const std::vector<OperatorCost>& operator_costs();
 
-/// Cost of one operator of `width` bits. Throws std::invalid_argument when the name or the width is not known: an
-/// inventory names an operator that the model cannot price.
+/// Cost of one operator of `width` bits. Throws std::invalid_argument for an unknown name or width: an inventory then
+/// contains an operator that the model cannot price.
 OperatorCost operator_cost(const std::string& name, unsigned width);
 
 /// GE and pJ (per clock at 45 nm) of a flip-flop bit, and its overhead in a cycle: clock to output, set-up and skew.

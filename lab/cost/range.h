@@ -1,4 +1,4 @@
-// A coefficient or a result as low, central and high. Sums add ends: parts that are off are taken to be off together.
+// A coefficient or a result as low, central and high. Sums add the ends, which assumes fully correlated errors.
 #pragma once
 
 namespace grtx::sim {
@@ -14,7 +14,7 @@ struct Range {
     return *this;
   }
   friend constexpr Range operator+(Range a, const Range& b) { return a += b; }
-  /// Product of two independent factors, both >= 0.
+  /// Product of two factors, both >= 0; the ends are multiplied.
   friend constexpr Range operator*(const Range& a, const Range& b) {
     return {a.low * b.low, a.central * b.central, a.high * b.high};
   }

@@ -16,7 +16,7 @@ namespace {
 
 using modules::Inventory;
 
-// The module of the first SM or slice that has this name's end; nullptr when the machine has none.
+// The first module whose hierarchical name ends in this name; nullptr if there is none.
 const Inventory* module_of(const std::vector<Inventory>& all, const std::string& end) {
   const auto found = std::find_if(all.begin(), all.end(), [&](const Inventory& i) { return i.module.ends_with(end); });
   return found == all.end() ? nullptr : &*found;
@@ -27,7 +27,7 @@ const CostItem* item_of(const std::vector<CostItem>& items, const std::string& n
   return found == items.end() ? nullptr : &*found;
 }
 
-/// Whether a run has a statistic of this name: one that is misspelt here would cost nothing.
+/// Whether runs can have a statistic of this name; guards against misspelt names, which would cost nothing.
 bool is_declared(const std::string& name) {
   static const std::set<std::string> names = [] {
     std::set<std::string> all;
@@ -43,8 +43,8 @@ class Prices {
   Prices(const std::vector<Inventory>& inventories, const CostOptions& options)
       : inventories_(inventories), options_(options), technology_(technology(options.nm)) {}
 
-  /// All operators of one pipeline of a unit once, and a register at every stage. The inventory sums up the pipelines,
-  /// each of which uses its operators and registers `interval` times for a test.
+  /// Energy of one test: all operators of one pipeline once, and a register per stage. The inventory is the sum over
+  /// all pipelines; each uses its operators and registers `interval` times per test.
   Range test(const std::string& module, const modules::IntersectionUnit::Config& unit) const {
     const Inventory* inventory = module_of(inventories_, module);
     if (inventory == nullptr) return {};
@@ -57,7 +57,7 @@ class Prices {
     }
     return pj;
   }
-  /// One access of a memory; band of 0.7 to 1.4 for the interpolation and the organisation (judgement).
+  /// Energy of one memory access; band of 0.7 to 1.4 for interpolation and organisation (judgement).
   Range access(const std::string& module, const std::string& memory, bool write) const {
     const Inventory* inventory = module_of(inventories_, module);
     if (inventory == nullptr) return {};
@@ -77,8 +77,8 @@ class Prices {
   const Technology& technology_;
 };
 
-/// Prices go through logarithms, which mathematical libraries round differently in the last bit; whole picojoules hide
-/// that, and sums of them are the same in any order.
+/// Rounds to whole picojoules: logarithms differ in the last bit between mathematical libraries, and sums of integers
+/// do not depend on their order.
 Range in_whole_picojoules(const Range& nanojoules) {
   const auto whole = [](double nj) { return std::round(nj * 1e3) / 1e3; };
   return {whole(nanojoules.low), whole(nanojoules.central), whole(nanojoules.high)};
@@ -97,7 +97,7 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
     }
     return found.value_or(0.0);
   };
-  // Counts of a part that is off by default: a run lists them once there are any.
+  // Counters of a part that is off by default; missing in a run if they are zero.
   const auto if_any = [&](const std::string& name) {
     if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
     return counted(name).value_or(0.0);
@@ -155,7 +155,7 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
       "sectors written and filled");
   const double dram_pj = 8.0 * energy.dram_pj_per_bit;
   add("dram", value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj}, "bytes; HBM2E to GDDR5");
-  // Units that no table here knows have priced their counts themselves; a run's statistics hold the sum.
+  // User-defined units compute their own energy; the run's statistics hold the sum.
   if (const double own = counted("gpu.energy_nj.own").value_or(0.0); own > 0.0) {
     parts.push_back(
         {"own", 1.0, Range::exactly(own), "run, as units that not every machine has price what they count"});

@@ -34,7 +34,7 @@ void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::str
   };
   choose("pop_test", use.pop_test);
   choose("layout", use.layout);
-  // Runs on record have the width among what their trace was made from.
+  // Older runs record the width among the inputs of their trace.
   const std::string width = inputs.contains("bvh_width") ? "bvh_width" : "trace.bvh_width";
   number(width, use.bvh_width);
   if (inputs.contains(width) && (use.bvh_width < 2 || use.bvh_width > traces::kMaxWidth)) {

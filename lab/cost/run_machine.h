@@ -1,4 +1,4 @@
-// Which units the machine of a run had: those that its trace needs.
+// Which hardware units the machine of a run had, derived from the inputs of its trace.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,14 +9,14 @@
 
 namespace grtx::sim {
 
-/// inputs: of statistics, texts by name; what has its default may be missing. where: named in Error, which is thrown
-/// for values that nothing has.
+/// inputs: "inputs" of a statistics document; entries at their defaults may be missing. where: file named in Error.
+/// Throws Error for invalid values.
 MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where);
 
-/// Those of them that a machine's tracer options say, too: nodes, stack entries and how checkpoint lists are kept.
+/// Sets only what a machine's tracer options decide, too: node layout and width, stack entries, and checkpoint lists.
 void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use);
 
-/// The same as options of `grtx cost`, all of them: a machine that is named there chooses nothing.
+/// The same as options of `grtx cost`. All options are given, so that --machine cannot override any.
 std::vector<std::string> cost_arguments(const MachineUse& use);
 
 }  // namespace grtx::sim

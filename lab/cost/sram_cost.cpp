@@ -57,7 +57,8 @@ double log_line(double x, double x0, double y0, double x1, double y1) {
   return std::exp((1.0 - share) * std::log(y0) + share * std::log(y1));
 }
 
-// Smaller than the table: the line through its first two points. Larger: that many of the largest, in parallel banks.
+// Below the table: extrapolates the line through the first two points. Above: several banks of the largest size in
+// parallel.
 std::array<double, 5> at_size(const std::vector<Point>& points, double bytes) {
   const Point& last = points.back();
   if (bytes > last.bytes) {
@@ -111,8 +112,8 @@ SramCost sram_cost(const SramRequest& request) {
   const auto values_at = [&](unsigned nm, const std::string& device) {
     return at_size(family(request.cache, width, request.two_ports && !request.cache, nm, device), bytes);
   };
-  // Time, energy and area of high-performance cells; their leakage is the high end, that of low-standby-power cells
-  // (tabled for 32 B words) the low end.
+  // Time, energy and area are those of high-performance cells. Leakage: high end of high-performance cells, low end of
+  // low-standby-power cells (in the table for 32 B words).
   const auto leakage_at = [&](unsigned nm, double high) {
     const unsigned table_nm = nm >= 32 ? 45 : 22;
     const double low = at_size(family(request.cache, request.cache ? 256 : 32, false, table_nm, "itrs-lstp"), bytes)[4];

@@ -10,9 +10,9 @@ namespace grtx::sim {
 
 struct SramRequest {
   std::uint64_t bits = 0;
-  unsigned word_bits = 32;  ///< of an access
+  unsigned word_bits = 32;  ///< bits per access
   bool cache = false;       ///< with tags; 128 B lines, 16 ways
-  bool two_ports = false;   ///< one to read and one to write
+  bool two_ports = false;   ///< one read and one write port
   unsigned nm = 45;
 };
 
@@ -24,11 +24,11 @@ struct SramCost {
   std::string estimator;  ///< e.g. "CACTI 7.0", "CACTI 7.0, scaled from 22 nm"
 };
 
-/// Fewest rows of a macro; smaller memories are built of flip-flops.
+/// Minimum rows of an SRAM macro; smaller memories are built from flip-flops.
 inline constexpr std::uint64_t kLeastSramRows = 64;
 
 /// Log-log interpolation between the two neighbouring sizes, and at 28 nm between 32 and 22 nm. Below 22 nm: area from
-/// the bit cell, time and energy from the 22 nm point scaled. Sizes beyond the table are banked.
+/// the bit cell, time and energy from the 22 nm point scaled. Sizes above the table use several banks.
 SramCost sram_cost(const SramRequest& request);
 
 }  // namespace grtx::sim

@@ -39,14 +39,14 @@ double on_log_line(double nm, Value value) {
   return std::exp((1.0 - share) * std::log(value(a) / reference) + share * std::log(value(b) / reference));
 }
 
-// Operator energies were measured at 1.1 V, where 45 nm takes this much more than at the table's 1.0 V.
+// Operator energies were measured at 1.1 V: energy at 45 nm and 1.1 V relative to the table's 1.0 V.
 double energy_at_45nm() {
   const Scaling& s = kScalings[0];
   return ((s.b2 * 1.1 + s.b1) * 1.1 + s.b0) / s.energy();
 }
 
-// Measured from 45 nm to 7 nm (Nangate45 and ASAP7): delay only 0.75, energy 0.055 to 0.075. The slow end of a node
-// lies on the log line from 1 to that.
+// Measured from 45 nm to 7 nm (Nangate45 and ASAP7): delay only 0.75, energy 0.055 to 0.075. The slow end of a node is
+// interpolated logarithmically between 1 and 0.75.
 Range delay_of(double nm) {
   const double fast = stillmaker_delay(nm);
   const double slow = std::exp(std::log(0.75) * std::log(nm / 45.0) / std::log(7.0 / 45.0));

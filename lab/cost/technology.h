@@ -1,4 +1,4 @@
-// Process nodes: what a gate costs, and how delay and energy scale from the 45 nm node at which operators were
+// Process nodes: area and leakage of a gate, and factors of delay and energy relative to 45 nm, where operators were
 // measured.
 #pragma once
 
@@ -20,13 +20,13 @@ struct Technology {
   char confidence = 'C';  ///< A measured library, B published density, C interpolated
 };
 
-/// 45, 32, 28, 22, 16, 12, 7, 5.
+/// Supported nodes, nm: 45, 32, 28, 22, 16, 12, 7, 5.
 const std::vector<unsigned>& technology_nodes();
-/// Throws Error naming the known nodes.
+/// Throws Error for an unsupported node; the message lists the supported ones.
 const Technology& technology(unsigned nm);
 
-/// Stillmaker and Baas (Integration, 2017), high-performance devices; nodes between two of the table on a log-log line,
-/// below 7 nm on the line through 10 and 7 nm. Relative to 45 nm at 1.0 V, each at its nominal supply.
+/// Stillmaker and Baas (Integration, 2017), high-performance devices; log-log interpolation between the table's nodes,
+/// below 7 nm extrapolation from 10 and 7 nm. Values are relative to 45 nm at 1.0 V, each node at its nominal supply.
 double stillmaker_area(double nm);
 double stillmaker_delay(double nm);
 double stillmaker_energy(double nm);

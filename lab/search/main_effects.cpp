@@ -9,7 +9,7 @@
 namespace grtx::sim {
 namespace {
 
-constexpr unsigned kRounds = 200;  ///< of backfitting; each is a sweep of Gauss-Seidel over the normal equations
+constexpr unsigned kRounds = 200;  ///< of backfitting, i.e. Gauss-Seidel sweeps over the normal equations
 
 }  // namespace
 
@@ -18,7 +18,7 @@ MainEffects main_effects(const SearchSpace& space, const std::vector<Choices>& d
   assert(designs.size() == costs.size());
   MainEffects effects;
   for (const SearchSpace::Dimension& dimension : space.dimensions) {
-    effects.factors.emplace_back(dimension.choices, 0.0);  // logarithms, until the end
+    effects.factors.emplace_back(dimension.choices, 0.0);  // logarithms until the last step
     effects.designs.emplace_back(dimension.choices, 0);
   }
   std::vector<double> logs;

@@ -1,5 +1,5 @@
-// What each parameter contributes: an additive model of the logarithms of a cost, by least squares. A search samples
-// its space unevenly, so means over the designs with a value would mix the parameters up.
+// Effect of each parameter on a cost: an additive model of the cost's logarithm, fitted by least squares. A search
+// samples its space unevenly, so plain means over the designs with a value would confound the parameters.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@
 namespace grtx::sim {
 
 struct MainEffects {
-  /// By parameter and choice: the factor on the cost, relative to the geometric mean over the designs; 1 where no
-  /// design has the choice.
+  /// [parameter][choice]: factor on the cost, relative to the geometric mean over all designs; 1 if no design has the
+  /// choice.
   std::vector<std::vector<double>> factors;
-  std::vector<std::vector<std::size_t>> designs;  ///< how many have the choice
-  double explained = 0.0;  ///< share of the variance of the logarithms that the model explains, 0 to 1
+  std::vector<std::vector<std::size_t>> designs;  ///< [parameter][choice]: number of designs
+  double explained = 0.0;                         ///< coefficient of determination of the logarithms, 0 to 1
 };
 
-/// costs: above 0, one a design.
+/// costs: one per design, above 0.
 MainEffects main_effects(const SearchSpace& space, const std::vector<Choices>& designs,
                          const std::vector<double>& costs);
 

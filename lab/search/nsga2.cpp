@@ -1,4 +1,4 @@
-// The only file that sees pagmo, whose headers are heavy.
+// The only file that includes pagmo: its headers are slow to compile.
 #include "grtx/lab/search/nsga2.h"
 
 #include <algorithm>
@@ -18,15 +18,15 @@ namespace {
 
 constexpr double kCrossover = 0.95;       // Deb et al. 2002 use 0.9; pagmo's default
 constexpr double kCrossoverIndex = 10.0;  // of simulated binary crossover; pagmo's default
-/// Index of polynomial mutation: moves of a tenth of the range, a choice or two of ten. pagmo's default, 50, leaves a
-/// choice where it is.
+/// Index of polynomial mutation: steps of about a tenth of the range, one or two choices of ten. pagmo's default, 50,
+/// hardly ever changes a choice.
 constexpr double kMutationIndex = 5.0;
-constexpr unsigned kDraws = 200;  ///< for a design that was never looked at
+constexpr unsigned kDraws = 200;  ///< attempts to draw a design not yet evaluated
 
-/// pagmo's problem: continuous variables first, whose whole part is the choice, then integers.
+/// The problem as pagmo sees it: continuous variables first (the integer part is the choice), then integers.
 class Problem {
  public:
-  Problem() = default;  // pagmo wants it
+  Problem() = default;  // required by pagmo
   Problem(const SearchSpace& space, std::size_t costs, Nsga2::Evaluate* evaluate)
       : space_(space), costs_(costs), evaluate_(evaluate) {
     for (const bool ordered : {true, false}) {
@@ -51,7 +51,7 @@ class Problem {
     }
     return design;
   }
-  /// pagmo's NSGA-II takes two objectives or more: a single cost counts twice.
+  /// pagmo's NSGA-II needs at least two objectives: a single cost is duplicated.
   std::size_t copies() const { return costs_ == 1 ? 2 : 1; }
   std::vector<pagmo::vector_double> evaluate(const std::vector<Choices>& designs) const {
     std::vector<pagmo::vector_double> all = (*evaluate_)(designs);
@@ -63,7 +63,7 @@ class Problem {
     return all;
   }
 
-  // What pagmo asks.
+  // Interface required by pagmo.
   pagmo::vector_double fitness(const pagmo::vector_double& x) const { return evaluate({decode(x.data())}).front(); }
   pagmo::vector_double batch_fitness(const pagmo::vector_double& xs) const {
     std::vector<Choices> designs;
@@ -121,7 +121,7 @@ class Nsga2::Engine {
     for (const Choices& design : first) {
       if (designs.size() < population && drawn.insert(design).second) designs.push_back(design);
     }
-    while (designs.size() < population) {  // a space smaller than the population gives copies
+    while (designs.size() < population) {  // duplicates, if the space is smaller than the population
       Choices design = draw(drawn);
       drawn.insert(design);
       designs.push_back(std::move(design));
@@ -157,7 +157,7 @@ class Nsga2::Engine {
   std::size_t looked_at() const { return seen_.size(); }
 
  private:
-  /// Any design, if one can be drawn none of `known`.
+  /// Draws a random design that is not in `known`, or any design if none is found.
   Choices draw(const std::set<Choices>& known) {
     Choices design;
     for (unsigned i = 0; i < kDraws; ++i) {
@@ -172,7 +172,7 @@ class Nsga2::Engine {
 
   SearchSpace space_;
   std::set<Choices> seen_;
-  std::size_t seen_before_ = 0;  ///< how many, at the step before
+  std::size_t seen_before_ = 0;  ///< number of evaluated designs at the previous step
   Evaluate evaluate_;
   Problem problem_;
   std::mt19937_64 random_;

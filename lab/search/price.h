@@ -1,4 +1,4 @@
-// What a machine costs, without simulating it: the cost.* values that a finished point of it has.
+// Costs of machines without simulating them: the cost.* values that a finished point would have.
 #pragma once
 
 #include <map>
@@ -10,11 +10,11 @@ namespace grtx::sim {
 
 class Prices {
  public:
-  /// The machine of a point, by the name of the value. Each different machine is elaborated once, in a child process.
+  /// The cost.* values of a point's machine, by name. Each different machine is elaborated once, in a child process.
   const std::map<std::string, double>& of(const SweepPoint& point);
 
  private:
-  std::map<std::string, std::map<std::string, double>> known_;  ///< by what the machine is made from
+  std::map<std::string, std::map<std::string, double>> known_;  ///< by all inputs of the machine
 };
 
 }  // namespace grtx::sim

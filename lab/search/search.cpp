@@ -18,11 +18,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Costs of what breaks a constraint: above all ratios, ordered by how far it is off (Deb's constrained domination).
+/// Costs of designs that break a constraint: above all ratios, ordered by the violation (Deb's constrained domination).
 constexpr double kRefused = 1e6;
-/// Costs of what does not run.
+/// Costs of designs that do not run.
 constexpr double kUseless = 1e12;
-constexpr unsigned kIdleGenerations = 50;  ///< without a new design, then the search has ended
+constexpr unsigned kIdleGenerations = 50;  ///< generations without a new design that end the search
 
 struct Candidate {
   Choices choices;
@@ -32,12 +32,12 @@ struct Candidate {
   std::optional<Verdict> confirmed, evaluated;
 };
 
-/// A change on the way from the reference to the best design.
+/// A step on the path from the reference to the best design.
 struct Step {
   std::string key;
-  ordered_json from, to;  ///< from null: as the base has it
+  ordered_json from, to;  ///< `from` is null: the value of the base
   Verdict verdict;        ///< after the change
-  bool together = false;  ///< with the step behind it, since neither works alone
+  bool together = false;  ///< taken together with the next step, as neither runs alone
 };
 
 ordered_json json_of(const Coordinates& coordinates) {
@@ -83,7 +83,7 @@ class Search {
   }
 
   ordered_json run() {
-    screening_.judge({}, "reference");  // names of values are checked before much is simulated
+    screening_.judge({}, "reference");  // checks the names of values before simulating candidates
     breed();
     confirm();
     evaluate();
@@ -100,7 +100,7 @@ class Search {
     return coordinates;
   }
 
-  /// The reference, when the space holds it.
+  /// The reference as choices, if it lies in the search space.
   std::vector<Choices> first() const {
     Choices choices;
     for (const SearchParameter& parameter : plan_.parameters) {
@@ -162,7 +162,7 @@ class Search {
     }
   }
 
-  /// Screened candidates that no other beats, also when it is worse by the margin; of equals the first.
+  /// Screened candidates that stay non-dominated if others are worse by the margin; of equal ones the first.
   std::vector<std::size_t> front() const {
     std::vector<std::size_t> list;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -210,7 +210,7 @@ class Search {
     for (std::size_t i = 0; i < front_.size(); ++i) candidates_[front_[i]].evaluated = verdicts[i];
   }
 
-  /// From the reference to the best design, the change that gains most first.
+  /// Greedy path from the reference to the best design: the most beneficial change first.
   void walk() {
     if (front_.empty()) return;
     const Coordinates& best = candidates_[front_.front()].coordinates;
@@ -230,7 +230,7 @@ class Search {
         if (verdicts[i].ratios.empty()) continue;
         if (chosen == left.size() || verdicts[i].ratios < verdicts[chosen].ratios) chosen = i;
       }
-      const bool stuck = chosen == left.size();  // none works alone: the first goes along with the next
+      const bool stuck = chosen == left.size();  // no change runs alone: the first is combined with the next
       if (stuck) chosen = 0;
       const std::string key = left[chosen];
       const SweepValue* before = value_of(here, key);
@@ -241,7 +241,7 @@ class Search {
     }
   }
 
-  /// A design with one value of another, in the order of the parameters.
+  /// A copy of a design with one value taken from another, in the order of the parameters.
   Coordinates with(const Coordinates& design, const Coordinates& other, const std::string& key) const {
     Coordinates changed;
     for (const SearchParameter& parameter : plan_.parameters) {
@@ -280,7 +280,7 @@ class Search {
     return list;
   }
 
-  /// What was not simulated to its end, or broke a constraint: by reason, the most frequent first.
+  /// Candidates that did not finish or broke a constraint, counted by reason, the most frequent first.
   ordered_json invalid() const {
     std::map<std::pair<std::string, std::string>, std::size_t> counts;
     for (const Candidate& candidate : candidates_) {
@@ -376,9 +376,9 @@ class Search {
   std::optional<Stage> evaluation_;
   SearchSpace space_;
   unsigned generation_ = 0;
-  std::vector<Candidate> candidates_;  ///< in the order in which they were looked at
+  std::vector<Candidate> candidates_;  ///< in order of evaluation
   std::map<Choices, std::size_t> place_;
-  std::vector<std::size_t> front_;  ///< of the confirmed, best in the first objective first
+  std::vector<std::size_t> front_;  ///< indices of confirmed candidates, sorted by the first objective
   std::vector<Step> path_;
 };
 

@@ -16,7 +16,7 @@ namespace grtx::sim {
 namespace {
 
 constexpr const char* kDesign = "design";
-constexpr double kMaxValues = 10'000;  ///< of a parameter; more is a mistyped plan
+constexpr double kMaxValues = 10'000;  ///< limit per parameter: more is a typing error
 
 class SearchPlanReader {
  public:

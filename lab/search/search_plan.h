@@ -1,5 +1,5 @@
-// The plan of a search: a sweep's scenes, settings and limits, and what may be chosen, what is wanted and what must
-// hold (docs/guide/search.md).
+// The plan of a search: scenes, settings and limits as in a sweep, plus parameters, objectives and constraints
+// (docs/guide/search.md).
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace grtx::sim {
 
-/// One thing that the search may choose: a configuration key, "tracer.OPTION" or "design".
+/// A parameter of the search: a configuration key, "tracer.OPTION" or "design".
 struct SearchParameter {
   std::string key;
   std::vector<SweepValue> values;  ///< at least two
-  bool ordered = true;             ///< neighbours in the list are alike
+  bool ordered = true;             ///< neighbouring values are alike
 };
 
-/// A value of a point, to be as small as possible.
+/// A value of a point to minimise.
 struct SearchObjective {
   std::string value;  ///< a statistic or cost.*
   std::string place;  ///< "line N"
@@ -28,27 +28,27 @@ struct SearchConstraint {
   std::string value;      ///< a statistic or cost.*
   bool at_most = true;    ///< else at least
   double bound = 0.0;     ///< a number, or a factor on the reference's value
-  bool relative = false;  ///< to the reference
+  bool relative = false;  ///< bound is a factor on the reference's value
 };
 
 struct SearchPlan {
-  SweepPlan common;  ///< mode: of the screening
+  SweepPlan common;  ///< its mode is that of the screening
   std::vector<SearchParameter> parameters;
   std::vector<SearchObjective> objectives;
   std::vector<SearchConstraint> constraints;
-  Coordinates reference;  ///< what it does not name is as `base`, [set] and [tracer] say
+  Coordinates reference;  ///< the rest as in `base`, [set] and [tracer]
   std::string reference_place;
-  Coordinates screening;  ///< settings that only the screening has
+  Coordinates screening;  ///< settings of the screening only
   std::string confirm = "cycle";
   unsigned seed = 1;
   unsigned population = 40;
-  unsigned generations = 0;  ///< after the first; 0: as `candidates` says
-  unsigned candidates = 0;   ///< different designs to look at, at least; 0: as `generations` says
-  double margin = 0.0;       ///< designs that this share could bring onto the front are confirmed too
-  bool path = true;          ///< simulate the way from the reference to the best design
+  unsigned generations = 0;  ///< after the first; 0: until `candidates` is reached
+  unsigned candidates = 0;   ///< minimum number of different designs; 0: given by `generations`
+  double margin = 0.0;       ///< also confirms designs that would be on the front if better by this share
+  bool path = true;          ///< simulate the path from the reference to the best design
 };
 
-/// Errors as load_plan().
+/// Throws Error as load_plan() does.
 SearchPlan load_search_plan(const std::string& path, const TracerRules& tracer);
 
 }  // namespace grtx::sim

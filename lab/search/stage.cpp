@@ -15,7 +15,8 @@ namespace {
 
 bool is_cost(const std::string& name) { return name.starts_with("cost."); }
 
-/// Logarithms differ between mathematical libraries in the last bit, which must not decide who is on a front.
+/// Rounded, since the last bit of logarithms differs between mathematical libraries and must not decide who is on a
+/// front.
 double geometric_mean_of_ratios(const std::vector<double>& values, const std::vector<double>& reference) {
   double sum = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) sum += std::log(values[i] / reference[i]);
@@ -56,7 +57,7 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
       prices_(prices),
       maker_(plan_, tracer, program_version()),
       reference_(make(search.reference)) {
-  assert(!reference_.empty());  // a stage has scenes
+  assert(!reference_.empty());  // every stage has a scene
   if (const Verdict verdict = look(reference_); verdict.kind == Verdict::Kind::broken) {
     throw Error(plan_.path, search_.reference_place, "reference: " + verdict.reason);
   }
@@ -117,7 +118,7 @@ void Stage::apply(const SearchConstraint& constraint, const std::vector<double>&
   double value = 0.0;
   if (constraint.relative) {
     value = geometric_mean_of_ratios(values, reference);
-  } else {  // must hold at every view
+  } else {  // must hold for every view
     value = constraint.at_most ? *std::max_element(values.begin(), values.end())
                                : *std::min_element(values.begin(), values.end());
   }
@@ -189,7 +190,7 @@ Verdict Stage::measure(const Made& design) const {
     const std::string status = database.status_of_point(made.point.key);
     if (status == "done") continue;
     const std::string reason = database.reason_of_point(made.point.key);
-    // A machine that does not take this trace, which is known only once there is one, is no fault of the run.
+    // The machine does not support this trace, which is only known after tracing: not a failed run.
     constexpr std::string_view kNoMachine = "sim: configuration: ";
     if (status == "failed" && reason.starts_with(kNoMachine)) {
       return {Verdict::Kind::broken, reason.substr(kNoMachine.size()), 0.0, {}};
@@ -211,7 +212,7 @@ Verdict Stage::measure(const Made& design) const {
     for (const SearchConstraint& constraint : search_.constraints) {
       apply(constraint, values(constraint.value), reference_values_.at(constraint.value), verdict);
     }
-  } catch (const Error& error) {  // a statistic that only some machines have
+  } catch (const Error& error) {  // only some machines have the statistic
     return {Verdict::Kind::failed, error.rule(), 0.0, {}};
   }
   return verdict;

@@ -1,4 +1,4 @@
-// One stage of a search: which scenes, in which mode; what designs are there, beside the reference.
+// One stage of a search: simulates designs on its scenes in its mode and compares them with the reference.
 #pragma once
 
 #include <array>
@@ -16,18 +16,18 @@
 
 namespace grtx::sim {
 
-/// What a stage says of a design.
+/// Result of a design in a stage.
 struct Verdict {
   enum class Kind : std::uint8_t {
     measured,  ///< all constraints hold
-    refused,   ///< a constraint does not
-    broken,    ///< no machine, tracer or mode takes the combination
-    failed     ///< a trace or a simulation did not end well
+    refused,   ///< a constraint is violated
+    broken,    ///< the machine, tracer or mode does not support the combination
+    failed     ///< a trace or a simulation failed
   };
   Kind kind = Kind::measured;
-  std::string reason;          ///< of all but measured
-  double excess = 0.0;         ///< how far constraints are off, as shares of their bounds, summed
-  std::vector<double> ratios;  ///< if simulated: each objective over the reference's, geometric mean over the views
+  std::string reason;          ///< why it is not `measured`
+  double excess = 0.0;         ///< sum of the constraint violations, each relative to its bound
+  std::vector<double> ratios;  ///< if simulated: objective / reference's, geometric mean over the views
 };
 constexpr auto enum_names(Verdict::Kind) {
   using enum Verdict::Kind;
@@ -35,20 +35,20 @@ constexpr auto enum_names(Verdict::Kind) {
       {{measured, "measured"}, {refused, "refused"}, {broken, "broken"}, {failed, "failed"}});
 }
 
-/// What a stage runs: its scenes, settings and mode; no points.
+/// Scenes, settings and mode of a stage; without points.
 SweepPlan screening_plan(const SearchPlan& search);
 SweepPlan confirming_plan(const SearchPlan& search);
 SweepPlan evaluation_plan(const SearchPlan& search);
 
 class Stage {
  public:
-  /// Throws Error when the reference is broken, or an objective or constraint names a cost that there is not. All
-  /// references must outlive it.
+  /// All reference arguments must outlive the stage. Throws Error if the reference design is broken, or an objective or
+  /// constraint names an unknown cost.
   Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer, SweepSession& session, Prices& prices);
 
-  enum class Dear : std::uint8_t { spared, simulated };  ///< designs whose price breaks a constraint
-  /// One batch: runs what the database does not hold; with the first goes the reference. what: for the progress. Throws
-  /// Error when the reference did not run, or it has no value of an objective's or a constraint's name.
+  enum class Dear : std::uint8_t { spared, simulated };  ///< whether to simulate designs whose cost breaks a constraint
+  /// Judges a batch of designs: runs those not in the database; the first batch also runs the reference. what: label of
+  /// the progress bar. Throws Error if the reference did not run, or lacks a value of an objective or constraint.
   std::vector<Verdict> judge(const std::vector<Coordinates>& designs, const std::string& what,
                              Dear dear = Dear::spared);
 
@@ -58,21 +58,21 @@ class Stage {
     unsigned view = 0;
     std::vector<double> values;
   };
-  /// After the first judge().
+  /// Valid after the first judge().
   std::vector<View> reference() const;
-  /// Different points that were asked for.
+  /// Number of different points requested.
   std::size_t points() const { return asked_.size(); }
 
  private:
-  using Made = std::vector<PointMaker::Made>;  ///< a design at each place
+  using Made = std::vector<PointMaker::Made>;  ///< a design's points, one per place (scene and view)
   Made make(const Coordinates& design);
   void check_name(const std::string& name, const std::string& place, const std::vector<std::string>& known) const;
   void read_reference();
-  /// Without simulating: whether it is broken, and what the constraints on costs say.
+  /// Checks without simulating: whether the design is broken, and the constraints on costs.
   Verdict look(const Made& design);
-  /// The point's own line when it is not done; else ratios and constraints.
+  /// Verdict of a simulated design: its failure, or else ratios and constraints.
   Verdict measure(const Made& design) const;
-  /// values: at each place.
+  /// values: one per place.
   void apply(const SearchConstraint& constraint, const std::vector<double>& values,
              const std::vector<double>& reference, Verdict& verdict) const;
 
@@ -82,7 +82,7 @@ class Stage {
   Prices& prices_;
   PointMaker maker_;
   Made reference_;
-  std::map<std::string, std::vector<double>> reference_values_;  ///< of objectives and constraints, at each place
+  std::map<std::string, std::vector<double>> reference_values_;  ///< by name of objective or constraint, one per place
   std::set<std::string> asked_;                                  ///< keys of points
 };
 

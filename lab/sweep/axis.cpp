@@ -22,14 +22,14 @@ class Random {
     return z ^ (z >> 31);
   }
   double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-  /// Below n, for n far below 2^64.
+  /// Random integer below n; n must be far below 2^64.
   std::uint64_t below(std::uint64_t n) { return next() % n; }
 
  private:
   std::uint64_t state_;
 };
 
-/// At a share of the way through the range, ends included.
+/// Value at a share (0 to 1) of the range, ends included.
 SweepValue in_range(const Axis& axis, double share) {
   const double value =
       axis.logarithmic ? axis.from * std::pow(axis.to / axis.from, share) : axis.from + (axis.to - axis.from) * share;
@@ -75,7 +75,7 @@ SweepValue value_at(const Axis& axis, double u) {
     return axis.values[std::min(index, axis.values.size() - 1)];
   }
   if (!axis.integer) return in_range(axis, u);
-  // Each integer owns the same share of the range (on a logarithmic one: that of its logarithm).
+  // Every integer is equally likely (on a logarithmic range: in proportion to its width in the logarithm).
   if (axis.logarithmic) {
     const double low = axis.from - 0.5, high = axis.to + 0.5;
     const double value = low > 0.0 ? low * std::pow(high / low, u) : in_range(axis, u).get<double>();

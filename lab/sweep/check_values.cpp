@@ -16,8 +16,8 @@ namespace {
 
 using Values = std::map<std::string, double>;
 
-/// Takes the numbers stats.NAME.value and cost.NAME out of a document as it is read: making all of it would take
-/// several times as long.
+/// SAX parser that extracts the numbers stats.NAME.value and cost.NAME; building the whole document would take several
+/// times as long.
 class ValueReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   explicit ValueReader(Values& values) : values_(values) {}
@@ -55,11 +55,11 @@ class ValueReader final : public nlohmann::json_sax<nlohmann::json> {
   }
 
   Values& values_;
-  std::array<std::string, 4> keys_;  ///< by depth, which is 1 in the document itself
+  std::array<std::string, 4> keys_;  ///< current key by depth; depth 1 is the top-level object
   std::size_t depth_ = 0;
 };
 
-/// A point's document and values as they stand together: a sweep may be filling the database.
+/// Document and values of a point, read in one transaction: a sweep may be writing to the database.
 struct Point {
   std::string document;
   Values values;

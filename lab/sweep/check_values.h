@@ -1,13 +1,13 @@
-// The truth of a finished point is its document. The table `value` repeats its numbers for queries, and must not say
-// anything else.
+// The document of a finished point is authoritative. The table `value` copies its numbers for queries and must agree
+// with it.
 #pragma once
 
 #include "grtx/lab/sweep/sqlite.h"
 
 namespace grtx::sim {
 
-/// Throws Error{database, point, rule} for the first finished point whose values are not those of its document. costs:
-/// its document holds them, too; else cost.* cannot be compared.
+/// Throws Error{database, point, rule} for the first finished point whose values differ from its document. costs:
+/// documents contain cost.*; else those are not compared.
 void check_values(Sqlite& database, bool costs);
 
 }  // namespace grtx::sim

@@ -8,10 +8,10 @@ namespace {
 
 struct Query {
   const char* what;
-  const char* sql;  ///< first column: the row's name; ordered by it; {0}: the points that take part
+  const char* sql;  ///< first column: name of the row, rows ordered by it; {0}: table of points to compare
   int columns;
 };
-// Without wall times, when the database was made, and where its traces lie.
+// Leaves out wall times, the database's creation time and the paths of traces.
 constexpr Query kQueries[] = {
     {"trace",
      "SELECT key, scene, options, bytes, status, reason FROM trace WHERE key IN (SELECT trace_key FROM {0}) ORDER BY "
@@ -29,7 +29,7 @@ constexpr Query kQueries[] = {
      2},
     {"quantity", "SELECT name, unit, description FROM quantity ORDER BY name", 3}};
 
-/// A database as it is compared.
+/// One of the two databases.
 struct Side {
   explicit Side(const std::string& path) : database(path, Sqlite::Open::read_only) {
     const std::string all = points_of(schema_of(database).value());
@@ -54,7 +54,7 @@ SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::
     if (differences.size() < limit) differences.push_back(line);
   };
   for (const Query& query : kQueries) {
-    // Descriptions say what holds of all points that a database has ever held.
+    // Descriptions also depend on points of earlier plans, so they are compared only without such points.
     if (query.what == std::string("quantity") && first.earlier_plan + second.earlier_plan != 0) continue;
     SqliteStatement x(first.database, fmt::format(fmt::runtime(query.sql), first.points));
     SqliteStatement y(second.database, fmt::format(fmt::runtime(query.sql), second.points));

@@ -29,7 +29,7 @@ std::string now_text() {
   return text;
 }
 
-/// The cost of one RT unit: sm0.rt, or the first of several.
+/// Cost node of the first RT unit: sm0.rt; nullptr if there is none.
 const ordered_json* rt_unit(const ordered_json& node) {
   for (const ordered_json& sm : node.at("children")) {
     if (!sm.at("name").get<std::string>().starts_with("sm")) continue;
@@ -40,7 +40,7 @@ const ordered_json* rt_unit(const ordered_json& node) {
   return nullptr;
 }
 
-/// Throws Error when it is no database of a sweep. strict: nothing besides its tables.
+/// Schema of the database. Throws Error if it is no sweep database. strict: also if it contains other tables.
 SweepSchema known_schema(Sqlite& database, bool strict) {
   const std::optional<SweepSchema> schema = schema_of(database);
   if (!schema) {
@@ -50,8 +50,8 @@ SweepSchema known_schema(Sqlite& database, bool strict) {
   return *schema;
 }
 
-/// What holds of all points, whichever came first: "largest lower bound: longest_ray" and "largest lower bound:
-/// longest_warp" are both "largest lower bound".
+/// The common part of two descriptions of one statistic: "largest lower bound: longest_ray" and "largest lower bound:
+/// longest_warp" give "largest lower bound". Does not depend on the order of points.
 std::string of_both(const std::string& a, const std::string& b) {
   if (a == b) return a;
   const auto end = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first;
@@ -70,7 +70,7 @@ void check_sweep(const std::string& path) {
 std::vector<CostValue> cost_values(const ordered_json& cost) {
   const ordered_json& tree = cost.at("tree");
   const std::string at = fmt::format(" at {} nm", cost.at("technology").at("nm").get<int>());
-  // Area and leakage go through logarithms, whose last bit differs between mathematical libraries.
+  // Area and leakage are rounded: the last bit of logarithms differs between mathematical libraries.
   const auto area = [&](const ordered_json& node, const char* end) {
     return nine_digits(node.at("area_mm2").at(end).get<double>());
   };
@@ -151,11 +151,11 @@ void SweepDatabase::add(const SweepPoints& points) {
         .bind(4, "traces/" + trace_name(t->key))
         .run();
   }
-  // Once in a session.
+  // Each point is retried at most once per session.
   SqliteStatement retried(database_, fmt::format("UPDATE point SET status = 'pending', reason = NULL WHERE key = ?1 "
                                                  "AND {} AND id NOT IN (SELECT point_id FROM present)",
                                                  kUnfinished));
-  // What it holds already is called what this plan calls it.
+  // Known points take scene name and coordinates from this plan.
   SqliteStatement point(
       database_,
       "INSERT INTO point(key, trace_key, machine, mode, scene, design, coordinates, status, seconds) "
@@ -258,7 +258,7 @@ void SweepDatabase::set_running(const std::vector<Task>& tasks) {
 
 namespace {
 
-/// All that `value` holds of a point: statistics, and what its machine costs.
+/// Document of a finished point: statistics plus cost.* of its machine.
 ordered_json stored_document(const TaskOutcome& o) {
   ordered_json document = o.document;
   for (const CostValue& cost : cost_values(o.cost)) document["cost"][cost.name] = cost.value;

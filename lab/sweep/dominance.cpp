@@ -21,7 +21,7 @@ std::vector<bool> non_dominated(const std::vector<std::vector<double>>& costs) {
     const auto finite = [](double cost) { return std::isfinite(cost); };
     if (!costs[i].empty() && std::all_of(costs[i].begin(), costs[i].end(), finite)) order.push_back(i);
   }
-  // What dominates comes before; and what is dominated is so by one of the front.
+  // In lexicographic order a dominating design comes first, and any dominated design is dominated by one on the front.
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return costs[a] < costs[b]; });
   std::vector<bool> on(costs.size(), false);
   std::vector<std::size_t> front;

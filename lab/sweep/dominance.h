@@ -1,15 +1,15 @@
-// Which of several designs no other beats, in any number of costs.
+// Pareto dominance for any number of costs; less is better.
 #pragma once
 
 #include <vector>
 
 namespace grtx::sim {
 
-/// a is at most b in every cost, and less in one. Less is better.
+/// True if a is at most b in every cost and less in at least one.
 bool dominates(const std::vector<double>& a, const std::vector<double>& b);
 
-/// For each, whether no other dominates it; equals do not dominate each other. Empty ones, and those with a cost that
-/// is not finite, take no part.
+/// For each design, whether no other dominates it; equal designs do not dominate each other. False for designs without
+/// costs or with a cost that is not finite; these dominate none.
 std::vector<bool> non_dominated(const std::vector<std::vector<double>>& costs);
 
 }  // namespace grtx::sim

@@ -15,8 +15,8 @@
 
 namespace grtx::sim {
 
-/// The standard input of the process. A socket: what is sent to a process that has ended is an error there, while a
-/// pipe would end this one.
+/// Standard input of the process. A socket: writing to an ended process then returns an error, while a pipe raises
+/// SIGPIPE.
 class KeptTracer::Requests {
  public:
   Requests() { open_ = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends_) == 0; }
@@ -29,7 +29,7 @@ class KeptTracer::Requests {
 
   bool open() const { return open_; }
   int far_end() const { return ends_[1]; }
-  /// Once the process has it: then the end of the process is seen here.
+  /// Call after the process has inherited the far end; only then does send() notice the end of the process.
   void close_far_end() {
     if (open_ && ends_[1] >= 0) ::close(std::exchange(ends_[1], -1));
   }
@@ -54,7 +54,7 @@ KeptTracer::~KeptTracer() = default;
 
 bool KeptTracer::start() {
   made_ = 0;
-  std::filesystem::remove(output_);  // the answers of another process
+  std::filesystem::remove(output_);  // answers of an earlier process
   requests_ = std::make_unique<Requests>();
   if (!requests_->open()) return false;
   ProgramLimits limits;
@@ -65,7 +65,7 @@ bool KeptTracer::start() {
   return true;
 }
 
-/// The answer of this number, from 0; "" when it is not there yet.
+/// Answer number `count`, from 0; "" if it has not arrived yet.
 std::string KeptTracer::answer(std::size_t count) const {
   if (!std::filesystem::exists(output_)) return "";
   const std::string text = read_file(output_);
@@ -93,7 +93,7 @@ KeptTracer::End KeptTracer::trace(const std::vector<std::string>& arguments) {
       (process_ != nullptr || start()) && requests_->send(exact_json_text(nlohmann::json(arguments)) + "\n");
   if (asked) {
     for (auto pause = std::chrono::milliseconds(1);; pause = std::min(2 * pause, std::chrono::milliseconds(20))) {
-      ended = process_->poll().has_value();  // before the answer is looked for, which may have been the last thing done
+      ended = process_->poll().has_value();  // polled before reading, so that a last answer is not missed
       if (look(answer(made_)) || ended) break;
       if (limits_.seconds > 0.0 && passed() > limits_.seconds) {
         result.timeout = true;

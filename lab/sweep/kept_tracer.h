@@ -1,5 +1,5 @@
-// A process that makes one trace after the other, and keeps scene and structure for the next one: building takes longer
-// than tracing a small view.
+// A child process that makes traces one after another and reuses scene and acceleration structure: building takes
+// longer than tracing a small view.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace grtx::sim {
 
 class KeptTracer {
  public:
-  /// program: the grtx to run. folder: for what the process prints. limits: memory of the process, wall time of each
-  /// trace. Nothing is started yet.
+  /// program: path of grtx. folder: for the process's output. limits: memory of the process, wall time per trace. The
+  /// first trace() starts the process.
   KeptTracer(std::string program, const std::string& folder, const ProgramLimits& limits);
   ~KeptTracer();
   KeptTracer(const KeptTracer&) = delete;
@@ -23,11 +23,11 @@ class KeptTracer {
   struct End {
     bool done = false;
     bool timeout = false;
-    double seconds = 0.0;                ///< wall time, of starting the process, too
-    std::uint64_t structures_built = 0;  ///< for this trace
+    double seconds = 0.0;                ///< wall time, including the start of the process
+    std::uint64_t structures_built = 0;  ///< acceleration structures built for this trace
   };
-  /// arguments: of `grtx trace`. Of one that is not done nobody knows what it left behind, so its process is gone, and
-  /// the next trace has a new one.
+  /// Makes a trace. arguments: of `grtx trace`. After a trace that is not done the process's state is unknown, so it is
+  /// ended and the next trace starts a new one.
   End trace(const std::vector<std::string>& arguments);
 
  private:
@@ -39,7 +39,7 @@ class KeptTracer {
   ProgramLimits limits_;
   std::unique_ptr<Requests> requests_;
   std::unique_ptr<ProgramRun> process_;
-  std::size_t made_ = 0;  ///< by this process
+  std::size_t made_ = 0;  ///< traces requested from this process
 };
 
 }  // namespace grtx::sim

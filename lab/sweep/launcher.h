@@ -1,4 +1,4 @@
-// Where a sweep's tasks run: processes of this machine, or jobs of a Slurm cluster.
+// Runs a sweep's tasks as local processes or as jobs of a Slurm cluster.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@
 
 namespace grtx::sim {
 
-/// Of a task that left no result of its own.
+/// Outcome of a task that wrote no valid result.
 inline TaskOutcome without_result(const Task& task, const std::string& status, const std::string& reason) {
   TaskOutcome outcome;
   outcome.key = task.key;
@@ -24,19 +24,20 @@ inline TaskOutcome without_result(const Task& task, const std::string& status, c
   return outcome;
 }
 
-/// The sweep's folder for what is under way: descriptions, results, scratch. All paths absolute.
+/// A sweep's folder for running tasks: descriptions, results, scratch. All paths are absolute.
 class WorkFolder {
  public:
-  /// Throws Error when something of that name is no sweep's work folder.
+  /// Throws Error if the path exists and is no work folder of a sweep.
   explicit WorkFolder(std::string path) : folder_(std::move(path)) {}
   const std::string& path() const { return folder_.path(); }
   std::string description(const std::string& key) const { return path() + "/tasks/" + key + ".json"; }
   std::string log(const std::string& key) const { return path() + "/tasks/" + key + ".log"; }
   std::string result(const std::string& key) const { return path() + "/results/" + key + ".json"; }
   std::string scratch(const std::string& key) const { return path() + "/scratch/" + key; }
-  /// What a task left behind; nothing when there is no result. Of a damaged one: that it must run again.
+  /// Result of a task; nullopt if there is none yet. A damaged result gives status "pending" for a point and "failed"
+  /// for a trace.
   std::optional<TaskOutcome> outcome(const Task& task) const;
-  /// What ended completely in an earlier, killed sweep. A result that is damaged is none: its task runs again.
+  /// Complete results left by a killed sweep. Damaged ones are ignored, so their tasks run again.
   std::vector<TaskOutcome> left_over() const;
   void make() const;
   void remove() const { folder_.remove(); }
@@ -48,17 +49,18 @@ class WorkFolder {
 class Launcher {
  public:
   virtual ~Launcher() = default;
-  /// How many jobs launch() takes now.
+  /// Number of jobs that launch() accepts now.
   virtual std::size_t free() const = 0;
-  /// How many tasks of a job it takes.
+  /// Maximum number of tasks per job.
   virtual std::size_t most_tasks() const = 0;
-  /// The tasks' descriptions are written already.
+  /// Starts jobs; at most free(). The descriptions of their tasks must have been written.
   virtual void launch(const std::vector<Job>& jobs) = 0;
-  /// What has ended since; waits a little when nothing has. Each launched task is reported once.
+  /// Outcomes of tasks that ended since the last call; waits briefly if there are none. Each launched task is reported
+  /// once.
   virtual std::vector<TaskOutcome> collect() = 0;
 };
 
-/// At most `jobs` at a time, each a process of `program`.
+/// Runs at most `jobs` jobs in parallel, each a process of `program`.
 class LocalLauncher final : public Launcher {
  public:
   LocalLauncher(const WorkFolder& work, std::string program, unsigned jobs);
@@ -69,7 +71,7 @@ class LocalLauncher final : public Launcher {
 
  private:
   struct Running {
-    std::deque<Task> tasks;  ///< without those that have ended
+    std::deque<Task> tasks;  ///< not yet ended; the front runs
     std::unique_ptr<ProgramRun> program;
   };
   void start(Running& running) const;
@@ -81,17 +83,17 @@ class LocalLauncher final : public Launcher {
 };
 
 struct SlurmOptions {
-  unsigned jobs = 0;                 ///< at a time; 0: as many as the cluster grants
-  std::vector<std::string> options;  ///< further words for sbatch: partition, account
+  unsigned jobs = 0;                 ///< parallel jobs; 0: as many as the cluster grants
+  std::vector<std::string> options;  ///< additional sbatch arguments: partition, account
   PlanLimits limits;
 };
 
-/// One job array at a time, a task each: all tasks that can run, then, when they have ended, the next. An array that a
-/// killed sweep left behind is cancelled.
+/// Runs one job array at a time, one task per job: launches all ready tasks, and the next array when they have ended.
+/// Cancels an array left by a killed sweep.
 class SlurmLauncher final : public Launcher {
  public:
-  /// identity: what tells this sweep's jobs from others', the same when it is resumed. Throws Error when there is no
-  /// Slurm.
+  /// identity: names this sweep's jobs; must be the same when the sweep is resumed. Throws Error if Slurm is not
+  /// available.
   SlurmLauncher(const WorkFolder& work, std::string program, const std::string& identity, SlurmOptions options);
   std::size_t free() const override;
   std::size_t most_tasks() const override { return 1; }
@@ -101,11 +103,11 @@ class SlurmLauncher final : public Launcher {
  private:
   struct Waiting {
     Task task;
-    std::size_t index = 0;  ///< in the array
-    unsigned missing = 0;   ///< looks at the queue that did not show it
+    std::size_t index = 0;  ///< index in the job array
+    unsigned missing = 0;   ///< number of queue polls in which it was missing
   };
   void cancel_left_over() const;
-  /// Nothing while it is under way.
+  /// nullopt while it runs.
   std::optional<TaskOutcome> outcome_of(const Waiting& waiting) const;
   void look_at_queue();
   TaskOutcome lost(const Waiting& waiting) const;
@@ -113,7 +115,7 @@ class SlurmLauncher final : public Launcher {
 
   const WorkFolder& work_;
   std::string program_;
-  std::string name_;  ///< of the jobs
+  std::string name_;  ///< job name
   SlurmOptions options_;
   std::string job_;
   std::vector<Waiting> waiting_;

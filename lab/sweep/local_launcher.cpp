@@ -10,9 +10,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr auto kBetweenPolls = std::chrono::milliseconds(5);
-constexpr std::size_t kMostTasks = 500;  ///< each has two paths on a command line, which the system limits
+constexpr std::size_t kMostTasks = 500;  ///< each adds two paths to the command line, whose length is limited
 
-/// Of a task whose process has ended without a result.
+/// Outcome of a task whose process ended without a result.
 TaskOutcome lost(const Task& task, const ProgramEnd& end) {
   if (end.signal != 0) return without_result(task, "killed", "its process ended by " + signal_name(end.signal));
   return without_result(task, "failed", "its process ended with exit code " + std::to_string(end.code));
@@ -34,7 +34,7 @@ std::vector<TaskOutcome> WorkFolder::left_over() const {
   std::vector<std::string> files;
   if (fs::is_directory(path() + "/results")) {
     for (const auto& entry : fs::directory_iterator(path() + "/results")) {
-      if (entry.path().extension() == ".json") files.push_back(entry.path().string());  // others are partial
+      if (entry.path().extension() == ".json") files.push_back(entry.path().string());  // others are incomplete
     }
   }
   std::sort(files.begin(), files.end());
@@ -42,7 +42,7 @@ std::vector<TaskOutcome> WorkFolder::left_over() const {
   for (const std::string& file : files) {
     try {
       outcomes.push_back(read_outcome(file));
-    } catch (const Error&) {  // as if it were not there
+    } catch (const Error&) {  // damaged: ignored
     }
   }
   return outcomes;
@@ -80,14 +80,14 @@ std::vector<TaskOutcome> LocalLauncher::collect() {
   std::vector<TaskOutcome> outcomes;
   for (auto running = running_.begin(); running != running_.end();) {
     std::deque<Task>& tasks = running->tasks;
-    const auto end = running->program->poll();  // first: what it wrote until then is there
-    while (tasks.size() > (end ? 0 : 1)) {      // the last one's place is free when the process has ended
+    const auto end = running->program->poll();  // before reading results, so that a last one is not missed
+    while (tasks.size() > (end ? 0 : 1)) {      // the last task stays until the process has ended
       const auto outcome = work_.outcome(tasks.front());
       if (!outcome) break;
       outcomes.push_back(*outcome);
       tasks.pop_front();
     }
-    if (end && !tasks.empty()) {  // it ended in the middle of one: the others go on
+    if (end && !tasks.empty()) {  // ended during a task: run the others in a new process
       outcomes.push_back(lost(tasks.front(), *end));
       tasks.pop_front();
       if (!tasks.empty()) start(*running);

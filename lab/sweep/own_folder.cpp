@@ -18,7 +18,7 @@ bool is_own(const std::string& path) {
   if (status.type() == fs::file_type::not_found) return true;
   if (!fs::is_directory(status)) return false;
   if (fs::is_regular_file(fs::symlink_status(path + "/" + kMark, none))) return true;
-  // Killed while it was made or removed it holds nothing, or a mark that is not complete.
+  // If make() or remove() was killed, the folder is empty or holds an incomplete mark.
   for (const auto& entry : fs::directory_iterator(path)) {
     if (!entry.path().filename().string().starts_with(kMark)) return false;
   }
@@ -46,7 +46,7 @@ void OwnFolder::remove() const {
       if (entry.path().filename() != kMark) parts.push_back(entry.path());
     }
     for (const fs::path& part : parts) fs::remove_all(part);
-    fs::remove_all(path_);  // the mark last: what a killed removal leaves is still marked
+    fs::remove_all(path_);  // mark last: if killed, the rest is still marked
   } catch (const fs::filesystem_error&) {
   }
 }

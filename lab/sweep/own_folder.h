@@ -1,20 +1,19 @@
-// A folder whose content is deleted: only where a file in it says that it was made for that.
+// A folder that may be deleted with its content: recognised by a mark file in it.
 #pragma once
 
 #include <string>
 
 namespace grtx::sim {
 
-/// Whatever lies in it is lost with it, so it holds a mark, `.grtx-work`. What has no mark is somebody else's.
+/// remove() deletes everything in the folder, so only folders with the mark file `.grtx-work` are accepted.
 class OwnFolder {
  public:
-  /// Throws Error when `path` is something that was not made here: a folder without the mark that is not empty, a
-  /// symbolic link, no folder at all.
+  /// Throws Error if `path` exists and is not ours: a non-empty folder without the mark, a symbolic link, or no folder.
   explicit OwnFolder(std::string path);
   const std::string& path() const { return path_; }
-  /// With its mark, and the folders above it. Throws Error when it cannot be made.
+  /// Creates the folder with its mark, and missing parents. Throws an exception if that fails.
   void make() const;
-  /// With all that it holds, as far as possible: somebody may still be writing into it.
+  /// Deletes the folder and its content as far as possible; ignores errors, since a process may still write to it.
   void remove() const;
 
  private:

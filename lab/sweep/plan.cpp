@@ -13,9 +13,9 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::size_t kMaxPoints = 100'000;  ///< more is a mistyped plan
+constexpr std::size_t kMaxPoints = 100'000;  ///< more is a typing error
 
-/// What a sweep's plan has besides the sections of all plans.
+/// Reads the sections that only sweep plans have.
 class PlanReader {
  public:
   PlanReader(const std::string& path, const TracerRules& tracer) : in_(path, tracer, PlanSections::Roles::none) {}
@@ -39,7 +39,7 @@ class PlanReader {
   }
 
  private:
-  /// Before any is made.
+  /// Checks the number of points before creating them.
   void check_count(double count, const std::string& place, const std::string& what) const {
     if (count <= kMaxPoints) return;
     throw Error(in_.plan.path, place,
@@ -100,7 +100,7 @@ class PlanReader {
       in_.fail(table, axis.name + ": from and to must be integers");
     }
     if (grid && axis.steps == 0) in_.fail(table, axis.name + ": a range in a grid needs steps");
-    for (const double share : {0.0, 0.5, std::nextafter(1.0, 0.0)}) {  // the ends are in range, and the type fits
+    for (const double share : {0.0, 0.5, std::nextafter(1.0, 0.0)}) {  // checks both ends, the middle and the type
       in_.check_value(table, axis.name, value_at(axis, share));
     }
   }

@@ -1,5 +1,5 @@
-// The configurations of a plan's points. A plan may have a hundred thousand of them that differ in a few of all keys:
-// they share what the plan's base says.
+// The configurations of a plan's points. There may be a hundred thousand that differ in only a few keys, so they share
+// the entries of the plan's base configuration.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,10 @@ namespace grtx::sim {
 
 class PointConfig {
  public:
-  /// As config_json() has it, written without spaces.
+  /// The configuration as config_json() writes it, as text without spaces.
   std::string text() const;
   nlohmann::ordered_json json() const { return parse_json(text(), "configuration"); }
-  /// FilesRead::hash() of what configures its memory; "" for a memory without files.
+  /// FilesRead::hash() of the memory model's configuration files; "" if it has none.
   const std::string& memory_files() const { return memory_files_; }
 
  private:
@@ -27,21 +27,21 @@ class PointConfig {
   /// `"key":value` of each key, in order.
   struct Base {
     std::vector<std::string> entries;
-    std::size_t length = 0;  ///< of all together
+    std::size_t length = 0;  ///< total length of all entries
   };
   std::shared_ptr<const Base> base_;
   std::vector<std::pair<std::size_t, std::string>> changed_;  ///< entries that differ, by index
   std::string memory_files_;
 };
 
-/// Makes them, each from the plan's base.
+/// Creates configurations from a plan's base.
 class PointConfigs {
  public:
   using Settings = std::vector<std::pair<std::string, std::string>>;
 
   explicit PointConfigs(const GpuConfig& base);
-  /// The base with these keys set, the later one of a key set twice. `broken`, if empty, says why there is no such
-  /// machine. Throws Error for a key that is unknown or does not take its value.
+  /// The base with these keys set; the last setting of a key counts. If no such machine can exist and `broken` is
+  /// empty, sets it to the reason. Throws Error for an unknown key or invalid value.
   PointConfig with(const Settings& settings, std::string& broken);
 
  private:

@@ -33,7 +33,7 @@ Structure structure_of(const std::string& design) {
   return {design == "sw" || design == "grtx" ? "tlas-tri20" : "tri20", design == "hw" || design == "grtx"};
 }
 
-/// The paper's name of a structure that it has, else a plain description.
+/// The paper's name of a structure, or a description if it is not in the paper.
 std::string design_name(const Structure& s) {
   for (const std::string& name : design_names()) {
     const Structure known = structure_of(name);
@@ -42,7 +42,7 @@ std::string design_name(const Structure& s) {
   return s.accel + (s.checkpoint ? "+checkpoint" : "");
 }
 
-/// tracer: resolved options, which leave out defaults; of a combination that cannot go together, the given ones.
+/// tracer: resolved options without defaults; for an incompatible combination, the options as given.
 MachineUse machine_use(const Structure& s, ordered_json tracer, bool several_objects) {
   tracer["accel"] = s.accel;
   tracer["checkpoint"] = s.checkpoint ? "on" : "off";
@@ -55,7 +55,8 @@ std::string option_name(std::string name) {
   return name;
 }
 
-/// Of the trace that is written: as many versions may be known, a key has the one.
+/// Version of the trace format that will be written. Readers accept several versions, but a key must contain the exact
+/// one.
 std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer, bool several_objects) {
   traces::Header header;
   header.accel = from_name<traces::AccelKind>(accel).value_or(header.accel);
@@ -72,13 +73,13 @@ std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer,
 
 }  // namespace
 
-/// A scene of the plan with what its keys need.
+/// A scene of the plan with the inputs of its keys.
 struct PointMaker::Scene {
   const PlanScene* plan = nullptr;
   ordered_json identity;
   std::string file, cameras;
   std::vector<std::string> synth;
-  SceneInput input;  ///< of a scene file
+  SceneInput input;  ///< unset for a generated scene
 
   Scene(const PlanScene& scene, const TracerRules& tracer, const std::string& program);
   SweepTrace trace(unsigned view, const Structure& structure, const std::map<std::string, std::string>& given,
@@ -138,7 +139,7 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
   return made;
 }
 
-/// What a trace is made from.
+/// Inputs of a trace; key of the cache.
 struct PointMaker::Asked {
   std::size_t scene = 0;
   unsigned view = 0;
@@ -239,7 +240,7 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
 }
 
 std::string key_in_mode(const SweepPoint& p, const std::string& mode, const std::string& program) {
-  // The text of {trace, config, machine, mode, program}, without making the document.
+  // Text of the JSON object {trace, config, machine, mode, program}, written directly for speed.
   const auto quoted = [](const std::string& text) { return json_text(ordered_json(text)); };
   const std::string files =
       p.config.memory_files().empty() ? "" : fmt::format(R"(,"memory_files":{})", quoted(p.config.memory_files()));

@@ -1,4 +1,4 @@
-// From a plan to what must be run: the traces and the points, each with a key that is the hash of its inputs.
+// Expands a plan to traces and points to run. The key of each is the hash of its inputs.
 #pragma once
 
 #include <map>
@@ -16,33 +16,33 @@ namespace grtx::sim {
 struct SweepTrace {
   std::string key;
   std::string scene;                   ///< its name in the plan
-  nlohmann::ordered_json options;      ///< everything the trace is made from: hashes, view, resolved tracer options
-  std::string structure;               ///< TracerRules::structure(); of one that cannot be made ""
+  nlohmann::ordered_json options;      ///< all inputs: hashes, view, resolved tracer options
+  std::string structure;               ///< TracerRules::structure(); "" if it cannot be made
   std::vector<std::string> arguments;  ///< of `grtx trace`, without -o, --scene and --cameras
-  std::string scene_file, cameras;     ///< absolute; of a generated scene relative to the traces' folder
+  std::string scene_file, cameras;     ///< absolute; for a generated scene relative to the traces' folder
   std::vector<std::string> synth;      ///< arguments of `grtx synth` without -o; empty for a scene file
-  std::string files_hash;              ///< of a scene file's SceneInput; "" for a generated scene
+  std::string files_hash;              ///< SceneInput::files_hash; "" for a generated scene
 };
 
 struct SweepPoint {
   std::string key;
   std::string trace_key;
-  std::string machine;  ///< its name
+  std::string machine;  ///< name of the machine
   std::string mode;
   std::string scene;
   std::string design;
   nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
   PointConfig config;
-  MachineUse use;      ///< which units the machine has, for its cost
-  std::string broken;  ///< why it cannot run at all; "" when it can
+  MachineUse use;      ///< units that the machine needs, for its cost
+  std::string broken;  ///< why it cannot run; "" if it can
 };
 
 struct SweepPoints {
   std::vector<std::shared_ptr<const SweepTrace>> traces;
-  std::vector<SweepPoint> points;  ///< in the plan's order; scenes, views, designs, then what is varied
+  std::vector<SweepPoint> points;  ///< ordered by scene, view, design, then varied parameters
 };
 
-/// Makes the points of a plan's scenes, whose files are read once.
+/// Makes points of a plan. Scene and camera files are read once, in the constructor.
 class PointMaker {
  public:
   /// A view of one of the plan's scenes.
@@ -51,10 +51,10 @@ class PointMaker {
     unsigned view = 0;
   };
   struct Made {
-    std::shared_ptr<const SweepTrace> trace;  ///< of all points that have it
+    std::shared_ptr<const SweepTrace> trace;  ///< shared by all points that use it
     SweepPoint point;
   };
-  /// plan and tracer must outlive it. program: version, part of every key. Throws Error when a scene or camera file
+  /// plan and tracer must outlive it. program: version, part of every key. Throws Error if a scene or camera file
   /// cannot be read.
   PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program);
   ~PointMaker();
@@ -63,8 +63,8 @@ class PointMaker {
 
   /// Scenes in the plan's order, each with its views.
   const std::vector<Place>& places() const { return places_; }
-  /// design: "" when tracer.accel and tracer.checkpoint say it. varied: what this point sets besides the plan's
-  /// settings; "design" among it overrides the design.
+  /// design: "" if tracer.accel and tracer.checkpoint define it. varied: settings of this point in addition to the
+  /// plan's; an entry "design" overrides `design`.
   Made make(const Place& place, const std::string& design, const Coordinates& varied);
 
  private:
@@ -79,21 +79,22 @@ class PointMaker {
   std::vector<Scene> scenes_;
   std::vector<Place> places_;
   PointConfigs configs_;
-  std::unique_ptr<std::map<Asked, Traced>> asked_;  ///< asking the tracer takes as long as a hundred points
+  std::unique_ptr<std::map<Asked, Traced>> asked_;  ///< cache: resolving options is slow
 };
 
-/// Points that resolve to the same inputs are one. A combination of values that no machine or tracer takes is a point
-/// with `broken` set. program: version, part of every key. Throws Error when a scene or camera file cannot be read.
+/// All points of a plan. Points with the same inputs are merged. Combinations that the machine or tracer does not
+/// support have `broken` set. program: version, part of every key. Throws Error if a scene or camera file cannot be
+/// read.
 SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::string& program);
 
-/// The same point in another mode, and its key alone.
+/// The key of a point in another mode, and the point itself.
 std::string key_in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 
-/// A configuration as a file that `--config` takes.
+/// A configuration as text of a file for `--config`.
 std::string config_toml(const nlohmann::ordered_json& config);
 
-/// The configuration of a point. Throws Error for one of another version of the program.
+/// The configuration of a point. Throws Error if it is from an incompatible version of the program.
 GpuConfig config_from(const nlohmann::ordered_json& config);
 
 }  // namespace grtx::sim

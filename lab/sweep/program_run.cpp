@@ -18,17 +18,17 @@ namespace {
 
 constexpr int kCannotStart = 127;
 
-// A sanitizer reserves terabytes of private memory, which the system would count.
+// Sanitizers reserve terabytes of private memory, which would count against the limit.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kLimitsMemory = false;
 #else
 constexpr bool kLimitsMemory = true;
 #endif
 
-/// In the child: nothing here may allocate.
+/// Runs in the child between fork and exec: must not allocate.
 [[noreturn]] void become(char* const* arguments, int input, const char* output, const char* errors,
                          std::uint64_t memory, pid_t parent) {
-  // A terminal's Ctrl-C is the parent's to answer; its end is a signal that grtx answers by removing half a file.
+  // The parent handles Ctrl-C. SIGTERM from the parent's end lets grtx remove incomplete files.
   ::signal(SIGINT, SIG_IGN);
   ::signal(SIGHUP, SIG_IGN);
   ::signal(SIGTERM, SIG_DFL);

@@ -1,4 +1,4 @@
-// Runs a command in a process of its own, within limits of time and memory.
+// Runs a command in a child process, with limits on time and memory.
 #pragma once
 
 #include <sys/types.h>
@@ -12,30 +12,30 @@
 namespace grtx::sim {
 
 struct ProgramLimits {
-  double seconds = 0.0;            ///< wall time, then it is killed; 0: none
-  std::uint64_t memory_bytes = 0;  ///< of private writable memory; allocating more fails; 0: none
+  double seconds = 0.0;            ///< wall time limit, after which it is killed; 0: none
+  std::uint64_t memory_bytes = 0;  ///< limit on private writable memory, beyond which allocation fails; 0: none
 };
 
 struct ProgramEnd {
-  int code = 0;          ///< exit code, when no signal ended it
-  int signal = 0;        ///< that ended it, 0 for none
-  bool timeout = false;  ///< it was killed for taking too long
+  int code = 0;          ///< exit code, if no signal ended it
+  int signal = 0;        ///< signal that ended it, 0 for none
+  bool timeout = false;  ///< killed at the time limit
   double seconds = 0.0;
 };
 
-/// A running command. Its standard output and error go to files. It dies with this process, however that ends.
+/// A running command. Its standard output and error go to files. It gets SIGTERM when this process ends for any reason.
 class ProgramRun {
  public:
-  /// arguments[0] is the program. input: descriptor of its standard input; -1: it is empty. Throws std::runtime_error
-  /// when no process can be started.
+  /// arguments[0] is the program. input: file descriptor for its standard input; -1: empty input. Throws
+  /// std::runtime_error if the process cannot be started.
   ProgramRun(const std::vector<std::string>& arguments, const std::string& output, const std::string& errors,
              const ProgramLimits& limits, int input = -1);
-  /// Kills it when it has not ended.
+  /// Kills the process if it is still running.
   ~ProgramRun();
   ProgramRun(const ProgramRun&) = delete;
   ProgramRun& operator=(const ProgramRun&) = delete;
 
-  /// Whether and how it has ended; kills it when its time is up. Does not wait.
+  /// Returns how it ended, nullopt while it runs. Kills it at the time limit. Does not wait.
   std::optional<ProgramEnd> poll();
   /// Waits for the end.
   ProgramEnd wait();

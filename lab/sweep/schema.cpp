@@ -10,8 +10,9 @@
 namespace grtx::sim {
 namespace {
 
-/// {0}: columns take values of their type alone; {1}: the same of a table without row ids. {2}, {3}: since the current
-/// version. What is present is no column of a point: with its document a row is large, and rewritten whole.
+/// {0}: STRICT, column types are enforced; {1}: the same for a table without row ids. {2}, {3}: added by the current
+/// schema. `present` is a table and not a column of `point`, since SQLite rewrites a whole row, and rows with documents
+/// are large.
 constexpr const char* kTables = R"(
 CREATE TABLE IF NOT EXISTS meta(key TEXT PRIMARY KEY, value TEXT){0};
 CREATE TABLE IF NOT EXISTS trace(key TEXT PRIMARY KEY, scene TEXT, options TEXT, path TEXT, bytes INTEGER,
@@ -26,12 +27,12 @@ CREATE TABLE IF NOT EXISTS quantity(name TEXT PRIMARY KEY, unit TEXT, descriptio
 constexpr const char* kPresent =
     "CREATE TABLE IF NOT EXISTS present(point_id INTEGER PRIMARY KEY REFERENCES point(id)) STRICT;\n";
 
-/// An entry of a database's own schema.
+/// A row of sqlite_master.
 struct SchemaObject {
   std::string type, sql;
 };
 
-/// By name, without SQLite's own.
+/// Schema objects by name, without SQLite's internal ones.
 std::map<std::string, SchemaObject> objects_of(Sqlite& database) {
   std::map<std::string, SchemaObject> objects;
   SqliteStatement select(database, "SELECT name, type, sql FROM sqlite_master");

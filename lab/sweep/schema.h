@@ -12,8 +12,8 @@
 namespace grtx::sim {
 
 enum class SweepSchema : std::uint8_t {
-  loose,         ///< columns took whatever came
-  without_plan,  ///< a point did not say its machine, nor whether the plan asks for it
+  loose,         ///< columns accepted values of any type
+  without_plan,  ///< points had no machine, and no mark of the current plan
   current
 };
 constexpr auto enum_names(SweepSchema) {
@@ -23,15 +23,15 @@ constexpr auto enum_names(SweepSchema) {
 /// The statements that make the tables of a new database.
 std::string tables_of(SweepSchema schema);
 
-/// What the database says it is; none when it is no database of a sweep.
+/// Schema named in the database; nullopt if it is no sweep database.
 std::optional<SweepSchema> schema_of(Sqlite& database);
 
-/// Throws Error when something in it has the name of a table of a sweep and is not that table; strict: or there is
-/// anything besides.
+/// Throws Error if an object has the name of a sweep's table but another definition. strict: also if there are other
+/// objects.
 void check_tables(Sqlite& database, SweepSchema schema, bool strict);
 
-/// The points of any version as one table expression with the columns of the current one. Of an earlier version,
-/// which says neither, the machine is "", and all are of the plan.
+/// SQL table expression for the points of any schema, with the current columns. For earlier schemas the machine is ""
+/// and all points belong to the plan.
 std::string points_of(SweepSchema schema);
 
 }  // namespace grtx::sim

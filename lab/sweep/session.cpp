@@ -34,7 +34,7 @@ std::string database_path(const std::string& given) {
   return path;
 }
 
-/// An empty file of nobody else's.
+/// Creates an empty temporary file with a unique name.
 std::string temporary_file() {
   std::string path = (fs::temp_directory_path() / "grtx-XXXXXX").string();
   const int file = ::mkstemp(path.data());
@@ -43,7 +43,7 @@ std::string temporary_file() {
   return path;
 }
 
-/// Asks `grtx sim` whether it knows a mode, so that a mistyped one is no failure of every point.
+/// Checks with `grtx sim` that a mode exists, so that a mistyped one does not make every point fail.
 void check_mode(const std::string& mode, const std::string& program, const std::string& plan) {
   const std::string errors = temporary_file();
   const RemovedBySignal temporary(errors);
@@ -88,7 +88,7 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
     fmt::print(stderr, "grtx: sweep: {} was begun by another build of {}; its points are kept\n", options.database,
                program_version());
   }
-  // Keys of points do not hold it: points of two models would stand side by side, and none would be run again.
+  // Keys of points do not contain the model version: without this check, points of two models would be mixed.
   const std::string version = std::to_string(kModelVersion);
   if (const std::string before = database_.meta("model_version"); before.empty()) {
     database_.set_meta("model_version", version);
@@ -112,7 +112,7 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
     launcher_ = std::make_unique<LocalLauncher>(work_, self_, options.jobs == 0 ? cores : options.jobs);
   }
-  work_.remove();  // Slurm's jobs of a killed sweep have ended now
+  work_.remove();  // safe now: the launcher cancelled Slurm jobs of a killed sweep
   work_.make();
 }
 

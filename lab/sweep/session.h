@@ -1,4 +1,4 @@
-// What a sweep and a search do around their points: lock, database, work folder, launcher.
+// Shared by sweep and search: lock, database, work folder and launcher.
 #pragma once
 
 #include <memory>
@@ -13,44 +13,44 @@
 
 namespace grtx::sim {
 
-/// Version of the program that makes points: part of every key.
+/// Version of this program; part of every key.
 std::string program_version();
 
 struct SessionOptions {
-  std::string database;            ///< to fill; traces go to the folder traces beside it
+  std::string database;            ///< path; traces are written to the folder `traces` beside it
   std::string launcher = "local";  ///< or "slurm"
-  unsigned jobs = 0;               ///< points at a time; 0: one a core, or as many as Slurm grants
-  std::string slurm_options;       ///< further words for sbatch, in one text
-  std::string program;             ///< the grtx that traces and simulates; "": this one
-  bool retry = false;              ///< also what failed, was killed or took too long
+  unsigned jobs = 0;               ///< parallel jobs; 0: one per core, or as many as Slurm grants
+  std::string slurm_options;       ///< additional sbatch arguments, separated by spaces
+  std::string program;             ///< path of grtx for tracing and simulating; "": this one
+  bool retry = false;              ///< also rerun what failed, was killed or timed out
   bool quiet = false;
-  std::vector<std::string> modes;  ///< that grtx sim must know
+  std::vector<std::string> modes;  ///< modes to check against `program`
 };
 
 class SweepSession {
  public:
-  /// Locks and opens the database, notes the plan, takes in what a killed session left, and makes the launcher. plan:
-  /// of which limits, machine, path and text are used. Throws Error when there is no folder for the database, another
-  /// sweep is filling it, or a mode is unknown.
+  /// Locks and opens the database, records the plan, imports results of a killed session, and creates the launcher.
+  /// plan: only limits, machine, path and text are used. Throws Error if the database's folder does not exist, another
+  /// sweep uses the database, or a mode is unknown.
   SweepSession(const SessionOptions& options, const SweepPlan& plan);
-  /// Leaves the work folder, for the next session to take in what is complete.
+  /// Keeps the work folder, so that the next session can import complete results.
   ~SweepSession();
   SweepSession(const SweepSession&) = delete;
   SweepSession& operator=(const SweepSession&) = delete;
 
-  /// Adds what the database does not hold, and runs what is pending. what: for the progress.
+  /// Adds new points to the database and runs all pending ones. what: label of the progress bar.
   void run(const SweepPoints& points, const std::string& what);
-  /// All is done: removes the work folder.
+  /// Ends a completed session: removes the work folder.
   void end();
 
   SweepDatabase& database() { return database_; }
-  /// For all runs so far.
+  /// Work of all run() calls so far.
   const TraceWork& trace_work() const { return trace_work_; }
 
  private:
-  std::string path_;  ///< of the database, absolute
+  std::string path_;  ///< absolute path of the database
   FileLock lock_;
-  std::string self_;  ///< this program
+  std::string self_;  ///< path of this program
   WorkFolder work_;
   SweepSetting setting_;
   SweepDatabase database_;

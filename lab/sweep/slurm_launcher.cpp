@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr auto kPause = std::chrono::milliseconds(50);
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
-constexpr unsigned kLooksUntilLost = 3;  ///< a result may appear a moment after its job has left the queue
+constexpr unsigned kLooksUntilLost = 3;  ///< polls; a result may appear shortly after its job leaves the queue
 constexpr int kNotFound = 127;
 constexpr std::size_t kMaxArray = 1000;  ///< Slurm's default limit of an array (MaxArraySize 1001)
 
@@ -45,7 +45,7 @@ SlurmLauncher::SlurmLauncher(const WorkFolder& work, std::string program, const 
   cancel_left_over();
 }
 
-/// Standard output of a command; its last line of standard error when it fails.
+/// Runs a command; returns its standard output, or its standard error if it fails.
 std::string SlurmLauncher::command(const std::vector<std::string>& arguments, int& code) const {
   std::vector<std::string> all = {"/usr/bin/env"};
   all.insert(all.end(), arguments.begin(), arguments.end());
@@ -63,7 +63,7 @@ void SlurmLauncher::cancel_left_over() const {
   int code = 0;
   if (command({"squeue", "-h", "--name=" + name_, "-o", "%A"}, code).empty() || code != 0) return;
   command({"scancel", "--name=" + name_}, code);
-  for (int i = 0; i < 100; ++i) {  // their processes end before the folder is cleared
+  for (int i = 0; i < 100; ++i) {  // wait until their processes have ended: the folder is cleared next
     if (command({"squeue", "-h", "--name=" + name_, "-o", "%A"}, code).empty()) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
@@ -86,7 +86,7 @@ void SlurmLauncher::launch(const std::vector<Job>& jobs) {
                          "exec {} sweep --task {}/tasks/$key.json --result {}/results/$key.json --scratch "
                          "{}/scratch/$key\n",
                          shell_word(keys), shell_word(program_), shell_word(work), shell_word(work), shell_word(work)));
-  // A task runs two commands, each within the limit; Slurm's own limit only catches what gets past that.
+  // A task runs two commands, each with the limit enforced by us; Slurm's limit is only a backstop.
   const double minutes = std::ceil((2.0 * options_.limits.seconds + 60.0) / 60.0);
   std::vector<std::string> arguments = {
       "sbatch",
@@ -114,11 +114,11 @@ std::optional<TaskOutcome> SlurmLauncher::outcome_of(const Waiting& waiting) con
   return lost(waiting);
 }
 
-/// Counts the looks at which a task was no longer in the queue.
+/// Polls the queue and counts for each task the polls in which it was missing.
 void SlurmLauncher::look_at_queue() {
   int code = 0;
   const std::string answer = command({"squeue", "-h", "-r", "-j", job_, "-o", "%K"}, code);
-  // A job that Slurm has forgotten already is an "Invalid job id"; any other failure says nothing.
+  // "Invalid job id": Slurm has already forgotten the job. Other failures are ignored.
   if (code != 0 && answer.find("Invalid job id") == std::string::npos) return;
   std::set<std::size_t> queued;
   if (code == 0) {

@@ -14,7 +14,7 @@ namespace grtx::sim {
 
 namespace {
 
-/// SQLite takes "" and names that begin with ':' or "file:" for something else than files.
+/// Makes names that SQLite treats specially ("", ":..." and "file:...") plain file names.
 std::string plain_name(const std::string& path) {
   if (path.empty()) throw Error("database", "", "needs a name");
   return path.front() == '/' ? path : "./" + path;
@@ -40,12 +40,12 @@ void Sqlite::open(const std::string& name, int flags) {
     sqlite3_close(handle_);
     throw Error(path_, "", why);
   }
-  sqlite3_busy_timeout(handle_, 10000);  // ms; a reader may hold it for a moment
+  sqlite3_busy_timeout(handle_, 10000);  // ms; a reader may lock it briefly
 }
 
 Sqlite::~Sqlite() { sqlite3_close(handle_); }
 
-// What a damaged page claims may be more memory than there is.
+// A damaged page may make SQLite ask for more memory than there is.
 void Sqlite::fail() const {
   const std::string why = sqlite3_errmsg(handle_);
   if (sqlite3_errcode(handle_) != SQLITE_NOMEM) throw Error(path_, "", why);
@@ -63,7 +63,7 @@ bool Sqlite::sound() const {
     };
     const int code = sqlite3_exec(again, "PRAGMA quick_check(1)", not_ok, &found, nullptr);
     found = found || code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
-    if (code == SQLITE_NOMEM) {  // again, though there is memory
+    if (code == SQLITE_NOMEM) {  // although memory is available: the file is damaged
       void* some = sqlite3_malloc(16 << 20);
       found = some != nullptr;
       sqlite3_free(some);
@@ -134,7 +134,7 @@ SqliteTransaction::~SqliteTransaction() {
   if (committed_) return;
   try {
     database_.execute("ROLLBACK");
-  } catch (const std::exception&) {  // out of memory, too: SQLite undoes it when the database is next opened
+  } catch (const std::exception&) {  // also out of memory: SQLite rolls back when the database is next opened
   }
 }
 

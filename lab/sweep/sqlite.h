@@ -1,4 +1,4 @@
-// SQLite's statements with C++ lifetimes; a failure is an Error that names the database.
+// RAII wrappers of SQLite; failures throw Error naming the database.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace grtx::sim {
 class Sqlite {
  public:
   enum class Open { read_only, create };
-  /// Opens the file of this name, whatever the name: ":memory:" is one, too.
+  /// Opens the file `path`. Special names of SQLite, such as ":memory:", are treated as file names.
   Sqlite(const std::string& path, Open how);
-  /// A database without a file, and empty.
+  /// An empty database in memory.
   Sqlite();
   ~Sqlite();
   Sqlite(const Sqlite&) = delete;
@@ -27,7 +27,7 @@ class Sqlite {
   friend class SqliteStatement;
   void open(const std::string& name, int flags);
   [[noreturn]] void fail() const;
-  /// false: SQLite finds the file damaged.
+  /// Returns false if SQLite finds the file damaged.
   bool sound() const;
   std::string path_;
   sqlite3* handle_ = nullptr;
@@ -44,18 +44,18 @@ class SqliteStatement {
   SqliteStatement& bind(int index, const std::string& text);
   SqliteStatement& bind(int index, std::int64_t value);
   SqliteStatement& bind(int index, double value);
-  /// True while there is a row.
+  /// Advances to the next row; returns false after the last one.
   bool step();
-  /// Runs a statement without rows, and makes it ready for the next parameters.
+  /// Runs a statement that returns no rows, then resets it for new parameters.
   void run();
   void reset();
 
-  /// Columns are numbered from 0. NULL reads as "" and 0.
+  /// Columns are numbered from 0. NULL is read as "" or 0.
   std::string text(int column) const;
   std::int64_t integer(int column) const;
   double real(int column) const;
   bool null(int column) const;
-  /// Not of a text or a blob, which read as 0.
+  /// False for text and blobs, which real() and integer() read as 0.
   bool is_number(int column) const;
 
  private:
@@ -63,7 +63,7 @@ class SqliteStatement {
   sqlite3_stmt* statement_ = nullptr;
 };
 
-/// A transaction: what is not committed is undone. What is read in one is of one moment.
+/// A transaction, rolled back unless committed. Reads within it see one consistent state.
 class SqliteTransaction {
  public:
   enum class Kind { write, read };

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// "8" as 8: a trace's options are texts, an axis has values.
+/// Converts "8" to 8: options of a trace are stored as text, values of an axis are typed.
 ordered_json value_of(const ordered_json& option) {
   if (!option.is_string() || option.get_ref<const std::string&>().empty()) return option;
   const auto& text = option.get_ref<const std::string&>();
@@ -27,13 +27,13 @@ ordered_json value_of(const ordered_json& option) {
   return option;
 }
 
-/// Names that differ, in the order in which they were found.
+/// Collects names whose values differ, in the order found.
 class Differences {
  public:
-  /// Names of two objects that have other values, or that one of them alone has.
+  /// Adds names whose values differ in two objects, or that only one of them has.
   void compare(const ordered_json& a, const ordered_json& b) {
     if (a == b) return;
-    auto beside = b.begin();  // mostly both have the same names in the same order
+    auto beside = b.begin();  // fast path: usually both have the same names in the same order
     for (const auto& [name, value] : a.items()) {
       if (beside == b.end() || beside.key() != name) beside = b.find(name);
       if (beside == b.end() || *beside != value) add(name);
@@ -54,7 +54,7 @@ class Differences {
 
 constexpr const char* kMemoryFiles = "memory.files_hash";
 
-/// What its configuration does not say of the memory: the hash of the files that configure it.
+/// Memory inputs not in the configuration: the hash of the memory model's configuration files.
 ordered_json memory_inputs(const StoredPoint& point) {
   ordered_json inputs = ordered_json::object();
   if (point.inputs.is_object() && point.inputs.contains(kMemoryFiles)) {
@@ -137,7 +137,7 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
 }
 
 void tell_apart(const std::vector<StoredPoint*>& points) {
-  // Of each group the first point of which this is known.
+  // The first point of a group with a known trace, and with a known configuration.
   struct First {
     const StoredPoint* traced = nullptr;
     const StoredPoint* configured = nullptr;

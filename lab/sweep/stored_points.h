@@ -1,4 +1,4 @@
-// The points of a sweep's database, each with what tells it from the others.
+// The points of a sweep's database, with the coordinates that distinguish them.
 #pragma once
 
 #include <cstdint>
@@ -16,36 +16,36 @@ namespace grtx::sim {
 struct StoredPoint {
   std::int64_t id = 0;
   std::string key;
-  std::string machine;  ///< its name; "" for none, and in a database that does not say it
+  std::string machine;  ///< name; "" for none, or if an old database does not record it
   std::string mode, scene, design;
-  /// What the plan varied at this point, and after tell_apart() whatever else it is made from that differs: name ->
-  /// value. Also what is called a view: "view", "width", "height", "fov_scale".
+  /// Varied parameters of this point, name -> value; after tell_apart() also all other inputs that differ between
+  /// points. May include the view: "view", "width", "height", "fov_scale".
   nlohmann::ordered_json coordinates;
-  nlohmann::ordered_json config;                        ///< resolved; none while it waits
-  std::shared_ptr<const nlohmann::ordered_json> trace;  ///< as trace_inputs() has it; none where it is unknown
-  nlohmann::ordered_json inputs;                        ///< of the simulation; null without a document
+  nlohmann::ordered_json config;                        ///< resolved; empty while pending
+  std::shared_ptr<const nlohmann::ordered_json> trace;  ///< trace_inputs(); null if unknown
+  nlohmann::ordered_json inputs;                        ///< inputs of the simulation; null without a document
   std::string status;                                   ///< pending, running, done, failed, killed or timeout
   std::string reason;
-  ResultNotes notes;          ///< what limits the meaning of its values
-  bool earlier_plan = false;  ///< the plan that filled the database last does not ask for it
+  ResultNotes notes;          ///< limitations of its values
+  bool earlier_plan = false;  ///< not in the plan that filled the database last
 
   bool done() const { return status == "done"; }
 };
 
-/// A database's text as JSON; none is {}. Throws Error{path, place, rule} for what is no object.
+/// Parses a JSON object stored in the database; "" gives {}. Throws Error{path, place, rule} if it is no object.
 nlohmann::ordered_json stored_object(const std::string& text, const std::string& path, const std::string& place);
 
-/// What a trace is made from, SweepTrace::options, as name -> value: "width", "tracer.k". Without what its points have
-/// from their design, and what follows from the rest.
+/// Flattens SweepTrace::options to name -> value: "width", "tracer.k". Leaves out accel and checkpoint (given by the
+/// design) and trace_format (follows from the others).
 nlohmann::ordered_json trace_inputs(const nlohmann::ordered_json& options);
 
-/// Those that `wanted` takes by their keys, in the order of their ids. The database must have passed check_sweep().
-/// Throws Error{database, point, rule} for what is no JSON object.
+/// Reads the points whose key `wanted` accepts, ordered by id. The database must have passed check_sweep(). Throws
+/// Error{database, point, rule} if a stored text is no JSON object.
 std::vector<StoredPoint> read_points(
     Sqlite& database, const std::function<bool(const std::string& key)>& wanted = [](const auto&) { return true; });
 
-/// Adds to each point's coordinates what points of equal machine, mode, scene and design differ in, be it varied or set
-/// by an edited plan: so no two of them are called the same. points: pointers, which may be to a derived type.
+/// Adds to the coordinates all inputs in which points of equal machine, mode, scene and design differ, including
+/// settings of an edited plan, so that no two points have the same name.
 void tell_apart(const std::vector<StoredPoint*>& points);
 
 }  // namespace grtx::sim

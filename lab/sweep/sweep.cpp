@@ -13,7 +13,7 @@
 namespace grtx::sim {
 namespace {
 
-/// What waits for what: points for their trace, both for a free place.
+/// Schedules tasks: points wait for their trace, points and traces for a free job.
 class Queue {
  public:
   Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting,
@@ -28,10 +28,10 @@ class Queue {
 
   std::size_t pending() const { return pending_.size(); }
 
-  /// Sorts the pending points; those that cannot run are recorded. Returns how many that were.
+  /// Sorts pending points into ready and waiting; records those that cannot run. Returns the number of the latter.
   std::size_t begin() {
     std::vector<SweepDatabase::Refusal> refused;
-    std::map<std::string, std::string> status_of;  // of a trace, asked for once
+    std::map<std::string, std::string> status_of;  // by trace key; cache
     for (const SweepPoint* point : pending_) {
       if (!point->broken.empty()) {
         refused.push_back({point, point->broken});
@@ -43,7 +43,7 @@ class Queue {
       const std::string& status = known->second;
       if (sound_traces_.contains(key)) {
         ready_.push_back(point);
-      } else if (status == "done" || status == "pending") {  // of one that is done the task looks at the file
+      } else if (status == "done" || status == "pending") {  // for a done trace, the task verifies the file
         if (waiting_[key].empty()) untraced_.add(*traces_.at(key));
         waiting_[key].push_back(point);
       } else {
@@ -54,7 +54,7 @@ class Queue {
     return refused.size();
   }
 
-  /// For as many processes; points first, so that few traces wait for theirs.
+  /// Takes up to `places` jobs; points first, so that finished traces are used soon.
   std::vector<Job> take(std::size_t places, std::size_t most_tasks) {
     std::vector<Job> jobs;
     while (jobs.size() < places && !ready_.empty()) {
@@ -73,7 +73,7 @@ class Queue {
 
   const TraceWork& work() const { return work_; }
 
-  /// Records an outcome. Returns how many points it ended.
+  /// Records an outcome. Returns the number of points that ended with it.
   std::size_t end(const TaskOutcome& outcome) {
     database_.record(outcome);
     if (outcome.structures_built) work_.add({1, *outcome.structures_built});
@@ -108,7 +108,7 @@ class Queue {
   std::vector<const SweepPoint*> pending_;
   std::deque<const SweepPoint*> ready_;
   TraceQueue untraced_;
-  std::map<std::string, std::vector<const SweepPoint*>> waiting_;  ///< by trace
+  std::map<std::string, std::vector<const SweepPoint*>> waiting_;  ///< by trace key
   TraceWork work_;
 };
 

@@ -1,4 +1,4 @@
-// Runs what a sweep's database does not hold yet.
+// Runs the pending points of a sweep's database.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 namespace grtx::sim {
 
 struct SweepSetting {
-  std::string program;  ///< runs the tasks' commands
+  std::string program;  ///< path of grtx that runs the tasks
   std::string traces;   ///< folder of the traces, absolute
-  std::string machine;  ///< NamedMachine::option of all points
+  std::string machine;  ///< NamedMachine::option, for all points
   PlanLimits limits;
   bool quiet = false;
-  std::string what = "sweep";  ///< for the progress
+  std::string what = "sweep";  ///< label of the progress bar
 };
 
-/// What making traces took.
+/// Number of traces made and of acceleration structures built for them.
 struct TraceWork {
   std::uint64_t made = 0;
   std::uint64_t structures_built = 0;
@@ -29,14 +29,12 @@ struct TraceWork {
   }
 };
 
-/// Makes the traces that pending points need, or looks whether their files are sound, and runs the points; every
-/// outcome is recorded as it comes. Points whose trace failed fail with its reason. sound_traces: keys of traces that
-/// need no look; grows.
+/// Makes or verifies the traces that pending points need, and runs the points. Records each outcome as it arrives.
+/// Points whose trace failed fail with its reason. sound_traces: keys of verified traces; new ones are added.
 TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                      const SweepSetting& setting, std::set<std::string>& sound_traces);
 
-/// The finished points that no other of the same scene and view beats in both gpu.time_us and cost.mm2, in
-/// the order given.
+/// The finished points on the Pareto front of gpu.time_us and cost.mm2 of their scene and view, in the given order.
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
 
 }  // namespace grtx::sim

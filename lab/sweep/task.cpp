@@ -24,12 +24,12 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-/// A command of a task that did not end well.
+/// Thrown if a command of a task fails.
 struct Failure {
   std::string status, reason;
 };
 
-/// The last line that a command wrote to standard error: the reason it gave.
+/// The last line that a command wrote to standard error: its error message.
 std::string last_line(const std::string& path) {
   std::string text = fs::exists(path) ? read_file(path) : "";
   while (!text.empty() && text.back() == '\n') text.pop_back();
@@ -43,7 +43,7 @@ ProgramLimits limits_of(const ordered_json& task) {
   return {limits.at("seconds").get<double>(), static_cast<std::uint64_t>(limits.at("memory_mb").get<double>() * 1e6)};
 }
 
-/// The commands of one task, in its scratch folder.
+/// Runs the commands of one task in its scratch folder.
 class Commands {
  public:
   Commands(const ordered_json& task, std::string scratch)
@@ -55,7 +55,7 @@ class Commands {
     return {"timeout", fmt::format("{}: longer than {} s", name, limits_.seconds)};
   }
 
-  /// Returns wall seconds; standard output goes to file(`name` + ".out"). Throws Failure.
+  /// Runs a grtx command; returns wall seconds. Standard output goes to file(`name` + ".out"). Throws Failure.
   double run(const std::string& name, const std::vector<std::string>& arguments) const {
     std::vector<std::string> all = {task_.at("program").get<std::string>(), name};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -77,7 +77,7 @@ class Commands {
   ProgramLimits limits_;
 };
 
-/// The folder of the tasks of a process, empty at first, gone at the end.
+/// Scratch folder of a process: emptied at the start, removed at the end.
 class Scratch {
  public:
   explicit Scratch(const std::string& path) : folder_(path) {
@@ -94,7 +94,7 @@ class Scratch {
 
 std::vector<std::string> texts(const ordered_json& list) { return list.get<std::vector<std::string>>(); }
 
-/// Whether a trace is there and its content is what was written: a power loss may leave a file of zeros.
+/// Whether a trace file exists and its content hash matches: a power loss may leave a file of zeros.
 bool is_sound(const std::string& trace) {
   try {
     traces::Reader(trace).verify_content();
@@ -104,7 +104,7 @@ bool is_sound(const std::string& trace) {
   }
 }
 
-/// Why a trace is not what its key stands for; "" when it is. files: FilesRead::hash() of what it must be made from.
+/// Why a trace does not match the inputs of its key; "" if it does. files: expected FilesRead::hash().
 std::string misfit(const std::string& trace, const std::string& files, const ordered_json& tracer) {
   const traces::Reader reader(trace);
   reader.verify_content();
@@ -120,7 +120,7 @@ std::string misfit(const std::string& trace, const std::string& files, const ord
   return "";
 }
 
-/// Whether the trace of an earlier sweep can stand for this key.
+/// Whether an existing trace file is valid and matches its key.
 bool fits(const std::string& trace, const std::string& files, const ordered_json& tracer) {
   try {
     return misfit(trace, files, tracer).empty();
@@ -129,13 +129,13 @@ bool fits(const std::string& trace, const std::string& files, const ordered_json
   }
 }
 
-/// A generated scene: made once, and noted what was made.
+/// A generated scene: made once, with its hash in a note file beside it.
 class GeneratedScene {
  public:
   GeneratedScene(const ordered_json& task, const Commands& commands)
       : task_(task), commands_(commands), scene_(task.at("scene")), cameras_(task.at("cameras")) {}
 
-  /// FilesRead::hash() of what was made, now or by an earlier task.
+  /// FilesRead::hash() of the generated files; generates them if there is no note.
   std::string files() const {
     if (const std::string made = noted(); !made.empty()) return made;
     std::vector<std::string> arguments = texts(task_.at("synth"));
@@ -145,18 +145,18 @@ class GeneratedScene {
     FilesRead files;
     files.read(made_cameras);
     files.read(made);
-    // The note last: where it is, the others are. Another task may have made the same ones: the same bytes.
+    // The note is written last: if it exists, so do the files. Another task may write the same bytes at the same time.
     fs::rename(made_cameras, cameras_);
     fs::rename(made, scene_);
     write_file(note(), files.hash());
     return files.hash();
   }
-  /// It is not what was made: the next files() makes it anew.
+  /// Call if the files do not match the note: the next files() generates them again.
   void forget() const { fs::remove(note()); }
 
  private:
   std::string note() const { return scene_ + ".hash"; }
-  /// "" when there is none: another task may be making the scene anew.
+  /// The hash in the note; "" if there is none (another task may be generating the scene).
   std::string noted() const {
     try {
       return fs::exists(scene_) ? read_file(note()) : "";
@@ -170,14 +170,14 @@ class GeneratedScene {
   std::string scene_, cameras_;
 };
 
-/// What it took to make a trace.
+/// Cost of making a trace.
 struct Making {
   double seconds = 0.0;
   std::uint64_t structures_built = 0;
 };
 
-/// tracer: none for a trace that shares nothing. What does not end well beside others is tried once more by itself: so
-/// neither the end of a trace nor its reason depends on its neighbours.
+/// tracer: shared process; null for a single trace. If a trace fails there, it is tried once more in its own process,
+/// so that its status and reason do not depend on other traces.
 Making make_trace(const std::vector<std::string>& arguments, const Commands& commands, KeptTracer* tracer) {
   if (tracer != nullptr) {
     const KeptTracer::End end = tracer->trace(arguments);
@@ -208,7 +208,7 @@ ordered_json do_trace(const ordered_json& task, const Commands& commands, KeptTr
       break;
     }
     if (!generated || !again) throw Failure{"failed", "trace: " + why};
-    scene.forget();  // somebody has changed it
+    scene.forget();  // the scene file was changed
   }
   result["bytes"] = fs::file_size(target);
   return result;
@@ -224,7 +224,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
         commands.run("sim", {trace, "--config", config, "--machine", task.at("machine").get<std::string>(), "--mode",
                              task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
   } catch (Failure& failure) {
-    if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep makes the trace
+    if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep remakes it
     throw;
   }
   ordered_json document = read_statistics(statistics);
@@ -244,7 +244,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   return result;
 }
 
-/// That the database can take it. Throws nlohmann::json::exception.
+/// Checks that the database can store the outcome. Throws nlohmann::json::exception.
 void check_done_point(const TaskOutcome& outcome) {
   for (const ordered_json& statistic : outcome.document.at("stats")) (void)statistic.at("value");
   (void)cost_values(outcome.cost);

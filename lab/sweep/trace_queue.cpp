@@ -24,7 +24,7 @@ std::vector<const SweepTrace*> TraceQueue::take(std::size_t places, std::size_t 
   if (scenes_.empty()) return taken;
   std::vector<Structure>& of_scene = scenes_.front().structures;
   const bool whole_scene = scenes_.size() >= places;
-  if (const std::size_t processes = places / structures(); processes > 1) {  // for each of them
+  if (const std::size_t processes = places / structures(); processes > 1) {  // that share this structure
     most = std::min(most, std::max(kFewest, (of_scene.front().traces.size() + processes - 1) / processes));
   }
   do {

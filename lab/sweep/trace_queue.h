@@ -1,5 +1,4 @@
-// Traces that wait, by what they share: one process makes those of one scene and structure, so that the structure is
-// built once.
+// Queue of traces to make, grouped by scene and acceleration structure, so that a process builds a structure once.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +11,15 @@ namespace grtx::sim {
 
 class TraceQueue {
  public:
-  /// Fewer traces are not worth another structure: that takes as long as some four small views.
+  /// Minimum traces per process: building a structure takes about as long as tracing four small views.
   static constexpr std::size_t kFewest = 4;
 
   void add(const SweepTrace& trace);
   bool empty() const { return scenes_.empty(); }
-  /// What the next process makes, in this order: the traces of one structure. Where as many scenes wait as there are
-  /// places for processes, or more, those of a whole scene, structure after structure, so that it is read once. Where
-  /// there are more places than structures, several processes share the traces of one, kFewest each at least. At most
-  /// `most`. Nothing when it is empty.
+  /// Removes and returns the traces for the next process, in order, at most `most`; empty if the queue is empty.
+  /// places: number of free processes. Normally takes the traces of one structure. With at least as many scenes as
+  /// places: all traces of a scene, structure by structure, so that the scene is read once. With at least twice as many
+  /// places as structures: a share of a structure's traces, at least kFewest.
   std::vector<const SweepTrace*> take(std::size_t places, std::size_t most);
 
  private:
@@ -34,7 +33,7 @@ class TraceQueue {
   };
   std::size_t structures() const;
 
-  std::vector<Scene> scenes_;  ///< none is empty; this order and that in each is that of the first of its traces
+  std::vector<Scene> scenes_;  ///< none is empty; scenes and structures are ordered by their first trace
 };
 
 }  // namespace grtx::sim

@@ -23,7 +23,7 @@ struct Sampling {
   }
 };
 
-/// Something that a unit counts in a sampled run: of all events, and of those that took time.
+/// A counter of a sampled run: over all events, and over the timed ones.
 struct TimedShare {
   std::uint64_t all = 0, timed = 0;
 };

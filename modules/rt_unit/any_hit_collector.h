@@ -19,8 +19,8 @@ namespace grtx::modules {
 struct AnyHitCounters {
   std::uint64_t batches = 0;
   std::uint64_t lanes = 0;        ///< lanes in all batches
-  std::uint64_t timeouts = 0;     ///< batches sent although an unfinished lane had no hit yet
-  std::uint64_t wait_cycles = 0;  ///< batch cycles from the first waiting lane to the invocation
+  std::uint64_t timeouts = 0;     ///< batches sent by timeout, while some active lane had no hit yet
+  std::uint64_t wait_cycles = 0;  ///< cycles from the first waiting lane to the invocation, summed over batches
   static const CounterTable<AnyHitCounters>& table();
   void add(const AnyHitCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
@@ -46,9 +46,9 @@ class AnyHitCollector final : public AnyHitModule {
   void invoke(Cycle now) override;
   Cycle next_due(Cycle now) const override { return candidates_ == 0 ? kNever : earliest(now); }
 
-  LaneMask candidates() const { return candidates_; }  ///< entries whose lanes wait and may be sent
+  LaneMask candidates() const { return candidates_; }  ///< entries with waiting lanes and no batch at the shader
   Counters counters() const override { return counters_; }
-  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.batches; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;

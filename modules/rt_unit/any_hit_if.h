@@ -42,7 +42,7 @@ class AnyHitModule : public RtPart, public any_hit_if {
   /// Earliest cycle after `now` in which a batch can be sent if no lane changes its state; kNever if none waits.
   virtual Cycle next_due(Cycle now) const = 0;
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual AnyHitCounters counters() const = 0;
 
  protected:

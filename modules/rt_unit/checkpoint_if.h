@@ -54,7 +54,7 @@ class CheckpointModule : public RtMemoryPart, public checkpoint_if {
   /// Accepts submitted entries while there is room.
   virtual void accept(Cycle now) = 0;
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual CheckpointCounters counters() const = 0;
 
  protected:

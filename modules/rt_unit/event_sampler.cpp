@@ -25,7 +25,7 @@ void EventSampler::restart() {
 }
 
 void EventSampler::begin(unsigned entry, Cycle now) {
-  constexpr std::uint64_t kMostRounds = 4096;  // only for distinct keys
+  constexpr std::uint64_t kMostRounds = 4096;  // upper bound, so that keys are distinct
   const Warp& warp = warps_->warp(entry);
   seeds_[entry] = Sampling::mixed((warp.group->index * kMostRounds + warp.round) * kMostStrides + sampling_.offset);
   for_each_bit(warp.lanes, [&](unsigned i) {
@@ -54,7 +54,8 @@ bool EventSampler::advance(LaneId id, Cycle now) {
   return true;
 }
 
-/// Chooses the timed event of the block that begins with `first`, of which `left` are left in the round.
+/// Chooses the timed event of the next block of `stride` events, which begins with `first`: the one with the smallest
+/// hash. left: number of events left in the round.
 void EventSampler::plan(LaneId id, const traces::Event* first, std::uint32_t left) {
   LaneEvents& s = lanes_[id];
   const std::uint64_t seed = seeds_[entry_of(id)];
@@ -66,7 +67,7 @@ void EventSampler::plan(LaneId id, const traces::Event* first, std::uint32_t lef
       const traces::Event& event = first[i];
       if (event.kind() == traces::EventKind::visit_instance) s.instance = event.node;
       key = (std::uint64_t{s.instance} << 35) ^ (std::uint64_t{event.node} << 3) ^ static_cast<unsigned>(event.kind());
-    } else {  // a block that the round's end has cut: none of its events may be timed
+    } else {  // the round ends within the block: place-holders after its end, so possibly no event is timed
       key = ~((std::uint64_t{left} << 32) + (i << 6) + lane_of(id));
     }
     const std::uint64_t hash = Sampling::mixed(seed ^ key);

@@ -50,14 +50,14 @@ class EventSampler {
     const traces::Event* touch_end = nullptr;  ///< next timed event, as far as known
     Cycle began = kNever;                      ///< start of its last timed event
     Cycle pace = 1;                            ///< cycles between the touches of two untimed events
-    std::uint32_t rest = 0;                    ///< untimed events of the current block behind its timed one
-    std::uint32_t before = 0;                  ///< untimed events of the next block before its timed one
-    std::uint32_t instance = 0;                ///< address of the last instance leaf that plan() has seen
-    bool fresh = false;                        ///< the current event is the round's first timed one
-    bool waiting = false;                      ///< in the wheel
+    std::uint32_t rest = 0;      ///< untimed events of the current block (stride events) after its timed one
+    std::uint32_t before = 0;    ///< untimed events of the next block before its timed one
+    std::uint32_t instance = 0;  ///< address of the last instance leaf seen by plan()
+    bool fresh = false;          ///< the current event is the round's first timed one
+    bool waiting = false;        ///< in the wheel
   };
   static constexpr std::size_t kWheel = 4096;        ///< range of the timing wheel, in cycles
-  static constexpr std::uint64_t kMostStrides = 64;  ///< largest stride, for distinct seeds
+  static constexpr std::uint64_t kMostStrides = 64;  ///< upper bound of the stride, so that seeds are distinct
   static constexpr unsigned kMemory = 16;            ///< window of the running average step(), in timed events
 
   void plan(LaneId id, const traces::Event* first, std::uint32_t left);
@@ -71,7 +71,7 @@ class EventSampler {
   functional_events_if& events_;
   WarpTable* warps_ = nullptr;
   std::vector<LaneEvents> lanes_;
-  std::vector<std::uint64_t> seeds_;        ///< [entry] of the hash that chooses timed events
+  std::vector<std::uint64_t> seeds_;        ///< [entry] seed of the hash that selects timed events
   std::vector<std::vector<LaneId>> wheel_;  ///< [cycle % kWheel]
   Cycle touched_until_ = 0;                 ///< first cycle of the wheel that has not been processed
   Cycle step_sum_;                          ///< kMemory times the average time between a lane's timed events

@@ -12,7 +12,7 @@ namespace grtx::modules {
 
 struct IntersectionCounters;
 
-/// An intersection unit as seen by who feeds it.
+/// Input side of an intersection unit, called by the node dispatch.
 class intersection_if : public virtual sc_core::sc_interface {
  public:
   /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time. May be called after
@@ -39,7 +39,7 @@ class IntersectionModule : public RtPart, public intersection_if {
   /// Called once per cycle from due() on: delivers the results of this cycle and starts waiting requests.
   virtual void tick(Cycle now) = 0;
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual IntersectionCounters counters() const = 0;
 
  protected:

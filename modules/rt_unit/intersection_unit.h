@@ -37,9 +37,9 @@ class IntersectionState {
 
 struct IntersectionCounters {
   std::uint64_t operations = 0;    ///< lane operations started
-  std::uint64_t tests = 0;         ///< of them, single tests (children, when each is an operation of its own)
-  std::uint64_t busy_cycles = 0;   ///< pipeline cycles in which a start was blocked: tests x interval
-  std::uint64_t queue_cycles = 0;  ///< cycles lanes waited in the queue beyond the first
+  std::uint64_t tests = 0;         ///< tests of these operations (an operation may have several, e.g. one per child)
+  std::uint64_t busy_cycles = 0;   ///< pipeline-cycles in which no further test could start: tests x interval
+  std::uint64_t queue_cycles = 0;  ///< cycles that lanes waited in the queue beyond the first
   std::uint64_t queue_max = 0;     ///< longest queue
   static const CounterTable<IntersectionCounters>& table();
   void add(const IntersectionCounters& other) { table().add(*this, other); }
@@ -109,13 +109,13 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Counters counters_;
 };
 
-// Defaults of the four units: pipelines, cycles to the result, cycles between two starts.
+// Defaults of the four units: number of pipelines, latency and interval (cycles between two starts of a pipeline).
 inline constexpr IntersectionUnit::Config kRayBoxUnit{4, 13, 1};
 inline constexpr IntersectionUnit::Config kRayTriangleUnit{4, 37, 1};
-inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source has one
+inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source
 inline constexpr IntersectionUnit::Config kRayTransformUnit{4, 6, 1};
 
-/// Storage and operators of a unit with this configuration; lanes: of the warp buffer.
+/// Storage and operators of a unit. lanes: number of lanes in the warp buffer.
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
                                  std::uint64_t lanes);
 

@@ -148,8 +148,9 @@ void MemoryScheduler::count_visit(const NodeVisit& node) {
   ++counters_.visits[index(traffic_.region(node.kind, node.address))];
 }
 
-// In a sampled run lanes come closer together than in the machine, where the fetch may have returned: lanes part by a
-// random walk, by the root of the stride.
+// Whether a visit still meets the pending fetch. In a sampled run, lanes are closer in time than in the machine, where
+// the fetch may already have returned: lanes drift apart like a random walk, so the time is scaled by the root of the
+// stride.
 bool MemoryScheduler::meets(const Fetch& fetch) const {
   if (!config_.sampling.on() || !config_.merge_in_flight) return true;
   const double apart = static_cast<double>(now_ - fetch.asked) * std::sqrt(config_.sampling.stride);

@@ -32,7 +32,7 @@ struct MemorySchedulerCounters {
   std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
   std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
   std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
-  std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors asked of it, all of `sectors`
+  std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors in these messages, equals sum of `sectors`
   Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
   std::uint64_t node_visits() const;
   std::uint64_t node_fetches() const;
@@ -106,9 +106,9 @@ class MemoryScheduler final : public NodeFetchModule {
     LaneId fetch = 0;
     std::uint8_t next = 0;  ///< sector to send next
   };
-  /// Farthest level that a fetch went to: 0 L1, 1 L2, 2 DRAM.
+  /// Farthest level of memory that a fetch reached: 0 L1, 1 L2, 2 DRAM.
   static std::size_t level_of(const Touched& found) { return found.missed_below != 0 ? 2 : found.missed != 0 ? 1 : 0; }
-  static constexpr std::array<double, 3> kFirstLatencies = {50.0, 250.0, 600.0};  ///< cycles, until some are known
+  static constexpr std::array<double, 3> kFirstLatencies = {50.0, 250.0, 600.0};  ///< cycles; initial values
   bool meets(const Fetch& fetch) const;
   static std::uint64_t merge_key(std::uint64_t address, bool header);
   void end_of_elaboration() override;

@@ -56,7 +56,7 @@ class NodeFetchModule : public RtMemoryPart, public node_fetch_if {
   OptionalLinkOut<NodeFetchBatch> batch{"batch"};
   OptionalLinkIn<NodeFetchDone> batch_done{"batch_done"};
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual MemorySchedulerCounters counters() const = 0;
 
  protected:

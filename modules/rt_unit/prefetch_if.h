@@ -38,7 +38,7 @@ class PrefetchModule : public RtMemoryPart, public prefetch_if {
   LinkOut<MemoryRequest> request{"request"};
   LinkIn<MemoryResponse> response{"response"};
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual PrefetchCounters counters() const = 0;
 
  protected:

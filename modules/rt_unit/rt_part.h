@@ -12,15 +12,16 @@
 
 namespace grtx::modules {
 
-/// A part does its work when the netlist calls its stages, in the order that RtUnit::run_stages states; it reaches its
-/// neighbours through ports.
+/// The netlist calls the stages of a part in the order of RtUnit::run_stages(). Parts reach their neighbours through
+/// ports.
 class RtPart : public sc_core::sc_module {
  public:
   /// Whether nothing is inside: no request and no pending response. Does not consider the links.
   virtual bool idle() const = 0;
   /// Grows whenever the part makes progress; for a watchdog.
   virtual std::uint64_t progress() const = 0;
-  /// Adds counts that no unit of the project's has; what such a unit has, too, its interface's counters() gives.
+  /// Adds counters of a user-defined part that the project's parts do not have; the common ones are returned by
+  /// counters() of its interface.
   virtual void count(OwnCounts& /*own*/) const {}
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;

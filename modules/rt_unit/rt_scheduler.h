@@ -25,7 +25,7 @@ namespace grtx::modules {
 struct RtSchedulerCounters {
   std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
   std::array<std::uint64_t, kStalls> stall{};
-  // Events of the trace that were executed.
+  // Trace events executed.
   std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
   std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
   std::uint64_t events() const {
@@ -71,7 +71,7 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   /// Stall reason of the current state, which idle cycles are counted under.
   Stall stall_reason() const;
   Counters counters() const override { return counters_; }
-  bool idle() const override { return true; }  // what waits, waits in the warp buffer
+  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.selections; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;

@@ -176,7 +176,7 @@ void RtUnit::bind_dispatch() {
   }
 }
 
-// Those that not every trace or configuration has.
+// Parts that exist only for some traces and configurations.
 void RtUnit::bind_optional_parts() {
   if (checkpoint_) {
     scheduler_->checkpoint.bind(*checkpoint_);

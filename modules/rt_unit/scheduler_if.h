@@ -46,7 +46,7 @@ class RtSchedulerModule : public RtPart,
   /// Number of cycles so far in which a warp was scheduled.
   virtual std::uint64_t selections() const = 0;
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual RtSchedulerCounters counters() const = 0;
 
  protected:

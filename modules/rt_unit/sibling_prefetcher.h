@@ -53,7 +53,7 @@ class SiblingPrefetcher final : public PrefetchModule {
   bool busy() const override { return !queue_.empty(); }
   bool idle() const override { return queue_.empty() && outstanding_ == 0; }
   std::uint64_t progress() const override { return 0; }
-  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully asked for
+  std::size_t queued() const { return queue_.size(); }        ///< nodes not fully requested
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   Counters counters() const override { return decisions_.counters(); }
   Inventory inventory() const override;

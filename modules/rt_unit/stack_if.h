@@ -39,7 +39,7 @@ class StackModule : public RtMemoryPart, public stack_if {
   LinkOut<MemoryRequest> request{"request"};
   LinkIn<MemoryResponse> response{"response"};
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual StackCounters counters() const = 0;
 
  protected:

@@ -27,9 +27,9 @@ struct StackCounters {
   std::uint64_t fills = 0;         ///< sectors read
   std::uint64_t acknowledged = 0;  ///< write responses
   std::uint64_t returned = 0;      ///< read responses
-  std::uint64_t max_spilled = 0;   ///< most entries of a lane in memory
-  std::uint64_t moved_out = 0;     ///< sectors that lanes had to spill, whether or not that took time
-  std::uint64_t moved_in = 0;      ///< and to fill
+  std::uint64_t max_spilled = 0;   ///< most spilled entries of a lane
+  std::uint64_t moved_out = 0;     ///< sectors spilled, timed or functional
+  std::uint64_t moved_in = 0;      ///< sectors filled, timed or functional
   void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
     moved_out += move.spills;
     moved_in += move.fill ? 1 : 0;

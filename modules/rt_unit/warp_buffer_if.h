@@ -42,7 +42,7 @@ class WarpBufferModule : public RtPart, public warp_buffer_if {
   /// Completes the per-cycle counters up to `end` (exclusive).
   virtual void settle(Cycle end) = 0;
 
-  /// What it has counted since the launch began.
+  /// Counters since the start of the launch.
   virtual WarpBufferCounters counters() const = 0;
 
  protected:

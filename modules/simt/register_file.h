@@ -1,4 +1,4 @@
-// The register file of an SM. Beside the warp slots that the work distributor fills it says how many warps an SM holds.
+// The register file of an SM. Like the number of warp slots, it limits the resident warps of an SM.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@ struct RegisterFile {
   unsigned registers_per_thread = 0;
   unsigned payload_registers = 0;
 
-  /// Warps whose registers it holds, all threads of a warp having the same; none limited: no number is smaller.
+  /// Number of warps whose registers fit the register file; the largest integer if registers do not limit it.
   std::uint64_t warps() const {
     if (registers_per_thread == 0) return ~std::uint64_t{0};
     return registers / (std::uint64_t{registers_per_thread + payload_registers} * kMaxLanes);
   }
-  /// Warps that an SM with so many warp slots holds at a time.
+  /// Number of resident warps of an SM with `slots` warp slots.
   unsigned resident_warps(unsigned slots) const {
     return static_cast<unsigned>(std::min<std::uint64_t>(slots, warps()));
   }

@@ -72,14 +72,14 @@ struct SimtCoreConfig {
   Sampling sampling{};           ///< set by the assembly
   unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
   unsigned instruction_latency = 4;
-  std::uint8_t l1_client = 1;  ///< port of the L1 that the load-store unit uses; by the assembly
+  std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
   RegisterFile register_file;
   unsigned sectors_per_cycle = 1;
   RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
   PrivateStore::Config private_store;
-  /// But for the costs and the private store, which are tables of their own.
+  /// All but the costs and the private store, which are separate tables.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",

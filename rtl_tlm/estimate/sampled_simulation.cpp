@@ -35,9 +35,9 @@ SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes&
   return r;
 }
 
-constexpr std::uint64_t kInstructions = 1000;  ///< number of the first subsample of instructions; SMs are fewer
+constexpr std::uint64_t kInstructions = 1000;  ///< first number of the instruction subsamples; above any number of SMs
 
-/// weight: relative change of the cycles for one of the work.
+/// Adds the sampling errors of the SMs. weight: relative change of the cycles per relative change of the work.
 void add_subsamples(const std::vector<modules::TimedShare>& shares, unsigned stride, double weight, std::uint64_t first,
                     SampledEstimate& estimate) {
   double all = 0.0;

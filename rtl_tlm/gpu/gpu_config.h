@@ -85,7 +85,7 @@ struct GpuConfig {
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);
-  /// Warps that an SM holds at a time: gpu.resident_warps, or what the register file leaves of them.
+  /// Warps that an SM can hold: gpu.resident_warps, or fewer if the register file has no room.
   unsigned resident() const { return simt.register_file.resident_warps(resident_warps); }
 
   /// Configurations of units, with the values that the netlist decides (numbers, sizes) filled in.

@@ -37,7 +37,7 @@ struct RtlRefusal {
 RtlRefusal checkpoint_rtl_refusal(const modules::RtUnitConfig& config);
 RtlRefusal box_rtl_refusal(const modules::RtUnitConfig& config);
 RtlRefusal transform_rtl_refusal(const modules::RtUnitConfig& config);
-/// Why a unit that the configuration wants as RTL cannot be RTL, if there is one.
+/// The first refusal among the units that the configuration selects as RTL.
 RtlRefusal rtl_refusal(const modules::RtUnitConfig& config);
 
 struct RtlBenchOptions {
@@ -48,7 +48,7 @@ struct RtlBenchOptions {
   unsigned fault = 0;  ///< injected fault: 0 none, 1 comparison, 2 lost entry, 3 off by one
 };
 
-/// A unit as RTL. Throw Error without has_rtl(), and for what it does not have.
+/// Construct a unit as RTL. Throw Error without has_rtl(), and for configurations that the RTL does not support.
 std::unique_ptr<modules::CheckpointModule> make_checkpoint_rtl(const char* name, const modules::RtUnitContext& rt,
                                                                const RtlBenchOptions& options = {});
 std::unique_ptr<modules::IntersectionModule> make_box_rtl(const char* name, const modules::RtUnitContext& rt,
@@ -56,7 +56,7 @@ std::unique_ptr<modules::IntersectionModule> make_box_rtl(const char* name, cons
 std::unique_ptr<modules::IntersectionModule> make_transform_rtl(const char* name, const modules::RtUnitContext& rt,
                                                                 const RtlBenchOptions& options = {});
 
-/// Units that the configuration wants as RTL, unless somebody else makes them.
+/// Sets the factories in `parts` for the units that the configuration selects as RTL, unless already set.
 void use_rtl(const modules::RtUnitConfig& config, modules::RtUnitParts& parts);
 
 }  // namespace grtx::sim

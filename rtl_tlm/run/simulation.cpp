@@ -94,7 +94,7 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
   progress.finish();
 }
 
-/// Steps on until nothing is under way.
+/// Steps on until no request is in flight.
 void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& options) {
   Watchdog watchdog(gpu, memory, options.watchdog_cycles, kDrainStepCycles);
   while (!(gpu.idle() && memory.idle())) {
@@ -271,7 +271,7 @@ BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& opti
   return build;
 }
 
-/// What looks at a run from outside; each only where it is asked for.
+/// Observers of a run (waveform, timeline and others); each exists only if requested.
 class Observers {
  public:
   Observers(Gpu& gpu, const MemorySystem& memory, const Work& work) : header_(work.reader.header()) {
@@ -290,7 +290,7 @@ class Observers {
       gpu.distributor().observe(pixel_cycles_.get());
     }
   }
-  /// Of a file that could not be written.
+  /// Rethrows the error of a file that could not be written.
   void rethrow_failure() const {
     if (waveform_ && waveform_->failure()) std::rethrow_exception(waveform_->failure());
     if (timeline_ && timeline_->failure()) std::rethrow_exception(timeline_->failure());
@@ -311,7 +311,7 @@ class Observers {
   std::unique_ptr<PixelCycles> pixel_cycles_;
 };
 
-/// Runs the trace before, of so many groups, then makes the machine ready for the work's own.
+/// Runs the warming trace, which has `groups` groups, then prepares the machine for the trace to simulate.
 void warm_up(Gpu& gpu, MemorySystem& memory, std::uint64_t groups, const Work& work, SwitchedSource& launch,
              modules::GroupSource& source) {
   OccupancySeries unused(gpu, memory);
@@ -353,7 +353,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const PauseAtEnd pause("pause_at_end", gpu);
   const std::unique_ptr<MemorySystem> memory =
       (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
-  finished.memory_bytes = gpu.memory_bytes();  // of the first trace, too
+  finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
   Observers observers(gpu, *memory, work);
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
   if (work.state != nullptr) load_units(gpu, *memory, work);
@@ -364,7 +364,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
     end = settle(gpu, *memory);
     finished.over_time = series.json(gpu.distributor().end_cycle(), config.sampling.stride);
     drain(gpu, *memory, options);
-  } catch (const sc_core::sc_report&) {  // of a file that an observer could not write, perhaps
+  } catch (const sc_core::sc_report&) {  // perhaps an observer could not write its file
     observers.rethrow_failure();
     throw;
   }

@@ -44,11 +44,11 @@ struct SimulationOptions {
   MemorySystemFactory memory;                 ///< replaces the one that dram.model names
 };
 
-/// Subsamples of a sampled run, by SM with units of the project: how near what took time comes to all events.
+/// Subsamples of a sampled run, one per SM with units of the project: timed events compared with all events.
 struct SampledWork {
   std::vector<modules::TimedShare> misses;        ///< sectors that demand reads missed in the L1
   std::vector<modules::TimedShare> instructions;  ///< of ray generation in the SIMT core
-  double issue_share = 0.0;  ///< instructions over issue slots of the run: how far they decide its length
+  double issue_share = 0.0;  ///< instructions / issue slots of the run: how far instructions determine the cycles
 };
 
 struct SimulationResult {

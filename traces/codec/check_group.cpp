@@ -133,7 +133,7 @@ class GroupChecker {
     }
   }
 
-  // What the round before has left to be read, and the order in which it is.
+  // Sets up the source entries left by the previous round, and their read order.
   void open_source(std::span<const Event> events, const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
@@ -215,7 +215,7 @@ class GroupChecker {
     std::uint32_t address;
   };
 
-  // The event's node is taken off the stack.
+  // Checks that the event's node can be popped next.
   [[gnu::always_inline]] Pop check_pop(const Event& event, EventKind kind, const CheckedNode& parent, StackFrame& top,
                                        const CheckedNode* nodes) const {
     std::uint32_t address = event.node;
@@ -230,7 +230,7 @@ class GroupChecker {
     return {slot, address};
   }
 
-  // Returns whether it is a plain miss, which is not counted here.
+  // Checks a leaf visit. Returns whether it is a plain miss, which the caller counts.
   [[gnu::always_inline]] bool check_any_leaf(const Event& event, const CheckedNode& parent, const NodeReference& popped,
                                              std::uint32_t address) {
     require(((parent.internal_mask | parent.instance_mask) >> popped.slot & 1) == 0,
@@ -243,7 +243,7 @@ class GroupChecker {
     return false;
   }
 
-  // Returns what is pushed.
+  // Checks the visit of an internal node. Returns the frame that it pushes.
   [[gnu::always_inline]] StackFrame check_internal(const Event& event, const StackFrame& pushed, CheckedNode* nodes) {
     CheckedNode& node = nodes[pushed.parent];
     require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
@@ -263,7 +263,7 @@ class GroupChecker {
     check_dropped_or_written(event, popped);
   }
 
-  // The first event that visits the root tells what it is.
+  // The first event that visits the root determines its kind.
   void learn_root(EventKind kind) {
     CheckedNode& parent = nodes_[kRootParent];
     root_known_ =

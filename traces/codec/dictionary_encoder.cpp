@@ -73,8 +73,8 @@ unsigned DictionaryEncoder::put(ColumnWriter& columns) {
   return 0;
 }
 
-// From the last child to the first, so that the first is on top. They ascend. A child that no ray visited marks what is
-// on top then as skipped.
+// Pushes the visited children from the last to the first, so that the first is on top; addresses must ascend. A child
+// that no ray visited sets kSkipped on the entry then on top.
 [[gnu::always_inline]] inline DictionaryEncoder::Children DictionaryEncoder::push_children(const NodeModel& node,
                                                                                            std::size_t& depth) {
   const NodeRecord* const records = records_.data();
@@ -99,9 +99,9 @@ unsigned DictionaryEncoder::put(ColumnWriter& columns) {
   return children;
 }
 
-// Depth first, a node's children before their subtrees, is the order of addresses where builders pack trees so.
-// Addresses then follow from the tree, and children lie behind all that came before: right behind unless subtrees lie
-// between that no ray visited. Returns false otherwise, and then leaves the columns as they were.
+// Builders usually place nodes depth first, a node's children before their subtrees. Then addresses follow from the
+// tree: each group of children directly follows the previous one, except for a gap where unvisited subtrees lie
+// between. Returns false if the addresses do not have this order, and then leaves the columns unchanged.
 bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   static constexpr Column kColumns[] = {Column::node_tree, Column::node_shape, Column::node_kinds,
                                         Column::node_children, Column::node_hits};

@@ -48,12 +48,12 @@ class DictionaryEncoder {
   };
 
   std::uint32_t add(const NodeDefinition& definition);
-  /// Children of a node that rays visited.
+  /// The visited internal children of a node.
   struct Children {
     unsigned mask = 0;
-    std::uint32_t first = 0, last = 0;  ///< indices; of none in an empty mask
+    std::uint32_t first = 0, last = 0;  ///< model indices; undefined if mask is 0
   };
-  /// Puts them on top of the walk's stack, which has room for all that a node can have.
+  /// Pushes the visited children of a node on the stack walk_ of size `depth`; there must be room for kMaxWidth.
   Children push_children(const NodeModel& node, std::size_t& depth);
   bool put_tree(ColumnWriter& columns, unsigned& flags);
   void put_by_address(ColumnWriter& columns);

@@ -155,7 +155,7 @@ class GroupDecoder {
     }
   }
 
-  // What the round before has left to be read.
+  // Sets up the source entries left by the previous round.
   void open_source(const Round& round) {
     source_.clear();
     if (round.replay) source_.swap(destination_);
@@ -166,8 +166,8 @@ class GroupDecoder {
     binned_.begin_round(round.replay, round.bins);
   }
 
-  // One pop after another, each with an event. What is left of the frame on top stays in registers, in the order in
-  // which it is expected, so that a leaf takes little more than its event.
+  // Decodes the pops of a round, one event each. The remaining children of the top frame stay in a register, in
+  // expected order, so that a leaf costs little more than storing its event.
   void take_events(const Round& round) {
     open_source(round);
     NodeModel* const nodes = model_.nodes();
@@ -215,15 +215,14 @@ class GroupDecoder {
     if (round.overflow) destination_.clear();
   }
 
-  /// A child taken off the stack, and what its column says of it.
+  /// A popped child and its decoded symbol.
   struct Pop {
     PopReader& pops;
     unsigned slot, symbol, op;
     std::uint32_t address;
   };
 
-  // Of those left of a node's children in the order in which they are expected; inner: mask of those that are no
-  // leaves.
+  // Decodes the next pop. left: remaining children in expected order. inner: mask of children that are not leaves.
   [[gnu::always_inline]] Pop take_pop(NodeModel& parent, unsigned inner, std::uint64_t& left) {
     unsigned slot = NodeModel::first_of(left);
     PopReader& pops = (inner >> slot & 1) != 0 ? inner_ : leaves_;
@@ -249,7 +248,7 @@ class GroupDecoder {
     }
   }
 
-  // Returns what is pushed.
+  // Decodes the event of an inner node. Returns the frame that it pushes.
   [[gnu::always_inline]] StackFrame take_inner(const Pop& pop, const StackFrame& top, NodeModel& parent,
                                                NodeModel* nodes, Event& event) {
     const bool changed_hits = (pop.symbol & kPopHits) != 0;
@@ -273,7 +272,7 @@ class GroupDecoder {
     frames_[depth++] = frame;
   }
 
-  // The slot of those left that has `rank` others before it.
+  // The slot in `left` that `rank` others precede in the expected order.
   unsigned take_rank(NodeModel& parent, std::uint64_t left, unsigned rank, const PopReader& pops) const {
     const unsigned remaining = NodeModel::mask_of(left);
     if (pop_order_.by_slots() || rank >= bits_of_byte(remaining)) pops.fail("names a child that is not there");
@@ -355,7 +354,7 @@ class GroupDecoder {
     *event++ = make_event(EventKind::visit_instance, leaf, 1, 0);
   }
 
-  // A leaf operation of kSpecialLeafOps.
+  // Decodes a leaf operation of kSpecialLeafOps.
   Event take_special_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
     if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
       return make_event(EventKind::visit_leaf, address, op, 0,

@@ -27,12 +27,12 @@ std::string packed(const std::vector<T>& values) {
   return base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
 
-/// A part of the page that the script takes up when it needs it.
+/// Data embedded in the page, decoded by the script on demand.
 std::string part(const std::string& id, const std::string& text) {
   return fmt::format("<script type=\"text/plain\" id=\"{}\">{}</script>\n", id, text);
 }
 
-/// Columns of the nodes of a warp.
+/// The nodes of a warp, stored by column.
 ordered_json node_columns(const std::vector<RayNode>& nodes, std::uint64_t unit) {
   std::vector<double> address;
   std::vector<std::uint8_t> kind;
@@ -142,7 +142,7 @@ std::uint32_t any_hits(const RayRound& r) {
   return calls;
 }
 
-/// What is there without a script.
+/// Part of the page that is visible without JavaScript.
 std::string round_table(const RayPage& page) {
   Table table("Rounds", {{"ray", false},
                          {"round"},

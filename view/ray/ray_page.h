@@ -1,4 +1,4 @@
-// The page of `grtx ray`: one HTML file that shows how rays were traced.
+// Content of the page of `grtx ray`, and its generation: one HTML file that shows how rays were traced.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@
 
 namespace grtx::sim {
 
-/// A Gaussian as the page draws it.
+/// A Gaussian to draw.
 struct DrawnGaussian {
   std::uint32_t number = 0;
   std::array<float, 3> mean{};
-  std::array<float, 9> half_axes{};  ///< of the ellipsoid where it ends, one after the other
-  std::array<float, 3> colour{};     ///< without its view-dependent part
+  std::array<float, 9> half_axes{};  ///< three half-axis vectors of the ellipsoid at its kernel radius
+  std::array<float, 3> colour{};     ///< RGB, without the view-dependent part
   float opacity = 0.0f;
 };
 
@@ -28,15 +28,15 @@ struct DrawnRay {
   traces::RayKind kind = traces::RayKind::primary;
   ReplayedRay replayed;
   bool traced_again = false;
-  std::vector<float> transmittance;  ///< after each round; empty unless traced_again
+  std::vector<float> transmittance;  ///< [round] after the round; empty unless traced_again
   std::array<float, 3> origin{}, direction{};
 };
 
-/// Rays of one warp, with its nodes.
+/// Chosen rays of one warp, and its nodes.
 struct DrawnWarp {
   RayNodes nodes;
   std::vector<DrawnRay> rays;
-  std::vector<WarpSlice> timeline;  ///< empty: none was given
+  std::vector<WarpSlice> timeline;  ///< empty if no timeline was given
 };
 
 struct RayPage {
@@ -46,7 +46,7 @@ struct RayPage {
   const traces::Header* header = nullptr;
   std::string scene;            ///< file; "": not given
   std::string timeline;         ///< file; "": not given
-  std::string timeline_config;  ///< hash of the configuration that its times are of
+  std::string timeline_config;  ///< hash of the configuration that was simulated for it
   std::vector<DrawnWarp> warps;
   std::vector<DrawnGaussian> gaussians;
 };

@@ -38,7 +38,7 @@ std::uint32_t units_of(const traces::RayGroup& group, const Event& event) {
   return event.kind() == EventKind::visit_internal ? group.nodes[event.node].address : event.node;
 }
 
-/// Events of a ray's rounds, one round after the other.
+/// The events of a round, which begin at `begin`; advances `begin` to the next round.
 std::span<const Event> events_of(const traces::Ray& ray, std::size_t& begin, const traces::Round& round) {
   const std::span<const Event> events(ray.events.data() + begin, round.event_count);
   begin += round.event_count;
@@ -65,7 +65,7 @@ RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, 
   for (const std::uint64_t root : header.object_roots) roots.push_back(static_cast<std::uint32_t>(root / sizes.unit()));
   const NodeKind leaf = traces::has_procedural_leaves(header.accel) ? NodeKind::procedural : NodeKind::triangle;
   for (const std::uint32_t root : roots) add(root, others.contains(root) ? leaf : NodeKind::internal, 0);
-  std::map<std::uint32_t, std::uint32_t> first;  // child of the node at this address
+  std::map<std::uint32_t, std::uint32_t> first;  // address of a node -> number + 1 of its first child
   for (std::size_t i = 0; i < visited.size(); ++i) {
     if (!visited[i]) continue;
     const traces::NodeDefinition& node = group.nodes[i];
@@ -83,7 +83,7 @@ RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, 
   }
 }
 
-/// parent: its address, which no root has as its own parent's: headers lie at 0.
+/// parent: address of the parent in units; 0 for a root, as no node lies at address 0 (the headers do).
 void RayNodes::add(std::uint32_t units, NodeKind kind, std::uint32_t parent) {
   if (!numbers_.emplace(units, static_cast<std::uint32_t>(nodes_.size())).second) {
     throw std::logic_error("two nodes of a trace have one child");
@@ -96,17 +96,17 @@ void RayNodes::add(std::uint32_t units, NodeKind kind, std::uint32_t parent) {
 
 namespace {
 
-/// A node on the stack or in a checkpoint list. Instance and object: numbers + 1.
+/// A node on the stack or in a checkpoint list. instance, object: node numbers + 1, 0 for none.
 struct NodeEntry {
   std::uint32_t node = 0, instance = 0, object = 0;
   float t = kUnknownTime;
 };
 
-/// A hit in the k-buffer or the eviction buffer. owner, object and gaussian: numbers + 1.
+/// A hit in the k-buffer or the eviction buffer. owner, object, gaussian: numbers + 1, 0 if unknown or none.
 struct HitEntry {
   std::uint32_t owner = 0, object = 0, gaussian = 0;
   float t = kUnknownTime;
-  std::uint32_t made = 0;  ///< number of this entry, counted through the ray
+  std::uint32_t made = 0;  ///< serial number of the hit in the ray
 };
 
 class Replay {
@@ -123,7 +123,8 @@ class Replay {
         binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
 
   ReplayedRay run() {
-    // What a node's children were pushed in, and which Gaussian a leaf holds, is told by what follows.
+    // The order in which children were pushed and the Gaussians of leaves follow only from later events. A first replay
+    // collects them; the second one produces the result.
     pop_orders_.resize(ray_.events.size());
     const RayValues* const values = std::exchange(values_, nullptr);
     replay();
@@ -136,7 +137,7 @@ class Replay {
 
  private:
   struct Pushed {
-    std::vector<NodeEntry> entries;  ///< the next to be popped last, once that is known
+    std::vector<NodeEntry> entries;  ///< the next to pop is last, once the order is known
     std::size_t event = 0;
   };
 
@@ -175,7 +176,7 @@ class Replay {
       });
       k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
       evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
-    } else {  // the trace alone does not tell which are nearest
+    } else {  // the trace does not tell which are nearest
       const std::size_t left = evictions_.size() - moved;
       evictions_.clear();
       for (std::size_t i = 0; i < moved; ++i) k_buffer_.push_back(unknown_hit());
@@ -310,7 +311,7 @@ class Replay {
     }
   }
 
-  /// The tree below an instance leaf.
+  /// Enters the tree below an instance leaf.
   void enter(const Event& event, std::size_t index, RayRound& out) {
     const NodeEntry popped = pop(event);
     const std::uint32_t below = levels_.root_below(event.node);
@@ -364,7 +365,7 @@ class Replay {
   HitEntry remove_farthest() {
     auto farthest = k_buffer_.end() - 1;
     if (traces::collects_unsorted(header_.tracing)) {
-      if (values_ == nullptr) {  // the trace alone does not tell which of them that is
+      if (values_ == nullptr) {  // the trace does not tell which is the farthest
         for (HitEntry& hit : k_buffer_) hit = {};
       }
       farthest = std::max_element(k_buffer_.begin(), k_buffer_.end(), [](const HitEntry& a, const HitEntry& b) {
@@ -401,7 +402,7 @@ class Replay {
     if (header_.checkpoint_bins != 0) binned_.write(ray_.bins.at(next_bin_++), entry);
   }
 
-  // The stack, as lists of what was pushed together.
+  // The stack, as groups of entries pushed by one event.
 
   static constexpr std::size_t kNobody = ~std::size_t{0};
 
@@ -471,7 +472,7 @@ class Replay {
   const traces::ReadOrder order_;
 
   bool learning_ = true;
-  std::vector<std::vector<unsigned>> pop_orders_;         ///< of each event: slots, the first popped first
+  std::vector<std::vector<unsigned>> pop_orders_;         ///< [event] slots in the order popped
   std::map<std::uint32_t, std::uint32_t> gaussian_made_;  ///< HitEntry::made -> Gaussian
   std::map<std::uint32_t, std::uint32_t> gaussian_of_;    ///< owner -> Gaussian
 
@@ -479,11 +480,11 @@ class Replay {
   std::vector<HitEntry> k_buffer_, evictions_;
   std::vector<NodeEntry> source_, destination_;
   traces::BinnedEntries<NodeEntry> binned_;
-  std::size_t next_bin_ = 0;  ///< of the ray's entries
+  std::size_t next_bin_ = 0;  ///< index into the ray's checkpoint bins
   float t_max_ = kUnknownTime;
   std::uint32_t made_ = 0;
-  std::size_t time_ = 0;  ///< next of RayValues::times
-  std::size_t read_ = 0;  ///< of the source list
+  std::size_t time_ = 0;  ///< index into RayValues::times
+  std::size_t read_ = 0;  ///< number of source entries read in this round
   std::vector<std::uint32_t> places_;
   traces::SourceAssignment assignment_;
   ReplayedRay result_;

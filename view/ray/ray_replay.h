@@ -1,5 +1,5 @@
-// Replays one ray of a trace for a page: its nodes, and of each round what it began with and its events, packed so that
-// the page's script can follow every list after every event. docs/guide/ray.md says what a reader sees.
+// Replays one ray of a trace for the page of `grtx ray`: its nodes, and the initial state and events of each round,
+// packed so that the page's script can show all lists after every event. docs/guide/ray.md describes the page.
 #pragma once
 
 #include <array>
@@ -18,21 +18,21 @@ namespace grtx::sim {
 
 inline constexpr std::uint32_t kNoGaussian = ~std::uint32_t{0};
 
-/// A node that rays visited, or a child of one.
+/// A node that a ray visited, or a child of one.
 struct RayNode {
-  std::uint32_t units = 0;  ///< address
+  std::uint32_t units = 0;  ///< address in units of the node layout
   traces::NodeKind kind = traces::NodeKind::internal;
-  std::uint32_t parent = 0;       ///< number + 1; 0: a root
-  std::uint32_t first_child = 0;  ///< number + 1; children follow in slot order; 0: not visited, or a leaf
-  /// Gaussian of an instance or primitive leaf, where it is known. For a leaf of a scene TLAS: the number that its
-  /// object's Gaussians begin with.
+  std::uint32_t parent = 0;       ///< node number + 1; 0: a root
+  std::uint32_t first_child = 0;  ///< node number + 1; siblings follow in slot order; 0: not visited, or a leaf
+  /// Gaussian of an instance or primitive leaf, kNoGaussian if unknown. For a leaf of a scene TLAS: number of the first
+  /// Gaussian of its object.
   std::uint32_t gaussian = kNoGaussian;
-  // Where the scene is given.
+  // Only if the scene is given.
   bool boxed = false;
-  std::array<float, 6> box{};  ///< low, high; of a BLAS in the unit sphere's frame
+  std::array<float, 6> box{};  ///< lower x, y, z, upper x, y, z; inside a BLAS in the unit sphere's frame
 };
 
-/// The nodes of some rays of a group, each under a number.
+/// The nodes of the chosen rays of a group, numbered from 0.
 class RayNodes {
  public:
   RayNodes(const traces::Header& header, const traces::RayGroup& group, const std::vector<unsigned>& lanes);
@@ -48,13 +48,13 @@ class RayNodes {
   std::map<std::uint32_t, std::uint32_t> numbers_;
 };
 
-/// What a trace does not hold of a ray, from who traced it again (frontend/tracer/ray_watch.h).
+/// Values of a ray that a trace does not contain, recorded by tracing it again (frontend/tracer/ray_watch.h).
 struct RayValues {
-  std::vector<float> t_max;                                              ///< after each event
+  std::vector<float> t_max;                                              ///< [event] after the event
   std::vector<float> times;                                              ///< as WatchedRay::times
-  std::vector<float> start_t_max;                                        ///< of each round
-  std::vector<std::vector<std::pair<float, std::uint32_t>>> start_hits;  ///< (t, Gaussian) in each round's k-buffer
-  std::vector<float> transmittance;                                      ///< after each round
+  std::vector<float> start_t_max;                                        ///< [round] at its start
+  std::vector<std::vector<std::pair<float, std::uint32_t>>> start_hits;  ///< [round] (t, Gaussian) in k-buffer
+  std::vector<float> transmittance;                                      ///< [round] after the round
   std::array<float, 3> origin{}, direction{};
 };
 
@@ -62,23 +62,23 @@ struct RayValues {
 struct RayRound {
   traces::Round round;
   std::uint32_t visits[3] = {};                         ///< internal nodes, instance leaves, primitive leaves
-  std::uint32_t culls = 0;                              ///< popped, not fetched
-  std::uint32_t outcomes[8] = {};                       ///< of leaves, by traces::LeafOutcome
+  std::uint32_t culls = 0;                              ///< nodes popped but not fetched
+  std::uint32_t outcomes[8] = {};                       ///< leaf visits by traces::LeafOutcome
   std::uint32_t written = 0, taken = 0, forwarded = 0;  ///< checkpoint entries
   std::uint32_t blended = 0;
-  std::uint32_t evictions_left = 0;  ///< in the eviction buffer when the round begins
-  /// view/ray/web/ray.js reads it: docs in ray_replay.cpp.
+  std::uint32_t evictions_left = 0;  ///< in the eviction buffer after the k-buffer is filled
+  /// State and events for view/ray/web/ray.js; format: ray_replay.cpp.
   std::vector<std::uint8_t> packed;
 };
 
 struct ReplayedRay {
   std::vector<RayRound> rounds;
-  std::set<std::uint32_t> met;                    ///< Gaussians that were hit, by number; only with values
-  std::map<std::uint32_t, std::uint32_t> learnt;  ///< node -> its Gaussian, as the trace tells
+  std::set<std::uint32_t> met;                    ///< numbers of Gaussians hit; only with values
+  std::map<std::uint32_t, std::uint32_t> learnt;  ///< node number -> Gaussian, as far as the trace determines it
 };
 
-/// values: null where only the trace is known. The group must obey the rules of a trace (traces::check_group).
-/// Throws std::logic_error when the values are not of this ray.
+/// values: null without the scene. The group must have passed traces::check_group(). Throws std::logic_error if the
+/// values belong to another ray.
 ReplayedRay replay_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
                        const RayNodes& nodes, const RayValues* values);
 

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Follows the slices of all tracks; a track's are nested: warp, round, activity (rtl_tlm/observe/timeline.h).
+/// Tracks open slices; those of a track are nested: warp, round, activity (rtl_tlm/observe/timeline.h).
 class Follower {
  public:
   explicit Follower(std::uint32_t group) : group_(group) {}
@@ -50,7 +50,7 @@ class Follower {
  private:
   static constexpr std::size_t kNone = ~std::size_t{0};
   struct Open {
-    bool ours = false;  ///< the warp's slice, or a round's of it
+    bool ours = false;  ///< slice of the wanted warp, or of one of its rounds
     std::uint32_t round = 0;
     std::size_t kept = kNone;
   };

@@ -1,4 +1,4 @@
-// What a timeline of `grtx sim` says of one warp: when its rounds ran, and what it did in them.
+// Reads one warp from a timeline of `grtx sim`: when its rounds ran, and its activities in them.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 namespace grtx::sim {
 
 struct WarpSlice {
-  std::string name;                  ///< of the activity; "": a round
-  std::uint32_t round = 0;           ///< an activity's is that of the round around it
+  std::string name;                  ///< name of the activity; "" for a round
+  std::uint32_t round = 0;           ///< number of the round, or of the round that contains the activity
   std::uint64_t begin = 0, end = 0;  ///< core cycles
 };
 
 struct WarpTimeline {
   std::vector<WarpSlice> slices;
-  std::string config_hash;  ///< of the machine that ran; "" when the file does not say it
+  std::string config_hash;  ///< configuration of the simulated machine; "" if not recorded
 };
 
-/// Slices in the order of their beginning. Throws Error when the file is no timeline, or of another trace than that
-/// with this content hash, or does not show the warp.
+/// Reads the slices of a warp, ordered by start. trace_hash: content hash of the trace. group: number of the warp.
+/// Throws Error if the file is no timeline, is of another trace, or does not contain the warp.
 WarpTimeline read_warp_timeline(const std::string& path, const std::string& trace_hash, std::uint32_t group);
 
 }  // namespace grtx::sim

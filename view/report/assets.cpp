@@ -1,6 +1,6 @@
 #include "grtx/view/report/assets.h"
 
-// Begin and end of each file, from report_assets.S.
+// Start and end of each file, defined in report_assets.S.
 extern "C" {
 extern const char grtx_asset_charts[], grtx_asset_charts_end[];
 extern const char grtx_asset_style[], grtx_asset_style_end[];

@@ -1,4 +1,4 @@
-// Files that the build links into the program: what pages are made of besides their content.
+// Styles, scripts and data files that the build links into the program.
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,7 @@ namespace grtx::sim {
 std::string_view chart_library();
 std::string_view page_style();
 std::string_view page_script();
-/// Style and script of the page of grtx ray, besides page_style().
+/// Additional style and script for the page of grtx ray.
 std::string_view ray_style();
 std::string_view ray_script();
 /// paper_targets.toml

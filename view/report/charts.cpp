@@ -11,9 +11,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// As many colours as report.css defines; more values use them again.
+// Number of colours defined in report.css; further values reuse them.
 constexpr unsigned kColours = 12;
-constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; report.js knows it too
+constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same value in report.js
 
 ordered_json palette() {
   ordered_json range = ordered_json::array();
@@ -199,7 +199,7 @@ ordered_json search_chart(const ordered_json& rows, const ChartField& x_field, c
     const bool drawn = std::any_of(rows.begin(), rows.end(), [&](const ordered_json& row) {
       return row.at("stage").get<std::string>() == stages[i];
     });
-    if (!drawn) continue;  // Vega warns of a layer without marks
+    if (!drawn) continue;  // Vega warns about a layer without marks
     ordered_json points;
     points["transform"] = {{{"filter", {{"field", "stage"}, {"equal", stages[i]}}}}};
     points["mark"] = {{"type", "point"},         {"filled", true},

@@ -41,7 +41,7 @@ const std::map<std::string, std::string Measured::*> kTexts = {{"scene", &Measur
 const std::map<std::string, double Measured::*> kNumbers = {
     {"value", &Measured::value}, {"low", &Measured::low}, {"high", &Measured::high}};
 
-/// A rule that the line with the names of the columns breaks; "": none.
+/// Rule that the header line violates; "" if none.
 std::string fault_of_names(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     if (!kTexts.contains(name) && !kNumbers.contains(name) && name.find('.') == std::string::npos) {
@@ -56,7 +56,7 @@ std::string fault_of_names(const std::vector<std::string>& names) {
   return "";
 }
 
-/// The name that a database has for a structure.
+/// Design name used in databases: the paper's name if there is one.
 std::string design_of(const std::string& name) {
   static const std::map<std::string, std::string> papers = {
       {"tri20", "baseline"}, {"tlas-tri20", "sw"}, {"tri20+checkpoint", "hw"}, {"tlas-tri20+checkpoint", "grtx"}};
@@ -64,7 +64,7 @@ std::string design_of(const std::string& name) {
   return found == papers.end() ? name : found->second;
 }
 
-/// Everything but the scene: figures of several scenes share it.
+/// Label without the scene, shared by the values of several scenes.
 std::string group_of(const Measured& m) {
   std::string label = m.design;
   if (!m.over.empty()) label += " over " + m.over;
@@ -77,7 +77,7 @@ class Matcher {
  public:
   Matcher(const SweepResults& sweep, const std::string& path) : sweep_(sweep), path_(path) {}
 
-  /// The figure by scene, of all scenes that have it.
+  /// The simulated value by scene, for all scenes that have it.
   std::map<std::string, double> figures(const Measured& m) const {
     std::map<std::string, double> found;
     for (const auto& [scene, value] : values(m, m.design)) {

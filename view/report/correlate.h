@@ -1,4 +1,4 @@
-// Measured figures of real machines against simulated ones of a sweep: errors, rank correlation, who stands out.
+// Compares measured values of real machines with simulated ones of a sweep: errors, rank correlation, outliers.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,21 +9,22 @@
 
 namespace grtx::sim {
 
-/// A line of a file of measured figures (docs/guide/correlate.md).
+/// A line of a file of measured values (docs/guide/correlate.md).
 struct Measured {
   std::size_t line = 0;
-  std::string scene;   ///< as measured; "" when the figure is one of several scenes
+  std::string scene;   ///< name in the file; "" if the value is for several scenes
   std::string design;  ///< as in the database: sw, tlas-box, ...
-  std::string over;    ///< the figure is a speed-up of `design` over this one; "": a quantity of `design` alone
+  std::string over;    ///< the value is a speed-up of `design` over this one; "": a quantity of `design`
   std::string quantity = "gpu.time_us";
-  std::vector<std::pair<std::string, std::string>> coordinates;  ///< of the points: name and value
-  double value = 0.0, low = 0.0, high = 0.0;                     ///< low = high = value where no range is given
+  std::vector<std::pair<std::string, std::string>> coordinates;  ///< name and value that points must have
+  double value = 0.0, low = 0.0, high = 0.0;                     ///< low = high = value if no range is given
 };
 
-/// Throws Error with file and line.
+/// Reads a file of measured values. Throws Error with file and line.
 std::vector<Measured> read_measured(const std::string& path);
 
-/// One figure that both have. Where scenes are the same, of one scene; else geometric means over each side's scenes.
+/// A value that is both measured and simulated: of one scene if both have it, else geometric means over the scenes of
+/// each side.
 struct Comparison {
   std::string label;
   bool paired = false;
@@ -36,24 +37,24 @@ struct Comparison {
 
 struct Correlation {
   std::vector<Comparison> comparisons;
-  std::vector<std::string> unmatched;    ///< measured figures of which the database has nothing, by label
+  std::vector<std::string> unmatched;    ///< labels of measured values without simulated ones
   double mean_error = 0.0;               ///< mean of |simulated / measured - 1|
   double factor = 1.0;                   ///< geometric mean of simulated / measured
-  double scaled_error = 0.0;             ///< mean error once all that is simulated is divided by `factor`
-  double spearman = 0.0, kendall = 0.0;  ///< of the values; NaN with fewer than two, or when one side ranks nothing
-  std::vector<std::string> outliers;  ///< labels; off by more than twice the median of what `factor` leaves, and 10 %
+  double scaled_error = 0.0;             ///< mean error after dividing all simulated values by `factor`
+  double spearman = 0.0, kendall = 0.0;  ///< rank correlation; NaN if fewer than two values, or one side all equal
+  std::vector<std::string> outliers;     ///< labels; scaled error above 10 % and above twice the median
 };
 
-/// Throws Error when a figure fits several points of a scene, or when none fits any.
+/// Throws Error if a measured value matches several points of a scene, or if none matches any.
 Correlation correlate(const std::vector<Measured>& measured, const SweepResults& sweep, const std::string& path);
 
-/// Spearman's rank correlation; ties have the mean of their ranks. NaN when one side ranks nothing.
+/// Spearman's rank correlation; ties have the mean of their ranks. NaN if all values of one side are equal.
 double spearman_rho(const std::vector<double>& a, const std::vector<double>& b);
 
 std::string correlation_text(const Correlation& correlation);
 nlohmann::ordered_json comparison_json(const Comparison& comparison);
 nlohmann::ordered_json correlation_json(const Correlation& correlation);
-/// Scatter and table as a page of its own. measured: the name of the file.
+/// HTML page with scatter plot and table. measured: name of the file.
 std::string correlation_page(const Correlation& correlation, const std::string& measured, const SweepResults& sweep);
 
 }  // namespace grtx::sim

@@ -1,4 +1,4 @@
-// The page of grtx correlate: scatter with ranges, and a table.
+// The page of grtx correlate: a scatter plot with ranges, and a table.
 #include <fmt/format.h>
 
 #include <algorithm>

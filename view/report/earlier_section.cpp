@@ -1,4 +1,4 @@
-// What a sweep's database holds besides the points of its plan.
+// Table of points in a sweep's database that are not in its plan.
 #include <fmt/format.h>
 
 #include "grtx/lab/sweep/axis.h"

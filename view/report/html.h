@@ -1,4 +1,4 @@
-// Pieces of HTML. Whatever comes from a file or a command line goes through escape().
+// HTML building blocks. Text from files and command lines must pass through escape().
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 namespace grtx::sim {
 
-/// For text and for attribute values in double quotes.
+/// Escapes text for HTML content and quoted attribute values.
 std::string escape(std::string_view text);
-/// JSON for the inside of a script element: no '<' is left that could end it. Bytes that are no UTF-8 are replaced.
+/// JSON for a script element: '<' is escaped, so that it cannot end the element. Invalid UTF-8 is replaced.
 std::string script_json(const nlohmann::ordered_json& json);
 
-/// For people: four significant digits, whole from 1,000 on and then with separators; "" when not finite.
+/// Number for display: four significant digits; from 1,000 on whole, with separators; "" if not finite.
 std::string number(double value);
 /// "1.75x"
 std::string times(double value);
-/// The same as `number`, of whatever the JSON holds; strings escaped, null as an empty cell.
+/// Table cell for a JSON value: numbers as by number(), strings escaped, null as an empty cell.
 std::string cell(const nlohmann::ordered_json& value);
 
 std::string base64(std::string_view bytes);
-/// data:...;base64 of a picture. Throws Error when the file is no PNG, JPEG, GIF or WebP.
+/// data: URI (base64) of a picture. Throws Error if the file is no PNG, JPEG, GIF or WebP.
 std::string picture_uri(const std::string& path);
 
-/// An element that can be closed and opened without a script.
+/// A collapsible <details> element; works without JavaScript.
 std::string details(const std::string& summary_html, const std::string& content_html, bool open = false);
 
-/// A table with a caption in a box of its own that scrolls sideways; the first cell of a row heads it.
+/// A table with a caption, in a box that scrolls horizontally; the first cell of a row is its header.
 class Table {
  public:
   struct Column {
@@ -51,9 +51,9 @@ class Table {
   std::size_t rows_ = 0;
 };
 
-/// A chart: the script draws `spec` (Vega-Lite) in it. Without charts in this build, an empty text.
-/// label: what a screen reader says; caption: plain text below; role: data-role of the figure, what the script may
-/// link it with; group: data-group, charts and tables of one input.
+/// A figure in which the script draws `spec` (Vega-Lite); "" in a build without charts. label: text for screen readers;
+/// caption: plain text below; role: data-role, by which the script links charts; group: data-group, common to charts
+/// and tables of one input.
 std::string chart(const std::string& id, const std::string& label, const std::string& caption,
                   const nlohmann::ordered_json& spec, const std::string& role = "", const std::string& group = "");
 

@@ -57,7 +57,7 @@ MachineFigures machine_figures(const ordered_json& config, const ordered_json& i
     const ordered_json result = parse_json(child.result(), "cost");
     figures.cost = result.at("cost");
     figures.energy = result.at("energy");
-  } catch (const Error& error) {  // a configuration of another version: the rest of the report still stands
+  } catch (const Error& error) {  // e.g. a configuration of another version; the rest of the report is still valid
     figures.problem = error.what();
   }
   return figures;

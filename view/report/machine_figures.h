@@ -1,5 +1,5 @@
-// The cost model's figures of the machine that a run used, and the run's energy. A machine elaborates once a process,
-// so each is asked in a child.
+// Cost of the machine that a run used, and the run's energy. A process can elaborate only one machine, so each is
+// computed in a child process.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,15 +10,15 @@
 namespace grtx::sim {
 
 struct MachineFigures {
-  /// As `grtx cost --json`; null when the configuration is none that this program can build.
+  /// As `grtx cost --json`; null if this program cannot build the configuration.
   nlohmann::ordered_json cost;
-  /// [{name, actions, basis, nanojoules: {low, central, high}}] of the parts that acted; empty without a run.
+  /// [{name, actions, basis, nanojoules: {low, central, high}}] for the parts with actions; empty without statistics.
   nlohmann::ordered_json energy;
-  std::string problem;  ///< why there are none
+  std::string problem;  ///< why cost and energy are missing; "" if they are not
 };
 
-/// config: resolved, key -> value. inputs: of the run, which say the units that it had. statistics: of the run; empty:
-/// no energy. where: the file, for what is wrong in it.
+/// config: resolved, key -> value. inputs: of the run, which determine the units of the machine. statistics: of the
+/// run; empty: no energy. where: file named in `problem`.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const nlohmann::ordered_json& inputs,
                                const nlohmann::ordered_json& statistics, const std::string& where);
 

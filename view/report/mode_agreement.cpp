@@ -10,7 +10,7 @@
 namespace grtx::sim {
 namespace {
 
-/// Time by everything but the mode.
+/// Times of points that differ only in the mode.
 using Times = std::map<std::string, double>;
 
 struct SceneModes {

@@ -9,7 +9,7 @@ namespace grtx::sim {
 namespace {
 
 std::string navigation(const std::string& body) {
-  // Every section with an id has a heading right behind it.
+  // In every section with an id, a heading follows directly.
   std::string links;
   const std::string begin = "<section id=\"";
   for (std::size_t at = body.find(begin); at != std::string::npos; at = body.find(begin, at + 1)) {

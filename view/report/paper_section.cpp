@@ -1,4 +1,4 @@
-// The paper's figures beside those of runs, and of geometric means over views that are otherwise alike.
+// Compares the paper's results with runs, and with geometric means over runs that differ only in the view.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,13 +20,13 @@ struct Column {
   std::string title;
   std::vector<const ReportRun*> of;
 
-  /// Of several their geometric mean; NaN when one has none.
+  /// Value of the run, or the geometric mean of several; NaN if one has none.
   double value(const RunTarget& target) const {
     double logarithms = 0.0;
     for (const ReportRun* run : of) logarithms += std::log(target.of_run(run->results));
     return of.size() == 1 ? target.of_run(of.front()->results) : std::exp(logarithms / static_cast<double>(of.size()));
   }
-  /// Of one run; NaN when no design of it has checkpoints, or when its cost is not known.
+  /// Value of a single run; NaN if it has no checkpointing design, or the cost is unknown.
   double value(const CostTarget& target) const {
     double value = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t i = 0; of.size() == 1 && i < of.front()->machines.size(); ++i) {
@@ -38,7 +38,7 @@ struct Column {
   }
 };
 
-/// Whether both belong into one mean: other views of what is else the same.
+/// Whether two runs may be averaged: they differ only in the view.
 bool shares_mean(const ReportRun& a, const ReportRun& b) {
   const Subject &own = a.results.subject, &other = b.results.subject;
   return own.unknown().empty() && other.unknown().empty() && own.view_text() != other.view_text() &&
@@ -70,7 +70,7 @@ std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
   return columns;
 }
 
-/// The figure, its interval, and in small the figure over the paper's.
+/// A value with its interval, and in small print its quotient to the paper's value.
 std::string with_quotient(const std::string& figure, double quotient) {
   return fmt::format("{} <span class=\"share\">{:.2f}</span>", figure, quotient);
 }

@@ -9,7 +9,7 @@
 namespace grtx::sim {
 namespace {
 
-// The file is part of the program: what is wrong with it is a fault of ours.
+// The file is built into the program, so errors in it are internal errors.
 toml::table targets() { return toml::parse(paper_targets_text(), std::string_view("paper_targets.toml")); }
 
 template <typename T>

@@ -1,4 +1,4 @@
-// The paper's figures beside the model's.
+// The paper's results, for comparison with the model's.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,30 +9,30 @@
 
 namespace grtx::sim {
 
-/// A figure of the paper that follows from the statistics of a run's designs.
+/// A result of the paper that can be computed from the statistics of a run.
 struct RunTarget {
   std::string name;
   double paper = 0.0;
   bool at_least = false;
-  std::string source;     ///< place in the paper
-  std::string statistic;  ///< of design `over` divided by that of `of`; of `of` alone when `over` is ""
+  std::string source;     ///< section, figure or table of the paper
+  std::string statistic;  ///< statistic of design `over` divided by that of `of`; only of `of` if `over` is ""
   std::string over, of;
 
   bool ratio() const { return !over.empty(); }
-  /// NaN when the run lacks a design or the statistic.
+  /// Value of a run; NaN if it lacks a design or the statistic.
   double of_run(const RunResults& run) const;
 };
 
-/// A figure of the paper that follows from the cost model.
+/// A result of the paper that can be computed by the cost model.
 struct CostTarget {
   std::string name;
   double paper = 0.0;
   std::string unit;  ///< B, MiB or GiB
   std::string source;
-  std::string figure;  ///< checkpoint_storage: of an RT unit; buffers: in global memory, of `sms` SMs
+  std::string figure;  ///< "checkpoint_storage": per RT unit; "buffers": in global memory, for `sms` SMs
   unsigned sms = 0;
 
-  /// cost: as `grtx cost --json` of a design with checkpointing. In `unit`.
+  /// Value of a machine in `unit`. cost: as `grtx cost --json`, of a design with checkpointing.
   double of_machine(const nlohmann::ordered_json& cost) const;
 };
 

@@ -24,7 +24,7 @@ struct Inputs {
   std::vector<ReportSweep> sweeps;
 };
 
-/// What says which units a machine had; of results that do not say it, the design does.
+/// Inputs that determine the units of a machine; derived from the design's name if the results do not record them.
 ordered_json machine_inputs(const std::string& design, const ordered_json& inputs) {
   const bool two_level = design == "sw" || design == "grtx";
   ordered_json all = {{"accel", two_level ? "tlas-tri20" : "tri20"},
@@ -33,7 +33,7 @@ ordered_json machine_inputs(const std::string& design, const ordered_json& input
   return all;
 }
 
-/// Statistics of another design on the same view and machine join a run: their ratios are speed-ups.
+/// Whether statistics of another design can be added to a run: same view and machine, so ratios are speed-ups.
 bool joins(const RunResults& run, const RunResults& other) {
   if (run.has_verdict || other.has_verdict || run.design(other.designs.front().name) != nullptr) return false;
   if (!run.subject.unknown().empty() || !other.subject.unknown().empty()) return false;
@@ -83,7 +83,7 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
       same->results.file += ", " + results.file;
       same->results.hash += ", " + results.hash;
       same->results.bytes += results.bytes;
-      same->results.over_time = ordered_json();  // of one design: the lines would not say which
+      same->results.over_time = ordered_json();  // dropped: it would not be clear which design the lines belong to
     }
   }
   name_runs(inputs.runs);

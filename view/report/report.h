@@ -1,4 +1,4 @@
-// grtx report: one HTML file that holds everything it shows. The same inputs give the same bytes.
+// grtx report: one self-contained HTML file. The same inputs give the same bytes.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct ReportOptions {
   std::string title = "GRTX-TLM report";
 };
 
-/// The page. Throws Error for inputs that are none of these.
+/// Returns the HTML page. Throws Error for inputs of another kind.
 std::string report_page(const ReportOptions& options);
 
 }  // namespace grtx::sim

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Wall time and speed of the host: a report of the same simulation is the same everywhere.
+// Statistics of the host, left out so that a report does not depend on it.
 bool of_the_host(const std::string& name) {
   return name.starts_with("host.") || name == "tracer.wall_seconds" || name == "tracer.rays_per_second" ||
          name == "tracer.visits_per_second" || name == "accel.build_seconds" || name == "accel.pack_seconds" ||
@@ -46,7 +46,7 @@ DesignResult design_result(const std::string& name, const ordered_json& statisti
   return design;
 }
 
-/// The picture that results.json names, if it still is the one that the run wrote: the folder may hold another's.
+/// Finds the picture named in results.json and checks its hash: another run may have replaced the file.
 void find_picture(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json images = document.value("images", ordered_json::array());
   if (!images.is_array() || images.empty()) return;
@@ -64,7 +64,7 @@ void find_picture(const ordered_json& document, const std::string& path, RunResu
   }
 }
 
-/// {"low", "high"} by design.
+/// Reads intervals {"low", "high"} by design.
 std::map<std::string, Interval> intervals(const ordered_json& document, const char* name) {
   std::map<std::string, Interval> all;
   const ordered_json of = document.value(name, ordered_json::object());
@@ -96,7 +96,7 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.violations.push_back(violation.is_string() ? violation.get<std::string>() : json_text(violation));
   }
   run.program = "grtx " + text(document, "version");
-  find_picture(document, path, run);  // of a sequence the first frame
+  find_picture(document, path, run);  // the first frame of a sequence
 }
 
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
@@ -145,7 +145,7 @@ std::string design_name(const std::string& accel, const std::string& checkpoint)
   const bool checkpoints = checkpoint == "on";
   if (accel == "tri20") return checkpoints ? "hw" : "baseline";
   if (accel == "tlas-tri20") return checkpoints ? "grtx" : "sw";
-  return accel + (checkpoints ? "+checkpoint" : "");  // none of the paper's
+  return accel + (checkpoints ? "+checkpoint" : "");  // not a design of the paper
 }
 
 RunResults read_run_results(const std::string& path) {
@@ -167,7 +167,7 @@ RunResults read_run_results(const std::string& path) {
   }
   if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
   const ordered_json& inputs = run.designs.front().inputs;
-  std::map<std::string, std::string> more;  // what grtx run says once for all its designs
+  std::map<std::string, std::string> more;  // recorded once for all designs of a run
   if (schema == "grtx.run/1") more["machine"] = text(document, "machine");
   if (const auto version = document.find("model_version"); version != document.end()) {
     more["model_version"] = version->dump();

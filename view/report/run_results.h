@@ -1,4 +1,4 @@
-// Simulations that a report compares: results.json of `grtx run`, or the statistics of one `grtx sim`.
+// Simulation results for a report: results.json of `grtx run`, or the statistics of one `grtx sim`.
 #pragma once
 
 #include <cstdint>
@@ -13,57 +13,57 @@
 
 namespace grtx::sim {
 
-/// In which the true value is meant to lie, with the confidence that the estimate names.
+/// Confidence interval of an estimate.
 struct Interval {
   double low = 0.0, high = 0.0;
 };
-/// That of a ratio of two values, whatever they have in common.
+/// Conservative interval of the ratio over / of: the values may be correlated in any way.
 std::optional<Interval> ratio_of(const std::optional<Interval>& over, const std::optional<Interval>& of);
-/// Of gpu.cycles, of an estimate from a sample. value(name): of a statistic, NaN when there is none.
+/// Interval of gpu.cycles if it was estimated, else nullopt. value(name): returns a statistic, NaN if missing.
 template <typename Value>
 std::optional<Interval> cycles_interval(Value&& value) {
   const Interval interval{value("gpu.sampled.cycles_low"), value("gpu.sampled.cycles_high")};
-  if (!(interval.low < interval.high)) return std::nullopt;  // also of what was simulated as a whole
+  if (!(interval.low < interval.high)) return std::nullopt;  // also if everything was simulated
   return interval;
 }
 
 struct DesignResult {
   std::string name;                   ///< baseline, sw, hw or grtx
-  nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; nothing that depends on the host
+  nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
   nlohmann::ordered_json inputs;      ///< name -> text
   std::string binding_bound;          ///< "" when not recorded
-  ResultNotes notes;                  ///< what limits the meaning of its figures
+  ResultNotes notes;                  ///< limitations of its results
 
-  /// NaN when there is no such number.
+  /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
   std::optional<Interval> cycles_interval() const;
 };
 
 struct RunResults {
-  std::string label;  ///< what it is of, in a line
-  Subject subject;    ///< of all its designs
+  std::string label;  ///< one-line description of scene, machine and mode
+  Subject subject;    ///< common to all its designs
   std::string file;   ///< without its folder
   std::string hash;   ///< XXH3 of the file
   std::uint64_t bytes = 0;
   std::string program;
   nlohmann::ordered_json config;
   std::vector<DesignResult> designs;
-  nlohmann::ordered_json over_time;       ///< of a single simulation, when recorded
-  std::string picture;                    ///< path of the picture that results.json names; "" when there is none
-  std::string picture_problem;            ///< why the picture that it names is not shown
-  std::string speedup_over = "baseline";  ///< name of the design that speed-ups are over
-  bool has_verdict = false;               ///< of grtx run: the next two
+  nlohmann::ordered_json over_time;       ///< of a single simulation, if recorded
+  std::string picture;                    ///< path of the picture named in results.json; "" if there is none
+  std::string picture_problem;            ///< why that picture is not shown
+  std::string speedup_over = "baseline";  ///< design that speed-ups are relative to
+  bool has_verdict = false;               ///< result of grtx run; the next two members are valid
   bool images_identical = false;
   std::vector<std::string> violations;
-  std::map<std::string, Interval> speedup_intervals;  ///< by design, as grtx run knows them of paired samples
+  std::map<std::string, Interval> speedup_intervals;  ///< by design; computed by grtx run from paired samples
 
-  /// nullptr when the run has no such design.
+  /// The design of this name; nullptr if the run has none.
   const DesignResult* design(const std::string& name) const;
-  /// Of a design over `speedup_over`; nothing where both are exact.
+  /// Interval of a design's speed-up over `speedup_over`; nullopt if both are exact.
   std::optional<Interval> speedup_interval(const DesignResult& design) const;
 };
 
-/// Throws Error when the file is neither grtx.run/1 nor grtx.stats/1, or lacks parts.
+/// Throws Error if the file is neither grtx.run/1 nor grtx.stats/1, or is incomplete.
 RunResults read_run_results(const std::string& path);
 
 /// Name of the design with this structure and checkpointing, e.g. tlas-tri20 and "on": grtx.

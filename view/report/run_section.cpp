@@ -58,7 +58,7 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
   return parts;
 }
 
-/// What a level of memory was asked for in each region of addresses: `scale` times the sum of the region's counters.
+/// Traffic of a memory level by address region: `scale` times the sum of the region's counters.
 std::vector<Part> regions_of(const DesignResult& design, const std::string& prefix,
                              const std::vector<std::string>& counters, double scale) {
   std::vector<Part> parts;
@@ -66,7 +66,7 @@ std::vector<Part> regions_of(const DesignResult& design, const std::string& pref
     double sum = 0.0;
     for (const std::string& counter : counters) {
       const double value = design.value(fmt::format(fmt::runtime(prefix + counter), name));
-      if (std::isfinite(value)) sum += value;  // what was never asked for has no counter
+      if (std::isfinite(value)) sum += value;  // a region without accesses has no counter
     }
     if (sum > 0.0) parts.push_back({std::string(name), scale * sum});
   }

@@ -1,4 +1,4 @@
-// What the figures of runs are of, and what limits their meaning: every section with figures says it.
+// Describes what the results of runs refer to, and their limitations; used by every section with results.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ std::string interval_html(const std::optional<Interval>& interval, std::string (
 }
 
 std::string notes_html(const std::vector<std::pair<std::string, ResultNotes>>& by_name) {
-  std::vector<std::pair<std::string, std::string>> texts;  // of whom, in order of appearance
+  std::vector<std::pair<std::string, std::string>> texts;  // {names, text of the note}, in order of appearance
   for (const auto& [name, notes] : by_name) {
     for (const ResultNote& note : notes) {
       const auto known = std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.second == note.text; });

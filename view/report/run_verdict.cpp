@@ -1,4 +1,4 @@
-// What people ask of a run first: which design wins and why, where its bytes went, what binds it.
+// Summary of a run: which design wins and why, its memory traffic, and its bottleneck.
 #include <fmt/format.h>
 
 #include <array>
@@ -39,13 +39,13 @@ double megabytes(const DesignResult& design, const Level& level, const std::vect
   for (const Region region : regions) {
     for (const char* counter : level.counters) {
       const double value = design.value(fmt::format(fmt::runtime(counter), name_of(region)));
-      sectors += std::isfinite(value) ? value : 0.0;  // what was never asked for has no counter
+      sectors += std::isfinite(value) ? value : 0.0;  // a region without accesses has no counter
     }
   }
   return sectors * static_cast<double>(modules::kSectorBytes) * 1e-6;
 }
 
-/// A lower bound as a reader knows it.
+/// Readable name of a lower bound.
 std::string words_of_bound(std::string_view bound) {
   constexpr std::array<std::pair<std::string_view, const char*>, 9> kWords = {
       {{"rt_port", "the port of the RT units to the L1"},
@@ -78,7 +78,7 @@ std::string words_of_stall(std::string_view stall) {
   return std::string(stall);
 }
 
-/// "memory" and its share of all cycles of the RT units; "" when nothing was recorded.
+/// Main stall reason, e.g. "memory", with its share of all RT unit cycles; "" if not recorded.
 std::pair<std::string, double> largest_stall(const DesignResult& design) {
   constexpr std::string_view kPrefix = "gpu.rt.stall.";
   std::pair<std::string, double> largest;
@@ -93,7 +93,7 @@ std::pair<std::string, double> largest_stall(const DesignResult& design) {
   return largest;
 }
 
-/// "fetches 3.0 times fewer nodes": what of the reference over the design is beyond a twentieth.
+/// "fetches 3.0 times fewer nodes": ratios of reference to design that differ from 1 by more than 5 %.
 std::string reasons(const DesignResult& reference, const DesignResult& design) {
   std::vector<std::string> list;
   const auto ratio = [&](const char* name) { return reference.value(name) / design.value(name); };

@@ -21,7 +21,7 @@ std::string words(const ordered_json& coordinates) {
   return text;
 }
 
-/// A search's document, and what all its tables need of it.
+/// A search's document, with data used by all its tables.
 class SearchPage {
  public:
   explicit SearchPage(const ReportSweep& sweep)
@@ -81,7 +81,7 @@ class SearchPage {
   ordered_json mark(const ordered_json& coordinates, const std::vector<double>& ratios,
                     const std::string& stage) const {
     ordered_json row = {{"stage", stage}};
-    // Names of parameters and objectives hold dots, which Vega-Lite would read as paths: numbered fields carry them.
+    // Rows use numbered fields: names of parameters and objectives contain dots, which Vega-Lite reads as paths.
     for (std::size_t p = 0; p < parameters_.size(); ++p) {
       row[fmt::format("c{}", p)] =
           coordinates.contains(parameters_[p]) ? coordinates.at(parameters_[p]) : ordered_json();
@@ -227,7 +227,7 @@ class SearchPage {
   const ReportSweep& sweep_;
   const ordered_json& search_;
   std::vector<std::string> objectives_, parameters_;
-  std::string of_;  ///< machines, modes: for captions
+  std::string of_;  ///< machines and modes, for captions
 };
 
 }  // namespace

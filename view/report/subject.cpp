@@ -20,8 +20,8 @@ bool is_one_of(std::string_view name, std::initializer_list<std::string_view> na
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Names as in a trace's header, without "trace.".
-/// What makes a design, and what follows from other facts or says them worse.
+// Names are those of a trace's header, without the prefix "trace.".
+/// Inputs that define the design, follow from other facts, or are less exact forms of them.
 bool is_no_fact(std::string_view name) {
   return is_one_of(name, {"accel", "checkpoint", "trace_hash", "config_hash", "files", "files_hash", "warm", "clamped",
                           "scene", "camera"});
@@ -30,18 +30,18 @@ bool is_of_checkpoints(std::string_view name) {
   return is_one_of(name,
                    {"checkpoint_capacity", "checkpoint_bins", "checkpoint_order", "below_instance", "replay_tmax"});
 }
-/// Glass and mirror are placed in the view.
+/// Includes glass and mirror, whose position depends on the view.
 bool is_of_the_view(std::string_view name) {
   return is_one_of(name, {"scene_hash", "camera_hash", "glass", "mirror"}) || name.starts_with("object_hash.");
 }
 
-/// What people ask for first, in this order.
+/// The most important facts, listed first and in this order.
 constexpr std::array<const char*, 4> kMachineFacts = {"machine", "mode", "warm.camera_hash", "model_version"};
 
-constexpr const char* kNone = "–";           ///< of a fact that one of several results lacks
-constexpr const char* kUnknown = "unknown";  ///< view that ran before
+constexpr const char* kNone = "–";           ///< for a fact that a result lacks
+constexpr const char* kUnknown = "unknown";  ///< warm caches, but the warming view is not recorded
 
-/// A fact in a sentence.
+/// A fact as part of a sentence.
 std::string words(const std::string& name, const std::string& value) {
   if (is_one_of(name, {"machine", "mode", "view"})) return name + " " + value;
   if (name == "model_version") return "model version " + value;
@@ -95,7 +95,7 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
   camera_ = value_of(all, "camera");
   checkpoint_ = value_of(all, "checkpoint") == "on";
   if (!value_of(all, "machine").empty()) all["machine"] = std::filesystem::path(all["machine"]).stem().string();
-  if (!value_of(all, "warm").empty()) all.try_emplace("warm.camera_hash", kUnknown);  // of an older run
+  if (!value_of(all, "warm").empty()) all.try_emplace("warm.camera_hash", kUnknown);  // result of an older version
   for (const auto& [name, value] : all) {
     if (is_no_fact(name)) continue;
     (is_of_the_view(name) ? view_ : is_of_checkpoints(name) ? checkpoint_settings_ : settings_)[name] = value;
@@ -126,7 +126,7 @@ std::string Subject::machine_text() const {
 std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) const {
   std::vector<Fact> facts;
   if (may == MayDiffer::designs) {
-    // By name where the names differ; files that were edited, and two cameras of one name, by hash.
+    // Reports the name if names differ, else the hash (an edited file, or two cameras of one name).
     const auto add = [&](const char* name, const std::string& own, const std::string& its, const char* hash) {
       facts.push_back(own != its ? Fact{name, own} : Fact{hash, value_of(view_, hash)});
     };
@@ -151,7 +151,7 @@ std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) cons
     return std::find(kMachineFacts.begin(), kMachineFacts.end(), fact.name) != kMachineFacts.end();
   });
   if (checkpoint_ && other.checkpoint_) add_differences(checkpoint_settings_, other.checkpoint_settings_, facts);
-  // A machine's name stands for its keys.
+  // If the machines' names differ, their keys are not listed.
   if (setting("machine") != other.setting("machine") || config_ == other.config_) return facts;
   std::map<std::string, std::string> own, its;
   for (const auto& [key, value] : config_.items()) own[key] = text_of(value);
@@ -207,7 +207,7 @@ std::vector<std::string> set_apart(const std::vector<Subject>& subjects, const s
       }
     }
   }
-  // A fact is named where it tells results apart that those before it do not.
+  // Uses a fact only if it distinguishes results that earlier facts do not.
   std::vector<std::string> names(subjects.size());
   for (std::size_t f = 0, named = 0; f < facts.size() && named < kMostFacts; ++f) {
     std::vector<std::string> parts;

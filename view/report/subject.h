@@ -1,5 +1,5 @@
-// What a result is of: machine, view, options, mode, version of the model. A figure stands beside it, and figures of
-// two results are compared or averaged only where it is the same. This decides it for runs and for points of sweeps.
+// The subject of a result: machine, view, options, mode and model version. Results may be compared or averaged only if
+// their subjects match; this class decides that, for runs and for points of sweeps.
 #pragma once
 
 #include <map>
@@ -9,13 +9,13 @@
 
 namespace grtx::sim {
 
-/// In what two results may differ.
+/// Differences that are allowed between two results.
 enum class MayDiffer {
-  designs,  ///< structure and checkpointing: the ratio is a speed-up
-  views     ///< scene and camera, at one resolution: a mean is over views
+  designs,  ///< acceleration structure and checkpointing; ratios are speed-ups
+  views     ///< scene and camera at the same resolution; means are over views
 };
 
-/// A fact in which results differ, as people read it: "ert", "0.01".
+/// A property in which results differ, for display: "ert", "0.01".
 struct Fact {
   std::string name, value;
 };
@@ -23,30 +23,30 @@ struct Fact {
 class Subject {
  public:
   Subject() = default;
-  /// inputs: of grtx.stats/1. config: resolved, key -> value. more: inputs that are known from elsewhere, and better;
-  /// empty ones are not.
+  /// inputs: of grtx.stats/1. config: resolved, key -> value. more: inputs known from elsewhere, which override
+  /// `inputs` unless "".
   Subject(const nlohmann::ordered_json& inputs, const nlohmann::ordered_json& config,
           const std::map<std::string, std::string>& more = {});
 
-  /// The scene's file without folder and ending, the camera's name; "" where the inputs do not say it.
+  /// The scene's file name without extension, and the camera's name; "" if not recorded.
   const std::string& scene() const { return scene_; }
   const std::string& camera() const { return camera_; }
-  /// An input that is not of the view: "machine", "mode", "k", "width". "" when there is none.
+  /// An input that does not describe the view: "machine", "mode", "k", "width". "" if missing.
   std::string setting(const std::string& name) const;
-  /// "hall, view 0, 64 × 64, k = 8, machine paper, mode cycle, model version 7", of what is known.
+  /// "hall, view 0, 64 × 64, k = 8, machine paper, mode cycle, model version 7", as far as known.
   std::string text() const;
-  /// The last three of these: what a time depends on besides the view.
+  /// The part of text() on machine, mode and model version.
   std::string machine_text() const;
 
-  /// Facts of this one that the other has otherwise; empty: alike. What makes a design is none of them, nor what only
-  /// checkpoints read where one of both has none.
+  /// Facts of this subject that differ from the other's, except allowed ones; empty if comparable. Ignores accel and
+  /// checkpoint, and options of checkpointing unless both use it.
   std::vector<Fact> differences(const Subject& other, MayDiffer may) const;
-  /// The value of what differences() names; "" when there is none.
+  /// Value of a fact by its name in differences(); "" if missing.
   std::string fact(const std::string& name) const;
-  /// What must be known of a result before it is put beside another, and is not: "camera"; "": all is known.
+  /// A fact that is required for comparison but missing, e.g. "camera"; "" if all are known.
   std::string unknown() const;
 
-  /// Everything but design, view and mode, as a key; and the view.
+  /// Keys for grouping: all but design, view and mode; and the view.
   std::string settings_text() const;
   std::string view_text() const;
 
@@ -57,11 +57,11 @@ class Subject {
   bool checkpoint_ = false;
 };
 
-/// Of each, what sets it apart from the others: "paper", "paper-charged"; "hall, 64 × 64". Where nothing does, its text
-/// in `otherwise`; those that are still equal are numbered.
+/// Names each subject by the facts in which they differ: "paper", "paper-charged"; "hall, 64 × 64". A subject without
+/// such facts takes its text in `otherwise`; names that are still equal are numbered.
 std::vector<std::string> set_apart(const std::vector<Subject>& subjects, const std::vector<std::string>& otherwise);
 
-/// "machines paper and paper-charged, mode cycle, model version 7": machine_text() of several.
+/// "machines paper and paper-charged, mode cycle, model version 7": machine_text() for several subjects.
 std::string machines_text(const std::vector<Subject>& subjects);
 
 }  // namespace grtx::sim

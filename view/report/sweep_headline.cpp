@@ -1,4 +1,4 @@
-// What a sweep's points are of, and its headline figures.
+// Description of a sweep's points, and its headline results.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace grtx::sim {
 namespace {
 
-/// The largest ratio to what a point may be compared with.
+/// The largest speed-up over a comparable point.
 std::string largest_speedup(const SweepViews& shown) {
   const SpeedupOver reference = shown.reference();
   const ShownPoint* best = nullptr;
@@ -41,7 +41,7 @@ std::string machines_of(const SweepResults& results) {
 std::string subject_html(const SweepResults& results) {
   std::string out;
   if (const std::string of = machines_of(results); !of.empty()) out = "<p class=\"subject\">" + escape(of) + ".</p>\n";
-  std::vector<std::pair<ResultNote, std::vector<std::int64_t>>> notes;  // the first of each id, and its points
+  std::vector<std::pair<ResultNote, std::vector<std::int64_t>>> notes;  // {first note of each id, ids of its points}
   std::size_t done = 0;
   for (const ReportedPoint& p : results.points) {
     done += p.done() ? 1 : 0;

@@ -84,7 +84,7 @@ SweepResults read_sweep_results(const std::string& path) {
            sweep.traces.push_back({row.text(0), row.text(1), row.text(2), row.text(3), row.text(4),
                                    static_cast<std::uint64_t>(row.integer(5))});
          });
-  std::string content;  // of the points; the file's bytes depend on the order in which they were written
+  std::string content;  // hashed instead of the file, whose bytes depend on the order of writing
   select(database, "SELECT key, status, reason, document FROM point ORDER BY key", [&](const SqliteStatement& row) {
     content += row.text(0) + ' ' + row.text(1) + ' ' + row.text(2) + ' ' + hex(xxh3(row.text(3))) + '\n';
   });

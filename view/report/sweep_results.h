@@ -1,4 +1,4 @@
-// A sweep database (docs/guide/sweep.md) as a report needs it.
+// Reads a sweep database (docs/guide/sweep.md) for a report.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace grtx::sim {
 struct ReportedPoint : StoredPoint {
   std::map<std::string, double> values;  ///< statistics and cost.*, by name
 
-  /// NaN when there is no such value.
+  /// NaN if there is no such value.
   double value(const std::string& name) const;
 };
 
@@ -25,21 +25,21 @@ struct ReportedTrace {
 
 struct SweepResults {
   std::string file;                         ///< without its folder
-  std::string hash;                         ///< XXH3 of keys, states and documents in the order of the keys
+  std::string hash;                         ///< XXH3 of keys, statuses and documents, ordered by key
   std::map<std::string, std::string> meta;  ///< schema, plan, program, ...
-  nlohmann::ordered_json search;            ///< grtx.search/1, null when no search filled the database
-  std::vector<ReportedPoint> points;        ///< of the plan, by id: what is compared with each other
-  std::vector<ReportedPoint> earlier;       ///< of an earlier plan, by id: to be shown, and compared with nothing
-  std::vector<ReportedTrace> traces;        ///< by key
+  nlohmann::ordered_json search;            ///< grtx.search/1; null without a search
+  std::vector<ReportedPoint> points;        ///< points of the plan, by id; only these are compared
+  std::vector<ReportedPoint> earlier;       ///< points of an earlier plan, by id; only listed
+  std::vector<ReportedTrace> traces;        ///< sorted by key
   std::vector<std::string> coordinates;     ///< names of all coordinates of `points`, in order of appearance
 
-  /// More than one scene, design, or mode among `points`.
+  /// Whether `points` have more than one value of a field, e.g. scene, design or mode.
   bool several(std::string ReportedPoint::*field) const;
 };
 
-/// Whether the file begins like an SQLite database.
+/// Whether the file has the header of an SQLite database.
 bool is_database(const std::string& path);
-/// Throws Error when the file is no sweep database.
+/// Throws Error if the file is no sweep database.
 SweepResults read_sweep_results(const std::string& path);
 
 }  // namespace grtx::sim

@@ -28,7 +28,7 @@ std::string words(const ReportedPoint& p) {
   return text;
 }
 
-/// Columns that tell the points of a view apart: machine and design when they vary, then the coordinates that do.
+/// Columns that distinguish the points of a view: machine and design if they vary, then the varying coordinates.
 struct Describing {
   std::string title;
   std::function<ordered_json(const ReportedPoint&)> of;
@@ -49,7 +49,7 @@ std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& 
   return list;
 }
 
-/// What limits the figures of a point, by id; of a mean that of all its points.
+/// Ids of the notes on a point; for a mean, those of all its points.
 std::string note_ids(const SweepResults& results, const ShownPoint& point) {
   std::vector<std::string> ids;
   for (const std::size_t i : point.of) {
@@ -62,7 +62,7 @@ std::string note_ids(const SweepResults& results, const ShownPoint& point) {
   return text;
 }
 
-constexpr std::size_t kTooltip = 5;  // columns; with more the point's name stands for them
+constexpr std::size_t kTooltip = 5;  // maximum columns; with more, the point's name is shown instead
 
 std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns,
                         const ChartField& cost, const std::string& what) {
@@ -82,7 +82,7 @@ std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const
                         {"none", "all points"},
                         {"interval", interval_text(shown.time_interval(point), number)},
                         {"notes", note_ids(sweep.results, point)}};
-    // Names of coordinates hold dots, which Vega-Lite would read as paths: numbered fields carry them.
+    // Rows use numbered fields: names of coordinates contain dots, which Vega-Lite reads as paths.
     for (std::size_t c = 0; c < columns.size(); ++c) {
       const ordered_json value = columns[c].of(p);
       row[fmt::format("c{}", c)] = value.is_structured() ? ordered_json(json_text(value)) : value;
@@ -143,7 +143,7 @@ std::string bars_html(const ReportSweep& sweep, const SweepViews& shown, const s
                "bars", sweep.id);
 }
 
-/// Results first, then what the point is.
+/// Columns of the table: results first, then the point's coordinates.
 std::string points_table(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
   const bool several = shown.views().size() > 1;
   std::vector<Table::Column> titles = {{"point"}};
@@ -209,7 +209,7 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-/// For each value of each coordinate, the points of the first view that have it, of one machine and one design.
+/// Effect of each coordinate: compares its values over the points of the first view, per machine and design.
 std::string effects_table(const SweepResults& results, const SweepViews& shown,
                           const std::vector<Describing>& columns) {
   if (shown.points().empty()) return "";
@@ -277,7 +277,7 @@ std::string traces_table(const SweepResults& results) {
   return table.rows() == 0 ? "" : details("Traces", table.html());
 }
 
-/// What the reader chooses: the view, the point that speed-ups are over, the colour.
+/// Controls for the reader: view, reference of speed-ups, colour.
 std::string controls(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
   std::string views, points, colours;
   for (std::size_t v = 0; shown.views().size() > 1 && v < shown.views().size(); ++v) {

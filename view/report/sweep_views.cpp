@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kFew = 4;  // coordinates that a name lists
+constexpr std::size_t kFew = 4;  // maximum coordinates in a name
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 bool is_view(const std::string& coordinate) {
@@ -26,7 +26,7 @@ bool is_view(const std::string& coordinate) {
   return std::find(kNames.begin(), kNames.end(), coordinate) != kNames.end();
 }
 
-/// A view as people call it, and as nothing else may be called.
+/// A view: its title, and a text that identifies it uniquely.
 struct ViewName {
   std::string title, text;
   bool operator==(const ViewName&) const = default;
@@ -47,7 +47,7 @@ ViewName view_of(const ReportedPoint& p, const Subject& subject) {
   return {title, title + "\n" + subject.view_text()};
 }
 
-/// Everything but design, view and mode.
+/// Key of a point without design, view and mode.
 std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   std::map<std::string, std::string> sorted;
   for (const auto& [name, value] : p.coordinates.items()) {
@@ -84,7 +84,7 @@ std::string but_for_mode(const SweepResults& results, const ReportedPoint& point
 
 SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   find_varying();
-  std::map<std::string, std::size_t> keys, machines;  // numbers in order of appearance
+  std::map<std::string, std::size_t> keys, machines;  // numbered in order of appearance
   std::vector<std::string> modes;
   for (const ReportedPoint& p : results.points) {
     if (p.done()) position_in(modes, p.mode);
@@ -92,9 +92,9 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   std::int64_t means = 0;
   for (const std::string& mode : modes) {
     const std::string suffix = modes.size() > 1 ? ", " + mode : "";
-    std::vector<ViewName> names;                            // of the mode's views
-    std::vector<ShownPoint> own;                            // view: in names
-    std::map<std::size_t, std::vector<std::size_t>> found;  // by machine: points, at most one a view
+    std::vector<ViewName> names;                            // views of this mode
+    std::vector<ShownPoint> own;                            // their `view` is an index in names
+    std::map<std::size_t, std::vector<std::size_t>> found;  // ShownPoint::machine -> points, at most one per view
     for (std::size_t i = 0; i < results.points.size(); ++i) {
       const ReportedPoint& p = results.points[i];
       if (!p.done() || p.mode != mode) continue;
@@ -110,7 +110,7 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
       own.push_back(std::move(point));
     }
     std::vector<ShownPoint> mean;
-    for (const ShownPoint& point : own) {  // in the order of the first point of each
+    for (const ShownPoint& point : own) {  // ordered by the first point of each
       if (names.size() < 2 || point.of.front() != found[point.machine].front()) continue;
       if (found[point.machine].size() != names.size()) continue;
       ShownPoint all = point;
@@ -127,7 +127,7 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
     const std::size_t before = views_.size();
     std::map<std::string, unsigned> titles;
     for (const ViewName& name : names) {
-      const unsigned same = ++titles[name.title];  // of a scene or camera file that was edited
+      const unsigned same = ++titles[name.title];  // several, if a scene or camera file was edited
       views_.push_back({name.title + (same == 1 ? "" : fmt::format(" ({})", same)) + suffix, 1});
     }
     for (ShownPoint& point : own) point.view += before;

@@ -1,5 +1,5 @@
-// Points of a sweep as a report compares them: within one view of a scene, and over all views. Points of different
-// views trace other rays, so a front of both would compare nothing.
+// Groups the points of a sweep for comparison: within one view of a scene, and as means over all views. Points of
+// different views trace different rays, so they must not share a front.
 #pragma once
 
 #include <optional>
@@ -11,42 +11,42 @@
 
 namespace grtx::sim {
 
-// Values of a sweep's points, as `grtx sweep` names them.
+// Names of values in a sweep database.
 inline constexpr const char* kTime = "gpu.time_us";
 inline constexpr const char* kArea = "cost.mm2";
 inline constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
 
-/// A point of the database that is done, or what the same machine, design and coordinates have over all views.
+/// A finished point of the database, or the mean over all views for one machine, design and coordinates.
 struct ShownPoint {
-  std::int64_t id = 0;          ///< of the database; of a mean below 0
-  std::string label;            ///< "#12", of a mean "mean 3"
-  std::size_t view = 0;         ///< in SweepViews::views
-  std::size_t keys = 0;         ///< machine, options and coordinates without the view: the same in all views
-  std::size_t machine = 0;      ///< the same with the design
-  std::vector<std::size_t> of;  ///< in SweepResults::points: one, or one a view
-  bool on_area = false;         ///< on the front of area and time of its view
-  bool on_energy = false;       ///< on that of energy and time
+  std::int64_t id = 0;      ///< id in the database; negative for a mean
+  std::string label;        ///< "#12"; for a mean "mean 3"
+  std::size_t view = 0;     ///< index in SweepViews::views()
+  std::size_t keys = 0;     ///< number of the combination of machine, options and coordinates; the same in all views
+  std::size_t machine = 0;  ///< number of the combination of `keys` and design
+  std::vector<std::size_t> of;  ///< indices in SweepResults::points: one, or one per view for a mean
+  bool on_area = false;         ///< on its view's Pareto front of area and time
+  bool on_energy = false;       ///< on its view's Pareto front of energy and time
 
   bool on_front() const { return on_area || on_energy; }
 };
 
-/// What speed-ups are over. A ratio is of designs on one machine with the same keys, or of keys within one design of
-/// one machine, never of both.
+/// The reference of speed-ups. Compares either designs with the same keys on one machine, or keys within one design on
+/// one machine, never both at once.
 struct SpeedupOver {
-  std::string design;       ///< with the keys of each point; "": of one ShownPoint::machine
-  std::size_t machine = 0;  ///< when no design is named
+  std::string design;       ///< reference design, with the keys of each point; "": the point `machine`
+  std::size_t machine = 0;  ///< ShownPoint::machine of the reference, if design is ""
 
   bool operator==(const SpeedupOver&) const = default;
 };
 
-/// What a point is of, without its scene's and design's names.
+/// Subject of a point, without names of scene and design.
 Subject subject_of(const SweepResults& results, const ReportedPoint& point);
-/// Equal of points that differ in their mode alone.
+/// Key that is equal for points that differ only in their mode.
 std::string but_for_mode(const SweepResults& results, const ReportedPoint& point);
 
 struct SweepView {
   std::string title;      ///< "hall, view 2", "all 6 views"
-  std::size_t views = 1;  ///< more: points are geometric means over so many
+  std::size_t views = 1;  ///< number of views; above 1: points are geometric means over them
   bool is_mean() const { return views > 1; }
 };
 
@@ -54,31 +54,31 @@ class SweepViews {
  public:
   explicit SweepViews(const SweepResults& results);
 
-  /// With several views of one mode their mean comes first, of the points that have all of them.
+  /// For each mode, first the mean over all views (only points that have all of them), then the views.
   const std::vector<SweepView>& views() const { return views_; }
   const std::vector<ShownPoint>& points() const { return points_; }
-  /// Coordinates with more than one value, without the view.
+  /// Coordinates with more than one value, except the view.
   const std::vector<std::string>& varying() const { return varying_; }
 
-  /// A mean's value is the geometric mean; NaN when a point has none.
+  /// Value of a point, or geometric mean; NaN if missing.
   double value(const ShownPoint& point, const std::string& name) const;
-  /// Sum over the points of a mean.
+  /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;
   const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.of.front()]; }
-  /// What sets a point apart from the others: all coordinates that vary when these are few, else those that differ from
-  /// what most points have, four at the most.
+  /// Short name that distinguishes a point: all varying coordinates if there are few, else at most four that differ
+  /// from the most common values.
   std::string name(const ReportedPoint& point) const;
-  /// As a bar or a mark is called: "#12 grtx, l1.bytes = 65536".
+  /// Label of a bar or mark: "#12 grtx, l1.bytes = 65536".
   std::string full_label(const ShownPoint& point) const;
-  /// At first: with several designs the baseline's, or the first's, with the keys of each point; else the first point.
+  /// Initial reference. With several designs: baseline, or else the first design. With one design: the first point.
   SpeedupOver reference() const;
-  /// nullptr when its view has no such point, or none that it may be compared with.
+  /// The reference point for `point`; nullptr if its view has none that is comparable.
   const ShownPoint* over(const ShownPoint& point, const SpeedupOver& reference) const;
-  /// Time of that point over the point's; NaN without one.
+  /// Time of the reference point / time of the point; NaN without a reference.
   double speedup(const ShownPoint& point, const SpeedupOver& reference) const;
-  /// Of that ratio; what both simulations have in common is not known here.
+  /// Conservative interval of the speed-up: correlation of the two simulations is not known here.
   std::optional<Interval> speedup_interval(const ShownPoint& point, const SpeedupOver& reference) const;
-  /// Of a time that was estimated, µs; nothing of a mean.
+  /// Interval of an estimated time, µs; nullopt for a mean.
   std::optional<Interval> time_interval(const ShownPoint& point) const;
 
  private:
@@ -90,7 +90,7 @@ class SweepViews {
   std::vector<SweepView> views_;
   std::vector<ShownPoint> points_;
   std::vector<std::string> varying_;
-  std::vector<nlohmann::ordered_json> commonest_;  ///< value of each of varying_
+  std::vector<nlohmann::ordered_json> commonest_;  ///< most common value of each of varying_
 };
 
 }  // namespace grtx::sim

@@ -174,8 +174,8 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   }
 }
 
-// The insertion sort walks from the last entry to the front. It reads the entries it moves, the one at which it stops
-// and, when the buffer is full, the one that falls out; it writes the moved ones and the new one.
+// The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
+// and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one.
 ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBatch& batch) const {
   Insertions hits;
   for_each_bit(batch.lanes, [&](unsigned lane) {

@@ -202,13 +202,13 @@ class ShaderProgram {
   const traces::Round& round_of(const Warp& warp, unsigned lane) const {
     return warp.group->rays[lane].rounds[warp.round];
   }
-  /// What the hits of a batch do to the k-buffers of their lanes.
+  /// Accesses of a batch's hits to the k-buffers of their lanes.
   struct Insertions {
     LaneCounts reads{}, writes{};   ///< entries
-    LaneCounts last_read{};         ///< entry of the first read; the next ones lie before it
-    LaneCounts last_written{};      ///< the same
+    LaneCounts last_read{};         ///< entry of the first read; further reads go downwards
+    LaneCounts last_written{};      ///< entry of the first write; further writes go downwards
     LaneMask evicting = 0;          ///< lanes that evict an entry
-    std::uint32_t most_shifts = 0;  ///< of a lane
+    std::uint32_t most_shifts = 0;  ///< most entries moved by a lane
   };
   Insertions insert_hits(Warp& warp, const AnyHitBatch& batch) const;
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
