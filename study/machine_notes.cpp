@@ -42,8 +42,12 @@ ResultNotes tracer_notes(const std::string& machine, const traces::Header& heade
   for (const std::string& name : options_of_machines(own)) {
     const bool of_checkpoints = name.starts_with("checkpoint_") || name == "below_instance";
     if (of_checkpoints && !header.checkpoint) continue;
+    if (!wanted.contains(name)) continue;  // an option of secondary rays, which this machine does not ask for
     const auto given = header.inputs.find(name);
-    const std::string& value = given == header.inputs.end() ? usual.at(name) : given->second;
+    const auto otherwise = usual.find(name);
+    const std::string value = given != header.inputs.end() ? given->second
+                              : otherwise != usual.end()   ? otherwise->second
+                                                           : "absent";
     if (value != wanted.at(name)) others.push_back(fmt::format("{} is {}, not {}", name, value, wanted.at(name)));
   }
   if (others.empty()) return {};
