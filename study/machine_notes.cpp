@@ -42,7 +42,7 @@ ResultNotes tracer_notes(const std::string& machine, const traces::Header& heade
   for (const std::string& name : options_of_machines(own)) {
     const bool of_checkpoints = name.starts_with("checkpoint_") || name == "below_instance";
     if (of_checkpoints && !header.checkpoint) continue;
-    if (!wanted.contains(name)) continue;  // an option of secondary rays, which this machine does not ask for
+    if (!wanted.contains(name)) continue;  // secondary rays: not among the options that traces name
     const auto given = header.inputs.find(name);
     const auto otherwise = usual.find(name);
     const std::string value = given != header.inputs.end() ? given->second

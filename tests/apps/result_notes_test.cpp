@@ -145,8 +145,6 @@ TEST_F(ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
   trace("--checkpoint on");
   folder_.write("seed.toml", "[tracer]\nsecondary_seed = 3\n");
   must("sim t.grtx --machine seed.toml");
-  folder_.write("glass.toml", "[tracer]\nsecondary = \"glass\"\nsecondary_seed = 3\n");
-  EXPECT_TRUE(of_sim("--machine glass.toml").contains("tracer-options"));
 }
 
 TEST_F(ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
