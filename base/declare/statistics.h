@@ -66,19 +66,6 @@ class Distribution {
     if (other.max_ > max_) max_ = other.max_;
     for (unsigned i = 0; i < kBins; ++i) bins_[i] += other.bins_[i];
   }
-  /// The distribution with each value multiplied by 2^doublings.
-  Distribution stretched(unsigned doublings) const {
-    Distribution d;
-    d.count_ = count_;
-    d.sum_ = sum_ << doublings;
-    d.max_ = max_ << doublings;
-    d.bins_[0] = bins_[0];
-    for (unsigned i = 1; i < kBins; ++i) {
-      const unsigned to = i + doublings;
-      d.bins_[to < kBins ? to : kBins - 1] += bins_[i];
-    }
-    return d;
-  }
   std::uint64_t count() const { return count_; }
   std::uint64_t sum() const { return sum_; }
   std::uint64_t max() const { return max_; }

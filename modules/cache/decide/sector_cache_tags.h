@@ -54,9 +54,6 @@ class SectorCacheTags {
   explicit SectorCacheTags(const Geometry& geometry);
 
   const Geometry& geometry() const { return geometry_; }
-  std::uint64_t line_address(std::uint64_t address) const {
-    return address & ~std::uint64_t{geometry_.line_bytes - 1u};
-  }
   std::uint8_t sector_bit(std::uint64_t address) const {
     return static_cast<std::uint8_t>(1u << ((address & (geometry_.line_bytes - 1u)) >> sector_shift_));
   }
