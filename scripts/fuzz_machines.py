@@ -35,8 +35,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TABLE1 = os.path.join(ROOT, "configs", "table1.toml")  # every key at its default, checkpoint traffic charged
 # Values that a rule wants to be powers of two.
 POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.sectors_per_cycle",
-          "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "simt.private_store.lane_bytes",
-          "dram.group_bytes"}
+          "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "dram.group_bytes"}
 # Whole sets of the default shapes: most other sizes are refused.
 SETS = {"l1.bytes": 32768, "l2.bytes": 8192}
 MOST = {"l2.bytes": 1 << 28}  # the tags of larger ones do not fit into --memory

@@ -142,6 +142,7 @@ MachineCost machine_cost(const GpuConfig& config, const std::string& design,
   latency("ray_box", config.rt.ray_box.latency);
   latency("ray_triangle", config.rt.ray_triangle.latency);
   latency("ray_sphere", config.rt.ray_sphere.latency);
+  latency("ray_gaussian", config.rt.ray_gaussian.latency);
   latency("ray_transform", config.rt.ray_transform.latency);
   return cost;
 }

@@ -21,14 +21,13 @@ struct Group {
   const char* description;
 };
 constexpr Group kGroups[] = {{"rt",
-                              "energy of the RT units: node, triangle, sphere and transform tests, warp buffer, "
-                              "checkpoint unit"},
+                              "energy of the RT units: node, triangle, sphere, Gaussian and transform tests, "
+                              "warp buffer, any-hit and checkpoint unit"},
                              {"simt", "energy of the SIMT cores: arithmetic and registers of shader instructions"},
                              {"l1", "energy of the L1 caches' data arrays"},
                              {"crossbar", "energy of the packets between SMs and L2"},
                              {"l2", "energy of the L2 slices' data arrays"},
                              {"dram", "energy of the bytes to and from DRAM"},
-                             {"private_store", "energy of the private stores of SIMT cores"},
                              {"own", "energy of units that are not the project's, as they price what they count"},
                              {"leakage", "leakage of the whole modelled machine over gpu.time_us"}};
 
@@ -73,7 +72,6 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   for (const Group& group : kGroups) {
     const std::string_view name = group.name;
     if (name == "own" && !by_group.contains(group.name)) continue;
-    if (name == "private_store" && !by_group.contains(group.name) && !list.lists_kinds()) continue;
     list.add(std::string("gpu.energy_nj.") + group.name, nanojoules(by_group[group.name]), "nJ", group.description);
   }
 }

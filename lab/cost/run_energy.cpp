@@ -113,6 +113,8 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
       "triangle tests");
   add("rt.ray_sphere", value("gpu.rt.ray_sphere.tests"), prices.test(".ray_sphere", config.rt.ray_sphere),
       "sphere tests");
+  add("rt.ray_gaussian", if_any("gpu.rt.ray_gaussian.tests"), prices.test(".ray_gaussian", config.rt.ray_gaussian),
+      "Gaussian tests");
   add("rt.ray_transform", value("gpu.rt.ray_transform.tests"), prices.test(".ray_transform", config.rt.ray_transform),
       "transforms");
   const double events = value("gpu.rt.lanes_handled");
@@ -135,13 +137,14 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig
       prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
           prices.access(".simt", "register_file", true),
       "warp instructions, 32 lanes");
-  if (config.simt.private_store.entries() > 0) {
-    const double words = config.simt.private_store.cycles();  // of an entry
-    add("private_store.simt.reads", words * if_any("gpu.simt.private_store.entries_read"),
-        prices.access(".simt", "private_store", false), "words of lanes");
-    add("private_store.simt.writes", words * if_any("gpu.simt.private_store.entries_written"),
-        prices.access(".simt", "private_store", true), "words of lanes");
-  }
+  // An entry of a heap is three of the 32 words that an access of the register file moves. A step, read, comparison and
+  // write, takes two cycles.
+  const double heap_steps = (if_any("gpu.rt.any_hit.unit.busy_cycles") + if_any("gpu.simt.heap_cycles")) / 2;
+  const double of_a_row = static_cast<double>(modules::HitHeap::kEntryWords) / modules::kMaxLanes;
+  add("rt.any_hit_unit", heap_steps,
+      prices.operation("fp_compare", 32) +
+          (prices.access(".simt", "register_file", false) + prices.access(".simt", "register_file", true)) * of_a_row,
+      "steps of heaps: an entry read, compared and written");
   const double l1_reads = value("gpu.l1.all.reads");
   const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
   add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");

@@ -19,6 +19,7 @@ const std::vector<OperatorChain>& operator_chains() {
       {"ray_box", {kAdd, kMul, kMinMax, kMinMax, kMinMax, kLess}},
       {"ray_triangle", {kAdd, kMul, kAdd, kMul, kAdd, kAdd}},
       {"ray_sphere", {kMul, kAdd, kAdd, kMul, kAdd}},
+      {"ray_gaussian", {kMul, kAdd, kAdd, kMul, kMul, kAdd, kMul, kAdd, kMul, kLess}},
       {"ray_transform", {kMul, kAdd, kAdd}},
   };
   return chains;

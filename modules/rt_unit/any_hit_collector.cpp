@@ -12,6 +12,10 @@ namespace grtx::modules {
 
 const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
   using C = AnyHitCounters;
+  using U = AnyHitUnitCounters;
+  const auto of_unit = [](auto field) {
+    return [field](auto& c) -> auto& { return c.unit.*field; };
+  };
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -20,7 +24,13 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
           .value([](const C& c) { return ratio(c.lanes, c.batches); }, "lanes_per_batch", "lanes",
                  "mean lanes of a batch")
           .sum(&C::timeouts, "timeouts", "batches", "batches sent before all active lanes had a hit")
-          .sum(&C::wait_cycles, "wait_cycles", "cycles", "first waiting lane to invocation, summed over batches");
+          .sum(&C::wait_cycles, "wait_cycles", "cycles", "first waiting lane to invocation, summed over batches")
+          .sum(of_unit(&U::answers))
+          .when([](const C& c) { return c.unit.hits != 0; })
+          .sum(of_unit(&U::hits), "unit.hits", "hits", "hits that the any-hit unit handled")
+          .sum(of_unit(&U::entered), "unit.entered", "hits", "of these, hits that entered a heap")
+          .sum(of_unit(&U::busy_cycles), "unit.busy_cycles", "cycles", "heap logic that works, summed over cycles")
+          .sum(of_unit(&U::wait_cycles), "unit.wait_cycles", "cycles", "cycles that hits waited for their heap logic");
   return table;
 }
 

@@ -16,11 +16,21 @@
 
 namespace grtx::modules {
 
+/// Counters of an any-hit unit; 0 if shaders handle the hits.
+struct AnyHitUnitCounters {
+  std::uint64_t hits = 0;         ///< timed or not
+  std::uint64_t entered = 0;      ///< of these, hits that entered a heap
+  std::uint64_t busy_cycles = 0;  ///< heap logic x cycles
+  std::uint64_t wait_cycles = 0;  ///< cycles that hits waited for their heap logic
+  std::uint64_t answers = 0;      ///< hits answered
+};
+
 struct AnyHitCounters {
   std::uint64_t batches = 0;
   std::uint64_t lanes = 0;        ///< lanes in all batches
   std::uint64_t timeouts = 0;     ///< batches sent by timeout, while some active lane had no hit yet
   std::uint64_t wait_cycles = 0;  ///< cycles from the first waiting lane to the invocation, summed over batches
+  AnyHitUnitCounters unit;
   static const CounterTable<AnyHitCounters>& table();
   void add(const AnyHitCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }

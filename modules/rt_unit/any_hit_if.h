@@ -1,4 +1,5 @@
-// Interface between the RT scheduler, which learns of hits, and the any-hit collector, which invokes the shader.
+// Interface between the RT scheduler, which learns of hits, and the part that handles them: the any-hit collector, which
+// invokes the shader, or the any-hit unit.
 #pragma once
 
 #include <systemc>
@@ -13,13 +14,17 @@ namespace grtx::modules {
 
 struct AnyHitCounters;
 
-/// The RT scheduler's view of the collector.
+/// The RT scheduler's view of the collector, or of the any-hit unit in its place.
 class any_hit_if : public virtual sc_core::sc_interface {
  public:
+  /// A lane begins a round with `preloaded` entries in its k-buffer.
+  virtual void begin_lane(LaneId /*id*/, unsigned /*preloaded*/) {}
   /// The lane (in state in_unit) has a hit for the any-hit shader.
   virtual void arrive(Cycle now, LaneId id) = 0;
   /// The shader has finished all lanes of the warp's batch; the warp may send its next one.
   virtual void finished(unsigned entry) = 0;
+  /// Sampled run: a hit in zero time. Returns whether the SIMT core has something to do for it.
+  virtual bool touch(LaneId /*id*/, const traces::Event& /*event*/) { return true; }
 };
 
 /// Callback of the collector, implemented by the RT scheduler.
@@ -29,7 +34,7 @@ class any_hit_client_if : public virtual sc_core::sc_interface {
   virtual void any_hit_done(const AnyHitDone& done) = 0;
 };
 
-/// Base class of any-hit collectors.
+/// Base class of any-hit collectors and any-hit units.
 class AnyHitModule : public RtPart, public any_hit_if {
  public:
   sc_core::sc_port<warp_buffer_if> warp_buffer{"warp_buffer"};

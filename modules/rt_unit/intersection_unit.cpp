@@ -139,14 +139,18 @@ DataPath ray_sphere_path() {
           158};
 }
 
-DataPath ray_quadric_path() {
-  // Mean over 43 stages: 158 bits in the sphere's default 37 stages and 416 in the transform's 6 give 194.
-  return {{{"fp_add", 32, 8 + 15},
-           {"fp_mul", 32, 11 + 18},
-           {"fp_compare", 32, 3},
-           {"fp_square_root", 32, 1},
-           {"fp_reciprocal", 32, 1}},
-          194};
+// Peak of the response along the transformed ray: a = d.d, b = o.d, c = o.o, t = -b/a, d2 = c - b^2/a; alpha = opacity
+// times a piecewise linear exp(-d2/2) of 32 pieces, whose slope and value are constants; compared with the threshold,
+// with 0.99 and with the cutoff of d2. `entry`: t where the ray enters the unit sphere also needs a square root.
+DataPath ray_gaussian_path(bool entry) {
+  DataPath path{{{"fp_add", 32, 8},
+                 {"fp_mul", 32, 13},
+                 {"fp_compare", 32, 4},
+                 {"mux", 64, 31},
+                 {"fp_reciprocal", 32, 1}},
+                190};
+  if (entry) path.operators.push_back({"fp_square_root", 32, 1});
+  return path;
 }
 
 DataPath ray_transform_path() { return {{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416}; }

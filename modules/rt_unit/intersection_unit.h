@@ -1,6 +1,6 @@
-// Intersection unit of the RT unit: `count` identical pipelines (ray-box, ray-triangle, ray-sphere or ray-transform)
-// shared by all warps, behind one in-order queue. Paper: Section IV-B, "three types of fixed-function units". Cost: the
-// operators of one test per pipeline; the queue has one place per lane of the warp buffer.
+// Intersection unit of the RT unit: `count` identical pipelines (ray-box, ray-triangle, ray-sphere, ray-Gaussian or
+// ray-transform) shared by all warps, behind one in-order queue. Paper: Section IV-B, "three types of fixed-function
+// units". Cost: the operators of one test per pipeline; the queue has one place per lane of the warp buffer.
 #pragma once
 
 #include <algorithm>
@@ -52,11 +52,12 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
     unsigned count = 4;
     unsigned latency = 13;
     unsigned interval = 1;
-    /// what: the unit's name. origin: of all three values.
-    void parameters(ParameterList& list, const std::string& what, Origin origin) {
-      list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin);
-      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin);
-      list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
+    /// what: the unit's name. origin: of all three values. later: Parameter::came_later().
+    void parameters(ParameterList& list, const std::string& what, Origin origin, bool later = false) {
+      list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin).later = later;
+      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin).later = later;
+      list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin).later =
+          later;
     }
   };
   using Counters = IntersectionCounters;
@@ -109,11 +110,12 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Counters counters_;
 };
 
-// Defaults of the four units: number of pipelines, latency and interval (cycles between two starts of a pipeline).
+// Defaults of the five units: number of pipelines, latency and interval (cycles between two starts of a pipeline).
 inline constexpr IntersectionUnit::Config kRayBoxUnit{4, 13, 1};
 inline constexpr IntersectionUnit::Config kRayTriangleUnit{4, 37, 1};
 inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source
 inline constexpr IntersectionUnit::Config kRayTransformUnit{4, 6, 1};
+inline constexpr IntersectionUnit::Config kRayGaussianUnit{4, 27, 1};
 
 /// Storage and operators of a unit. lanes: number of lanes in the warp buffer.
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
@@ -125,6 +127,7 @@ DataPath ray_box_path(unsigned boxes, bool decoded = false);
 DataPath ray_triangle_path();   ///< Moeller-Trumbore
 DataPath ray_sphere_path();     ///< unit sphere at the origin
 DataPath ray_transform_path();  ///< affine transform of origin and direction
-DataPath ray_quadric_path();    ///< unit sphere with a matrix; computes no reciprocals, as no box test follows
+/// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as well.
+DataPath ray_gaussian_path(bool entry);
 
 }  // namespace grtx::modules

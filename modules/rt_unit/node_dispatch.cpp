@@ -20,11 +20,13 @@ void NodeDispatch::end_of_elaboration() {
   attach(NodeKind::internal, ray_box);
   attach(NodeKind::triangle, ray_triangle);
   attach(NodeKind::procedural, ray_sphere);
+  attach(NodeKind::procedural, ray_gaussian);
+  behind_transform_ = by_kind_[static_cast<std::size_t>(NodeKind::procedural)];
   attach(NodeKind::instance, ray_transform);
   if (config_.transforms_leaves) attach(NodeKind::procedural, ray_transform);
 }
 
-void NodeDispatch::unit_result(Cycle now, LaneId id) { ray_sphere->enqueue(now, id, 1); }
+void NodeDispatch::unit_result(Cycle now, LaneId id) { behind_transform_->enqueue(now, id, 1); }
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
   if (config_.box_leaves && kind == NodeKind::procedural) {

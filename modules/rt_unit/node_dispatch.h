@@ -34,6 +34,7 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   Optional<intersection_if> ray_box{"ray_box"};
   Optional<intersection_if> ray_triangle{"ray_triangle"};
   Optional<intersection_if> ray_sphere{"ray_sphere"};
+  Optional<intersection_if> ray_gaussian{"ray_gaussian"};
   Optional<intersection_if> ray_transform{"ray_transform"};
 
   /// Throws Error for a kind whose unit port is unbound.
@@ -47,7 +48,8 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   Config config_;
   WarpTable* warps_ = nullptr;
   intersection_client_if* client_ = nullptr;
-  intersection_if* by_kind_[8] = {};  ///< [NodeKind]
+  intersection_if* by_kind_[8] = {};    ///< [NodeKind]
+  intersection_if* behind_transform_ = nullptr;  ///< the unit that tests a transformed leaf
 };
 
 }  // namespace grtx::modules

@@ -83,6 +83,7 @@ void RtScheduler::begin(unsigned entry) {
     }
     if (prefetcher_ != nullptr) prefetcher_->begin_lane(id, warp.slot, replays);
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
+    any_hit_->begin_lane(id, warp.group->rays[i].rounds[warp.round].preloaded);
   });
   if (sampler_) sampler_->begin(entry, warp.accepted);
 }
@@ -284,6 +285,7 @@ void RtScheduler::execute_visit(LaneId id, Cycle at) {
   memory_->count_visit(node_of(id, event));
   if (!effect.calls_shader(boxes_)) return;
   count_shader_call(effect);
+  if (!any_hit_->touch(id, event)) return;
   const Warp& warp = buffer_->warp(entry_of(id));
   AnyHitBatch batch;
   batch.slot = warp.slot;

@@ -27,6 +27,7 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.part("scheduler", scheduler);
   list.part("memory", memory);
   list.part("any_hit", any_hit);
+  list.part("any_hit_unit", any_hit_unit);
   list.part("checkpoint", checkpoint);
   list.under("prefetch", [&](ParameterList& prefetch) {
     prefetch.add("enabled", sibling_prefetch, "sibling prefetcher", from_paper("GRTX, Section V"));
@@ -40,10 +41,13 @@ void RtUnitConfig::parameters(ParameterList& list) {
     box.add("implementation", box_implementation, kUnitImplementations, kOurs).came_later();
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
-  list.under("sphere", [&](ParameterList& unit) {
-    ray_sphere.parameters(unit, "ray-sphere", as_triangle);
-    unit.add("quadric", quadric, "an ellipsoid's leaf is tested in one pass of this unit, matrix included", kOurs)
+  list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
+  list.under("gaussian", [&](ParameterList& unit) {
+    const Origin gautracer = from_public("GauTracer, ISCA 2026: latency 27; the number is that of our other units");
+    unit.add("enabled", gaussian_unit, "procedural leaves are tested by ray-Gaussian instead of ray-sphere units",
+             gautracer)
         .came_later();
+    ray_gaussian.parameters(unit, "ray-Gaussian", gautracer, true);
   });
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
@@ -58,7 +62,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
       config_(config),
       traffic_(header, config.memory.traffic),
       context_{config_, header, map, traffic_, sm},
-      dispatch_("node_dispatch", {config.box_op_per_child, config.transforms_leaves(header), traffic_.leaf_tests(),
+      dispatch_("node_dispatch", {config.box_op_per_child, transforms_leaves(header), traffic_.leaf_tests(),
                                   traces::has_box_leaves(header.accel)}) {
   if (header.warp_size > kMaxLanes) throw Error("trace", "header", "warp_size must be at most 32");
   build(parts, header);
@@ -79,8 +83,15 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
     memory.sampling = config_.sampling;
     return std::make_unique<MemoryScheduler>(name, memory, header, entries);
   });
-  any_hit_ = made(parts.any_hit_collector, "any_hit_collector", context_,
-                  [&](const char* name) { return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries); });
+  if (config_.any_hit_unit.enabled) {
+    any_hit_ = made(parts.any_hit_unit, "any_hit_unit", context_, [&](const char* name) {
+      return std::make_unique<AnyHitUnit>(name, config_.any_hit_unit, entries, header.k, header.checkpoint);
+    });
+  } else {
+    any_hit_ = made(parts.any_hit_collector, "any_hit_collector", context_, [&](const char* name) {
+      return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries);
+    });
+  }
   if (header.checkpoint) {
     checkpoint_ = made(parts.checkpoint_unit, "checkpoint_unit", context_, [&](const char* name) {
       return std::make_unique<CheckpointUnit>(name, config_.checkpoint, context_.map, header, entries, context_.sm);
@@ -111,18 +122,20 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box, config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
+  } else if (config_.tests_gaussians(header)) {
+    ray_gaussian_ = unit(parts.ray_gaussian, "ray_gaussian", config_.ray_gaussian,
+                         ray_gaussian_path(header.inputs.contains("sort_key") && header.inputs.at("sort_key") == "entry"));
   } else if (!traces::has_box_leaves(header.accel)) {
-    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.sphere_unit(header),
-                       config_.tests_quadrics(header) ? ray_quadric_path() : ray_sphere_path());
+    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path());
   }
-  if (header.two_level || config_.transforms_leaves(header)) {
+  if (header.two_level || transforms_leaves(header)) {
     ray_transform_ = unit(parts.ray_transform, "ray_transform", config_.ray_transform, ray_transform_path());
   }
 }
 
 void RtUnit::list_parts() {
   parts_ = {warp_buffer_.get(), scheduler_.get(), memory_.get(), any_hit_.get()};
-  for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_transform_}) {
+  for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_gaussian_, &ray_transform_}) {
     if (*unit != nullptr) units_.push_back(unit->get());
   }
   parts_.insert(parts_.end(), units_.begin(), units_.end());
@@ -166,6 +179,7 @@ void RtUnit::bind_dispatch() {
   dispatch_.ray_box.bind(*ray_box_);
   if (ray_triangle_) dispatch_.ray_triangle.bind(*ray_triangle_);
   if (ray_sphere_) dispatch_.ray_sphere.bind(*ray_sphere_);
+  if (ray_gaussian_) dispatch_.ray_gaussian.bind(*ray_gaussian_);
   if (ray_transform_) dispatch_.ray_transform.bind(*ray_transform_);
   for (IntersectionModule* unit : units_) {
     if (unit == ray_transform_.get() && dispatch_.transforms_leaves()) {
@@ -338,6 +352,7 @@ RtUnitCounters RtUnit::counters() const {
   take(c.ray_box, ray_box_);
   take(c.ray_triangle, ray_triangle_);
   take(c.ray_sphere, ray_sphere_);
+  take(c.ray_gaussian, ray_gaussian_);
   take(c.ray_transform, ray_transform_);
   take(c.any_hit, any_hit_);
   take(c.checkpoint, checkpoint_);

@@ -1,5 +1,5 @@
 // RT unit of an SM: the netlist of warp buffer, RT scheduler, memory scheduler, node dispatch, intersection units,
-// any-hit collector, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure "arch". Cost: the
+// any-hit collector or any-hit unit, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure "arch". Cost: the
 // sum of its parts. It builds and binds the parts and calls their stages in order; all decisions are in the parts.
 #pragma once
 
@@ -85,13 +85,14 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_box = kRayBoxUnit;
   IntersectionUnit::Config ray_triangle = kRayTriangleUnit;
   IntersectionUnit::Config ray_sphere = kRaySphereUnit;
+  IntersectionUnit::Config ray_gaussian = kRayGaussianUnit;
   IntersectionUnit::Config ray_transform = kRayTransformUnit;
   UnitImplementation box_implementation = UnitImplementation::tlm;
   UnitImplementation transform_implementation = UnitImplementation::tlm;
-  /// Ellipsoids with a matrix in their leaf are tested as quadrics: the sphere unit also applies the matrix.
-  bool quadric = false;
+  bool gaussian_unit = false;  ///< procedural leaves are tested by ray-Gaussian instead of ray-sphere units
   bool box_op_per_child = false;
   AnyHitCollector::Config any_hit;
+  AnyHitUnit::Config any_hit_unit;
   CheckpointUnit::Config checkpoint;
   bool sibling_prefetch = true;
   SiblingPrefetcher::Config prefetcher;
@@ -107,14 +108,20 @@ struct RtUnitConfig {
   bool names_siblings_in_entries(const traces::Header& header) const {
     return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
   }
-  /// Whether procedural leaves pass the transform unit before the sphere unit.
-  bool transforms_leaves(const traces::Header& header) const { return !quadric && modules::transforms_leaves(header); }
-  bool tests_quadrics(const traces::Header& header) const { return quadric && modules::transforms_leaves(header); }
-  /// The ray-sphere unit for a trace: a quadric test takes as long as the transform and sphere test that it replaces.
-  IntersectionUnit::Config sphere_unit(const traces::Header& header) const {
-    IntersectionUnit::Config unit = ray_sphere;
-    if (tests_quadrics(header)) unit.latency += ray_transform.latency;
-    return unit;
+  /// Whether ray-Gaussian units test the primitive leaves of a trace with this header.
+  bool tests_gaussians(const traces::Header& header) const {
+    return gaussian_unit && traces::has_procedural_leaves(header.accel) && !traces::has_box_leaves(header.accel);
+  }
+  /// The unit that tests the primitive leaves of a trace without boxes.
+  const IntersectionUnit::Config& leaf_unit(const traces::Header& header) const {
+    if (!traces::has_procedural_leaves(header.accel)) return ray_triangle;
+    return gaussian_unit ? ray_gaussian : ray_sphere;
+  }
+  /// The any-hit unit's heaps as the SIMT core sees them.
+  HitHeap heaps(const traces::Header& header) const {
+    HitHeap heap = any_hit_unit;
+    heap.alpha = tests_gaussians(header);
+    return heap;
   }
   void parameters(ParameterList& list);
 };
@@ -172,6 +179,7 @@ class RtUnit final : public RtUnitModule {
   std::unique_ptr<IntersectionModule> ray_box_;
   std::unique_ptr<IntersectionModule> ray_triangle_;
   std::unique_ptr<IntersectionModule> ray_sphere_;
+  std::unique_ptr<IntersectionModule> ray_gaussian_;
   std::unique_ptr<IntersectionModule> ray_transform_;
   std::unique_ptr<CheckpointModule> checkpoint_;
   std::unique_ptr<PrefetchModule> prefetcher_;

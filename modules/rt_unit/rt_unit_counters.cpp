@@ -21,7 +21,9 @@ const CounterTable<RtUnitCounters>& RtUnitCounters::table() {
           .part(&C::checkpoint, ".checkpoint")
           .part(&C::prefetch, ".prefetch")
           .part(&C::stack, ".stack")
-          .own_counts(&C::own);
+          .own_counts(&C::own)
+          .when([](const C& c) { return c.ray_gaussian.operations != 0; })
+          .part(&C::ray_gaussian, ".ray_gaussian");
   return table;
 }
 

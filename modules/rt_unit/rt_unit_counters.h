@@ -5,6 +5,7 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/any_hit_unit.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/intersection_unit.h"
 #include "grtx/modules/rt_unit/memory_scheduler.h"
@@ -25,6 +26,7 @@ struct RtUnitCounters {
   IntersectionUnit::Counters ray_box;
   IntersectionUnit::Counters ray_triangle;
   IntersectionUnit::Counters ray_sphere;
+  IntersectionUnit::Counters ray_gaussian;
   IntersectionUnit::Counters ray_transform;
   AnyHitCollector::Counters any_hit;
   CheckpointUnit::Counters checkpoint;

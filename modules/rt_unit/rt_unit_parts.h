@@ -39,9 +39,11 @@ struct RtUnitParts {
   Factory<IntersectionModule> ray_box;
   Factory<IntersectionModule> ray_triangle;
   Factory<IntersectionModule> ray_sphere;
+  Factory<IntersectionModule> ray_gaussian;
   Factory<IntersectionModule> ray_transform;
   Factory<AnyHitModule> any_hit_collector;
   // Called only if the configuration has the part.
+  Factory<AnyHitModule> any_hit_unit;
   Factory<CheckpointModule> checkpoint_unit;
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
@@ -50,16 +52,18 @@ struct RtUnitParts {
 /// Calls f(name, factory) for each factory. A factory added to RtUnitParts does not compile until it is listed here.
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
-  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_transform,
-         any_hit_collector, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
+  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_gaussian,
+         ray_transform, any_hit_collector, any_hit_unit, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
   f("warp_buffer", warp_buffer);
   f("rt_scheduler", rt_scheduler);
   f("memory_scheduler", memory_scheduler);
   f("ray_box", ray_box);
   f("ray_triangle", ray_triangle);
   f("ray_sphere", ray_sphere);
+  f("ray_gaussian", ray_gaussian);
   f("ray_transform", ray_transform);
   f("any_hit_collector", any_hit_collector);
+  f("any_hit_unit", any_hit_unit);
   f("checkpoint_unit", checkpoint_unit);
   f("sibling_prefetcher", sibling_prefetcher);
   f("stack_unit", stack_unit);

@@ -23,7 +23,6 @@ const SimtCoreConfig& checked(const SimtCoreConfig& config) {
     throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
   }
   require_allowed("simt", config);
-  require_allowed("simt.private_store", config.private_store);
   return config;
 }
 
@@ -35,10 +34,9 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       config_(checked(config)),
       header_(header),
       map_(map),
-      program_(header, map, config.costs, config.sm, config.resident_warps, config.private_store),
+      program_(header, map, config.costs, config.sm, config.resident_warps, config.heap),
       issue_slots_(config.schedulers, config.instruction_latency),
       lsu_(config.resident_warps, config.l1_client),
-      store_(config.private_store),
       slots_(config.resident_warps),
       trace_calls_(config.resident_warps),
       any_hits_done_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
@@ -48,12 +46,11 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
 }
 
 void SimtCore::restart(Caches) {
-  make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.private_store);
+  make_anew(program_, header_, map_, config_.costs, config_.sm, config_.resident_warps, config_.heap);
   issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
   lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
-  store_ = PrivateStore(config_.private_store);
   std::fill(slots_.begin(), slots_.end(), Slot());
-  next_ready_ = next_store_read_ = kNever;
+  next_ready_ = next_drained_ = kNever;
   last_active_ = 0;
   counters_ = {};
   timed_instructions_ = {};
@@ -91,7 +88,7 @@ Cycle SimtCore::earliest_due() const {
   if (!lsu_.empty() || !trace_calls_.empty() || !any_hits_done_.empty() || !nodes_fetched_.empty() || !ends_.empty()) {
     return 0;
   }
-  Cycle due = std::min({next_ready_, next_store_read_, memory_response_.next_visible(), launch_.next_visible()});
+  Cycle due = std::min({next_ready_, next_drained_, memory_response_.next_visible(), launch_.next_visible()});
   for (const RtLinks& rt : rt_) {
     due = std::min({due, rt.any_hit_batch.next_visible(), rt.trace_done.next_visible()});
     if (rt.node_fetch) due = std::min(due, rt.node_fetch.next_visible());
@@ -104,7 +101,7 @@ Cycle SimtCore::tick(Cycle now) {
   if (due <= now) {
     last_active_ = now;
     accept_response(now);
-    finish_store_reads(now);
+    finish_drains(now);
     accept_messages(now);
     finish_phases(now);
     // Services for the RT unit have priority throughout, because its lanes wait for them.
@@ -137,19 +134,19 @@ void SimtCore::accept_response(Cycle now) {
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);
     memory_response_.pop(now);
-    if (!write && lsu_.loads_pending(slot) == 0 && slots_[slot].store_read == 0) loaded_ |= bit(slot);
+    if (!write && lsu_.loads_pending(slot) == 0 && slots_[slot].drained == 0) loaded_ |= bit(slot);
     if (write) end_if_drained(slot, now);
   }
 }
 
-void SimtCore::finish_store_reads(Cycle now) {
-  if (next_store_read_ > now) return;
-  next_store_read_ = kNever;
+void SimtCore::finish_drains(Cycle now) {
+  if (next_drained_ > now) return;
+  next_drained_ = kNever;
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
-    Cycle& back = slots_[slot].store_read;
+    Cycle& back = slots_[slot].drained;
     if (back == 0) continue;
     if (back > now) {
-      next_store_read_ = std::min(next_store_read_, back);
+      next_drained_ = std::min(next_drained_, back);
       continue;
     }
     back = 0;
@@ -175,6 +172,10 @@ void SimtCore::accept_messages(Cycle now) {
       starting_ray_generation_ |= bit(done->slot);
     }
     for (const AnyHitBatch* batch; (batch = rt.any_hit_batch.front(now)) != nullptr; rt.any_hit_batch.pop(now)) {
+      if (program_.has_heaps()) {
+        store_evicted(*batch, now);
+        continue;
+      }
       assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
       batches_.push_back(*batch);
       if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
@@ -310,20 +311,13 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
 void SimtCore::start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now) {
   slots_[slot].service = Service::any_hit;
   program_.any_hit(batch, phase_);
-  program_.inserts_at_store() ? insert_at_store(slot, batch.lanes, now) : load(slot, now);
+  load(slot, now);
 }
 
-void SimtCore::insert_at_store(unsigned slot, LaneMask lanes, Cycle now) {
-  Slot& warp = slots_[slot];
-  warp.kind = phase_.kind;
-  warp.instructions = 0;
-  warp.stores.swap(phase_.stores);
-  warp.store_writes = phase_.store_writes;
-  warp.steps.clear();
-  warp.next_step = 0;
-  warp.ready = store_.insert(lanes, phase_.insertion_accesses, now);
-  next_ready_ = std::min(next_ready_, warp.ready);
-  enter(slot, WarpActivity::any_hit, now);
+void SimtCore::store_evicted(const AnyHitBatch& batch, Cycle now) {
+  program_.store_evicted(batch, phase_);
+  if (cache_ != nullptr) touch_all(*cache_, phase_.stores, true, now);
+  lsu_.enqueue(batch.slot, phase_.stores, true);
 }
 
 void SimtCore::fill_phase(unsigned slot) {
@@ -386,7 +380,7 @@ void SimtCore::touch_any_hit(const AnyHitBatch& batch, Cycle at) {
     hits = ShaderProgram::hits_of(batch);
     if (hits.lanes == 0) return;
   }
-  program_.any_hit(hits, touched_phase_);
+  program_.has_heaps() ? program_.store_evicted(hits, touched_phase_) : program_.any_hit(hits, touched_phase_);
   touch_phase(touched_phase_, at);
 }
 
@@ -395,35 +389,33 @@ void SimtCore::load(unsigned slot, Cycle now) {
   warp.kind = phase_.kind;
   warp.instructions = phase_.instructions;
   warp.stores.swap(phase_.stores);
-  warp.store_writes = phase_.store_writes;
   warp.steps.swap(phase_.steps);
   if (!warp.steps.empty()) {
     warp.loads.swap(phase_.loads);
     warp.next_step = 0;
     warp.step_instructions = phase_.step_instructions;
     load_step(slot, now);
-  } else if (phase_.loads.empty() && phase_.store_reads == 0) {
+  } else if (phase_.loads.empty() && phase_.delay == 0) {
     loaded_ |= bit(slot);
   } else {
-    send_loads(slot, phase_.loads, phase_.store_reads, now);
+    if (phase_.delay > 0) {
+      warp.drained = now + phase_.delay;
+      next_drained_ = std::min(next_drained_, warp.drained);
+    }
+    send_loads(slot, phase_.loads, now);
   }
 }
 
 void SimtCore::load_step(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
-  const LoadStep begin = warp.next_step == 0 ? LoadStep{} : warp.steps[warp.next_step - 1];
-  const LoadStep end = warp.steps[warp.next_step++];
-  send_loads(slot, std::span(warp.loads).subspan(begin.loads, end.loads - begin.loads),
-             end.store_reads - begin.store_reads, now);
+  const std::uint32_t begin = warp.next_step == 0 ? 0 : warp.steps[warp.next_step - 1];
+  const std::uint32_t end = warp.steps[warp.next_step++];
+  send_loads(slot, std::span(warp.loads).subspan(begin, end - begin), now);
 }
 
-void SimtCore::send_loads(unsigned slot, std::span<SectorAccess> loads, std::uint32_t store_reads, Cycle now) {
+void SimtCore::send_loads(unsigned slot, std::span<SectorAccess> loads, Cycle now) {
   if (cache_ != nullptr) touch_all(*cache_, loads, false, now);
   lsu_.enqueue(slot, loads, false);
-  if (store_reads > 0) {
-    slots_[slot].store_read = store_.read(store_reads, now);
-    next_store_read_ = std::min(next_store_read_, slots_[slot].store_read);
-  }
   enter(slot, WarpActivity::memory, now);
 }
 
@@ -442,7 +434,6 @@ void SimtCore::issue(unsigned slot, Cycle now) {
 void SimtCore::store(unsigned slot, Cycle now) {
   if (cache_ != nullptr) touch_all(*cache_, slots_[slot].stores, true, now);
   if (!slots_[slot].stores.empty()) lsu_.enqueue(slot, slots_[slot].stores, true);
-  store_.write(slots_[slot].store_writes, now);
 }
 
 void SimtCore::end_if_drained(unsigned slot, Cycle now) {
@@ -514,7 +505,6 @@ SimtCounters SimtCore::counters() const {
   counters.issue_wait_cycles = issue_slots_.wait_cycles();
   counters.shader = program_.counters();
   counters.memory = lsu_.counters();
-  counters.private_store = store_.counters();
   return counters;
 }
 
@@ -528,24 +518,6 @@ Inventory SimtCore::inventory() const {
       {"register_file", StorageKind::ram, config_.register_file.registers * 32, 3, 1, false, 32 * kMaxLanes});
   inventory.storage.push_back(
       {"warp_control", StorageKind::flip_flop, config_.resident_warps * kWarpControlBits, 1, 1, false});
-  if (const PrivateStore::Config& store = config_.private_store; store.entries() > 0) {
-    const std::uint64_t places = std::uint64_t{store.entries()} * config_.resident_warps * kMaxLanes;
-    // One port for both reads and writes.
-    inventory.storage.push_back({"private_store", StorageKind::ram, places * PrivateStore::kEntryBytes * 8, 1, 0, false,
-                                 store.lane_bytes * 8, kMaxLanes});
-    inventory.operators.push_back({"int_add", 16, kMaxLanes});  // slot's first entry + index
-    if (store.insertion) {
-      // Per bank: registers for the hit (t and id) and the moving entry, fill level of each k-buffer, comparators for t
-      // and id, and the next index.
-      inventory.storage.push_back({"insertion_registers", StorageKind::flip_flop, std::uint64_t{kMaxLanes} * 2 * 64});
-      inventory.storage.push_back({"insertion_fill", StorageKind::ram,
-                                   std::uint64_t{kMaxLanes} * config_.resident_warps *
-                                       static_cast<unsigned>(std::bit_width(store.k_buffer_entries))});
-      inventory.operators.push_back({"fp_compare", 32, kMaxLanes});
-      inventory.operators.push_back({"int_compare", 32, kMaxLanes});
-      inventory.operators.push_back({"int_add", 16, kMaxLanes});
-    }
-  }
   inventory.operators.push_back({"fp_fma", 32, lanes});
   inventory.operators.push_back({"int_add", 32, lanes});
   inventory.operators.push_back({"fp_compare", 32, lanes});

@@ -17,13 +17,13 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/sampling.h"
 #include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/issue_slots.h"
-#include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/register_file.h"
@@ -78,8 +78,8 @@ struct SimtCoreConfig {
   RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
   RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
   ShaderCosts costs;
-  PrivateStore::Config private_store;
-  /// All but the costs and the private store, which are separate tables.
+  HitHeap heap{};  ///< of the RT unit's any-hit unit; set by the assembly
+  /// All but the costs, which are a table of their own.
   void parameters(ParameterList& list) {
     list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
@@ -128,7 +128,6 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   const traces::RayGroup& group(unsigned slot) const { return *program_.group(slot); }
   std::uint32_t round(unsigned slot) const { return program_.round(slot); }
   const LoadStoreUnit& load_store() const { return lsu_; }
-  const PrivateStore& private_store() const { return store_; }
   /// Last cycle in which tick() did any work; the visible state has not changed since.
   Cycle last_active() const { return last_active_; }
   SimtCounters counters() const override;
@@ -172,11 +171,10 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
     PhaseKind kind = PhaseKind::prologue;
     std::uint64_t instructions = 0;    ///< of the running phase, not yet issued
     std::vector<SectorAccess> stores;  ///< stores of the running phase
-    std::uint32_t store_writes = 0;    ///< private-store writes of the running phase
     std::vector<SectorAccess> loads;   ///< loads of a phase with steps
-    std::vector<LoadStep> steps;       ///< steps of the running phase
+    std::vector<std::uint32_t> steps;  ///< steps of the running phase
     std::size_t next_step = 0;         ///< first step whose loads have not been sent
-    Cycle store_read = 0;              ///< cycle in which the last private-store read returns; 0: none pending
+    Cycle drained = 0;                 ///< cycle in which the heap's last entry is taken out; 0: none pending
     std::uint64_t step_instructions = 0;
     LaneMask any_hit_lanes = 0;  ///< lanes of the running batch
     AnyHitBatch hits;            ///< hits found by the intersection shader, for the any-hit shader
@@ -188,7 +186,7 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   void restart(Caches caches) override;
   Cycle earliest_due() const;
   void accept_response(Cycle now);
-  void finish_store_reads(Cycle now);
+  void finish_drains(Cycle now);
   void accept_messages(Cycle now);
   void finish_phases(Cycle now);
   bool more_steps(unsigned slot) const { return slots_[slot].next_step < slots_[slot].steps.size(); }
@@ -196,8 +194,8 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   void finish_ray_generation(unsigned slot, Cycle now);
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);
-  /// Lets the banks of the private store insert the hits of phase_.
-  void insert_at_store(unsigned slot, LaneMask lanes, Cycle now);
+  /// Stores a hit that fell out of its heap.
+  void store_evicted(const AnyHitBatch& batch, Cycle now);
   void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
@@ -207,7 +205,7 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   void touch_phase(ShaderPhase& phase, Cycle at);
   void load(unsigned slot, Cycle now);
   /// Sends the loads of a phase, or of one step of it.
-  void send_loads(unsigned slot, std::span<SectorAccess> loads, std::uint32_t store_reads, Cycle now);
+  void send_loads(unsigned slot, std::span<SectorAccess> loads, Cycle now);
   void issue(unsigned slot, Cycle now);
   void send(Cycle now);
   void next_round(unsigned slot);
@@ -221,7 +219,6 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   ShaderProgram program_;
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;
-  PrivateStore store_;
   std::vector<Slot> slots_;
   ShaderPhase phase_;                    ///< scratch
   ShaderPhase touched_phase_;            ///< scratch, for untimed events
@@ -229,7 +226,7 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready
-  Cycle next_store_read_ = kNever;       ///< earliest Slot::store_read
+  Cycle next_drained_ = kNever;          ///< earliest Slot::drained
   Cycle last_active_ = 0;
   // Warp slots (one bit each) with work in the current cycle.
   LaneMask starting_service_ = 0;

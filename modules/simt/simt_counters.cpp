@@ -64,18 +64,6 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
                "cycles in which the L1 took no request that waited")
           .largest(of_memory(&M::deepest_queue), "lsu.deepest_queue", "sectors",
                    "most sectors that waited in one load-store unit")
-          .sum(of_shader(&S::store_entries_read))
-          .sum(of_shader(&S::store_entries_written))
-          .part(&C::private_store)
-          .described([](const C& c, StatisticList& list, const std::string& prefix) {
-            const std::string store = prefix + ".private_store";
-            if (!list.lists_kinds() && c.private_store.reads + c.private_store.writes == 0) return;
-            PrivateStore::Counters::table().describe(c.private_store, list, store);
-            list.add(store + ".entries_read", c.shader.store_entries_read, "entries",
-                     "entries that lanes read from the private store");
-            list.add(store + ".entries_written", c.shader.store_entries_written, "entries",
-                     "entries that lanes wrote to the private store");
-          })
           .own_counts(&C::own)
           .when([](const C& c) { return c.shader.intersection_batches != 0; })
           .sum(of_shader(&S::intersection_batches), "intersection.batches", "batches",
@@ -84,7 +72,9 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .value([](const C& c) { return c.instructions[kIntersection]; }, "instructions.intersection", "instructions",
                  "warp instructions of phase intersection")
           .value([](const C& c) { return c.phases[kIntersection]; }, "phases.intersection", "phases",
-                 "executions of phase intersection");
+                 "executions of phase intersection")
+          .when([](const C& c) { return c.shader.heap_cycles != 0; })
+          .sum(of_shader(&S::heap_cycles), "heap_cycles", "cycles", "taking hits out of heaps, summed over lanes");
   return table;
 }
 

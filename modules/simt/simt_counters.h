@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
 
@@ -44,7 +43,6 @@ struct SimtCounters {
   std::uint64_t issue_wait_cycles = 0;                       ///< cycles that phases waited for their scheduler
   ShaderCounters shader;
   LoadStoreCounters memory;
-  PrivateStore::Counters private_store;
   OwnCounts own;  ///< extra counters of a user-supplied core
 
   static const CounterTable<SimtCounters>& table();

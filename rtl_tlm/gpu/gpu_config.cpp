@@ -38,7 +38,6 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("rt", rt);
   list.part("simt", simt);
   list.under("simt", [&](ParameterList& keys) { sm_links.message_parameters(keys); });
-  list.part("simt.private_store", simt.private_store);
   list.part("simt.cost", simt.costs);
   list.part("l1", l1);
   list.under("l1", [&](ParameterList& keys) { sm_links.l1_parameters(keys); });

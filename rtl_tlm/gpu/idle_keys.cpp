@@ -25,6 +25,12 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
     if (key == "l1.write_back_buffer" && config.l1.private_writes.policy == modules::WritePolicy::write_through) {
       idle.push_back({key, "l1.private_writes = write_through"});
     }
+    if (config.rt.any_hit_unit.enabled ? key == "rt.any_hit.timeout" : key.starts_with("rt.any_hit_unit.")) {
+      idle.push_back({key, std::string("rt.any_hit_unit.enabled = ") + (config.rt.any_hit_unit.enabled ? "true" : "false")});
+    }
+    if (key.starts_with("rt.gaussian.") && !config.rt.gaussian_unit) {
+      idle.push_back({key, "rt.gaussian.enabled = false"});
+    }
     if (!key.starts_with("dram.")) continue;
     const bool of_simulators = key.starts_with("dram.simulator.");
     const bool of_all =

@@ -84,6 +84,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   simt.sm = config.index;
   simt.resident_warps = config.resident_warps;
   simt.l1_client = simt_client;
+  simt.heap = config.rt.heaps(header);
   modules::L1Cache::Config l1 = config.l1;
   l1.sm = static_cast<std::uint8_t>(config.index);
   l1.clients = static_cast<unsigned>(clients.size());

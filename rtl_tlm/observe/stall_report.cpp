@@ -61,7 +61,7 @@ void add_units(const Json& document, std::vector<StallSection>& sections) {
   const Json config = document.value("config", Json::object());
   const double cycles = number(stats, "gpu.cycles");
   StallSection section{"gpu.rt: taken pipelines of the intersection units", "% of all their cycles", 100.0, {}};
-  for (const std::string unit : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
+  for (const std::string unit : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
     const auto count = config.find("rt." + unit.substr(4) + ".count");
     const auto sms = config.find("gpu.sms");
     if (count == config.end() || sms == config.end() || number(stats, "gpu.rt." + unit + ".operations") == 0.0)

@@ -42,7 +42,7 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem&
       unit_of.scheduler = part<modules::RtScheduler>(*rt, "rt_scheduler");
       unit_of.buffer = part<modules::WarpBuffer>(*rt, "warp_buffer");
       unit_of.scheduler_track.track = writer_.track(tracks.process, prefix + "rt_scheduler");
-      for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
+      for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
         const auto* unit = part<modules::IntersectionState>(*rt, name);
         if (unit == nullptr) continue;
         unit_of.units.push_back(unit);

@@ -32,6 +32,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
       scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
+      any_hit_unit_(elaborated_part<modules::AnyHitUnit>(rt, "any_hit_unit")),
       checkpoint_(elaborated_part<modules::CheckpointState>(rt, "checkpoint_unit")),
       prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
   const std::size_t before = wires.selected();
@@ -54,7 +55,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
     fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
   }
-  for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_transform"}) {
+  for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
     Unit unit;
     unit.unit = elaborated_part<modules::IntersectionState>(rt, name);
     if (unit.unit == nullptr) continue;
@@ -64,6 +65,11 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     unit.queued = add((prefix + "queued").c_str(), lanes);
     unit.in_flight = add((prefix + "in_flight").c_str(), lanes);
     units_.push_back(unit);
+  }
+  if (any_hit_unit_ != nullptr) {
+    heap_hits_ = add("any_hit_unit.hits_held", lanes);
+    heap_handled_ = wires.add(scope + ".any_hit_unit.hits", kCounterBits, WaveLevel::signals);
+    heap_entered_ = wires.add(scope + ".any_hit_unit.entered", kCounterBits, WaveLevel::signals);
   }
   if (any_hit_ != nullptr) {
     any_hit_waiting_ = add("any_hit_collector.lanes_waiting", lanes);
@@ -125,6 +131,12 @@ void RtUnitProbe::sample(Cycle now) {
     unit.queued.set(unit.unit->queued());
     unit.in_flight.set(unit.unit->in_flight());
   }
+  if (any_hit_unit_ != nullptr) {
+    const modules::AnyHitUnitCounters counters = any_hit_unit_->counters().unit;
+    heap_hits_.set(any_hit_unit_->held());
+    heap_handled_.set(counters.hits);
+    heap_entered_.set(counters.entered);
+  }
   if (any_hit_ != nullptr) {
     if (warps_of_ != nullptr) sample_any_hit(now);
     any_hit_batches_.set(any_hit_->counters().batches);
@@ -173,14 +185,6 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
   }
   queued_ = wires.add(scope + ".load_store_queued", 20);
   in_flight_ = wires.add(scope + ".load_store_in_flight", 20);
-  if (simt.private_store().config().entries() > 0) {
-    store_reads_ = wires.add(scope + ".private_store.reads", kCounterBits);
-    store_writes_ = wires.add(scope + ".private_store.writes", kCounterBits);
-    store_busy_ = wires.add(scope + ".private_store.busy", 1);
-    if (simt.private_store().config().insertion) {
-      store_insertions_ = wires.add(scope + ".private_store.insertions", kCounterBits);
-    }
-  }
   const std::size_t units = wires.selected();
   for (unsigned i = 0; i < simt.slots(); ++i) {
     const std::string slot = scope + ".slot" + std::to_string(i);
@@ -194,9 +198,8 @@ SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::Simt
   slots_selected_ = wires.selected() != units;
 }
 
-void SimtProbe::sample(Cycle now) {
+void SimtProbe::sample() {
   if (!selected_) return;
-  store_busy_.set(simt_.private_store().free_from() > now);
   if (simt_.last_active() == seen_) return;
   seen_ = simt_.last_active();
   std::array<unsigned, modules::kWarpActivities> warps{};
@@ -218,9 +221,6 @@ void SimtProbe::sample(Cycle now) {
   for (std::size_t a = 0; a < warps.size(); ++a) warps_[a].set(warps[a]);
   queued_.set(simt_.load_store().queued());
   in_flight_.set(simt_.load_store().in_flight());
-  store_reads_.set(simt_.private_store().counters().reads);
-  store_writes_.set(simt_.private_store().counters().writes);
-  store_insertions_.set(simt_.private_store().counters().insertions);
 }
 
 L1Probe::L1Probe(Wires& wires, const std::string& scope, const modules::L1Cache& l1) : l1_(l1) {

@@ -38,6 +38,7 @@ class RtUnitProbe {
   const modules::RtScheduler* scheduler_;
   const modules::MemoryScheduler* memory_;
   const modules::AnyHitCollector* any_hit_;
+  const modules::AnyHitUnit* any_hit_unit_;
   const modules::CheckpointState* checkpoint_;
   const modules::SiblingPrefetcher* prefetcher_;
   const modules::WarpTable* warps_of_ = nullptr;
@@ -45,6 +46,7 @@ class RtUnitProbe {
   bool selected_ = false;
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
+  Wire heap_hits_, heap_handled_, heap_entered_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
   Wire prefetch_queue_, prefetch_outstanding_;
   std::vector<Unit> units_;
@@ -55,7 +57,7 @@ class RtUnitProbe {
 class SimtProbe {
  public:
   SimtProbe(Wires& wires, const std::string& scope, const modules::SimtCore& simt);
-  void sample(Cycle now);
+  void sample();
 
  private:
   struct Slot {
@@ -65,7 +67,7 @@ class SimtProbe {
   Cycle seen_ = modules::kNever;  ///< last activity cycle that was shown
   bool selected_ = false;
   bool slots_selected_ = false;
-  Wire resident_, queued_, in_flight_, store_reads_, store_writes_, store_busy_, store_insertions_;
+  Wire resident_, queued_, in_flight_;
   std::array<Wire, modules::kWarpActivities> warps_;
   std::vector<Slot> slots_;
 };

@@ -84,7 +84,7 @@ void Waveform::sample(Cycle now) {
   launched_.set(gpu_.distributor().launched());
   running_.set(gpu_.distributor().running());
   for (RtUnitProbe& rt : rt_units_) rt.sample(now);
-  for (SimtProbe& simt : simt_cores_) simt.sample(now);
+  for (SimtProbe& simt : simt_cores_) simt.sample();
   for (L1Probe& l1 : l1_caches_) l1.sample();
   for (L2Probe& slice : l2_slices_) slice.sample();
   const modules::CrossbarCounters crossbar = gpu_.crossbar().counters();

@@ -36,6 +36,8 @@ const std::vector<UnitNames>& units() {
       {"ray-triangle unit", {"gpu.rt.ray_triangle."}, {"rt.triangle."}},
       {"ray-sphere unit", {"gpu.rt.ray_sphere."}, {"rt.sphere."}},
       {"ray-transform unit", {"gpu.rt.ray_transform."}, {"rt.transform."}},
+      {"ray-Gaussian unit", {"gpu.rt.ray_gaussian."}, {"rt.gaussian."}},
+      {"any-hit unit", {"gpu.rt.any_hit.unit."}, {"rt.any_hit_unit."}},
       {"any-hit collector", {"gpu.rt.any_hit"}, {"rt.any_hit"}},
       {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}, {"rt.checkpoint."}},
       {"L1 data cache", {"gpu.l1."}, {"l1."}},

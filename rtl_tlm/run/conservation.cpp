@@ -71,11 +71,13 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("node visits fetched", c.rt.memory.node_visits(), totals.visits());
   equal("culls", events.culls, totals.culls);
   equal("any-hit calls of the RT units", events.any_hit_calls, totals.any_hit_calls);
-  equal("any-hit calls of the SIMT cores", c.simt.shader.any_hit_calls, totals.any_hit_calls);
+  const modules::AnyHitUnitCounters& heaps = c.rt.any_hit.unit;
+  equal("hits of SIMT cores and any-hit units", c.simt.shader.any_hit_calls + heaps.hits, totals.any_hit_calls);
+  equal("hits answered by any-hit units", heaps.answers, heaps.hits);
   const bool boxes = events.intersection_calls != 0;
   // In a sampled run, calls in zero time are batches of one lane.
   const std::uint64_t without_time =
-      sampled ? (boxes ? events.intersection_calls : events.any_hit_calls) - c.rt.any_hit.lanes : 0;
+      sampled ? (boxes ? events.intersection_calls : events.any_hit_calls) - heaps.hits - c.rt.any_hit.lanes : 0;
   equal("batches of calls at the SIMT cores",
         boxes ? c.simt.shader.intersection_batches : c.simt.shader.any_hit_batches,
         c.rt.any_hit.batches + without_time);

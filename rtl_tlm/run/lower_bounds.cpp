@@ -17,12 +17,13 @@ Cycle pipelines(std::uint64_t busy_cycles, const modules::IntersectionUnit::Conf
 }  // namespace
 
 std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
-  Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, transform = 0, rt_port = 0, l1_port = 0;
+  Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, gaussian = 0, transform = 0, rt_port = 0, l1_port = 0;
   for (const modules::RtUnitCounters& rt : c.rt_of) {
     issue = std::max(issue, rt.scheduler.selections);
     box = std::max(box, pipelines(rt.ray_box.busy_cycles, config.rt.ray_box));
     triangle = std::max(triangle, pipelines(rt.ray_triangle.busy_cycles, config.rt.ray_triangle));
     sphere = std::max(sphere, pipelines(rt.ray_sphere.busy_cycles, config.rt.ray_sphere));
+    gaussian = std::max(gaussian, pipelines(rt.ray_gaussian.busy_cycles, config.rt.ray_gaussian));
     transform = std::max(transform, pipelines(rt.ray_transform.busy_cycles, config.rt.ray_transform));
     rt_port = std::max(rt_port, divide_up(rt.memory.node_sectors(), config.rt.memory.sectors_per_cycle));
   }
@@ -39,6 +40,7 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
           {"unit.box", box, "busiest ray-box units: tests x interval / count"},
           {"unit.triangle", triangle, "busiest ray-triangle units"},
           {"unit.sphere", sphere, "busiest ray-sphere units"},
+          {"unit.gaussian", gaussian, "busiest ray-Gaussian units"},
           {"unit.transform", transform, "busiest ray-transform units"},
           {"rt_port", rt_port, "node sectors of the busiest RT unit over the width of its port"},
           {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},

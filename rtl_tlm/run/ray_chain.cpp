@@ -8,7 +8,6 @@ namespace grtx::sim {
 
 ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& header) {
   const modules::RtUnitConfig& rt = config.rt;
-  const bool procedural = traces::has_procedural_leaves(header.accel);
   // Merging with a fetch under way can be faster than a hit: then the fetch counts 0. Else one cycle from a scheduled
   // warp to its request, one from the response to the unit's start, and the fastest answer between: an L1 hit; a miss,
   // answered as soon as the L2 answers; or joining another warp's miss or a prefetch a cycle before the sector comes.
@@ -17,7 +16,7 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + answer;
   internal = fetch + 1 + rt.ray_box.latency;
   instance = fetch + 1 + rt.ray_transform.latency;
-  leaf = fetch + 1 + (procedural ? rt.sphere_unit(header) : rt.ray_triangle).latency;
+  leaf = fetch + 1 + rt.leaf_unit(header).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
   const bool boxes = traces::has_box_leaves(header.accel);
@@ -25,9 +24,9 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
     leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
            config.simt.instruction_latency;
   }
-  const modules::PrivateStore::Config& store = config.simt.private_store;
-  any_hit = (boxes ? 0 : messages) +
-            (store.insertion ? store.insertion_latency : cost.any_hit_fixed + config.simt.instruction_latency);
+  any_hit = rt.any_hit_unit.enabled
+                ? Cycle{rt.any_hit_unit.latency}
+                : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

@@ -23,7 +23,6 @@ NOT_A_RESOURCE = {
     "simt.registers": "a limit only with simt.registers_per_thread",
     "simt.registers_per_thread": "0 is no limit",
     "simt.payload_registers": "a part of simt.registers_per_thread",
-    "simt.private_store.lane_bytes": "4 or 8, of a store that is off",
     "l1.line_bytes": "a shape", "l1.ways": "a shape", "l2.line_bytes": "a shape", "l2.ways": "a shape",
     "l1.mshr_merges": "a merge that has to wait may find its sector later for nothing",
     "l2.mshr_merges": "as l1.mshr_merges",

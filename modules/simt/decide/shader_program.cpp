@@ -32,10 +32,10 @@ std::size_t most_sectors(const traces::Header& header) {
 }  // namespace
 
 ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
-                             unsigned resident_warps, const PrivateStore::Config& store)
+                             unsigned resident_warps, const HitHeap& heap)
     : map_(map),
       costs_(costs),
-      store_(store),
+      heap_(heap),
       sm_(sm),
       k_(header.k),
       checkpoint_(header.checkpoint),
@@ -52,14 +52,12 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
   if (header.warp_size == 0 || header.warp_size > kMaxLanes) {
     throw Error("trace header", "warp_size", "must be 1 to " + std::to_string(kMaxLanes) + " for the hardware model");
   }
-  if (store.insertion && header.tracing != traces::Tracing::multi) {
-    throw Error("configuration", "simt.private_store.insertion",
-                "inserts into sorted k-buffers, which only traces of tracing multi have");
+  if (!heap.enabled) return;
+  if (header.tracing != traces::Tracing::multi) {
+    throw Error("configuration", "rt.any_hit_unit.enabled", "has heaps of k hits, for traces of tracing multi alone");
   }
-  if (store.insertion && store.k_buffer_entries < header.k) {
-    throw Error("configuration", "simt.private_store.insertion",
-                "needs whole k-buffers on chip: simt.private_store.k_buffer_entries of at least k, here " +
-                    std::to_string(header.k));
+  if (boxes_) {
+    throw Error("configuration", "rt.any_hit_unit.enabled", "takes hits from a unit; those of boxes come from a shader");
   }
 }
 
@@ -150,28 +148,27 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
 
   const Insertions hits = insert_hits(warp, batch);
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * hits.most_shifts);
-  if (store_.insertion) {
-    phase.instructions = 0;
-    for_each_bit(batch.lanes, [&](unsigned lane) {
-      phase.insertion_accesses[lane] = hits.reads[lane] + hits.writes[lane];
-      counters_.store_entries_read += hits.reads[lane];
-      counters_.store_entries_written += hits.writes[lane];
-    });
-  } else {
-    for_each_entry(
-        warp_slot, batch.lanes, hits.reads, [&](unsigned lane, std::uint32_t i) { return hits.last_read[lane] - i; },
-        false, phase, [this](std::uint32_t) { return costs_.dependent_loads; });
-    close_steps(phase);
-    for_each_entry(
-        warp_slot, batch.lanes, hits.writes,
-        [&](unsigned lane, std::uint32_t i) { return hits.last_written[lane] - i; }, true, phase);
-  }
-  if (hits.evicting != 0) {
-    access_evictions(
-        batch.slot, hits.evicting, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
-    for_each_bit(hits.evicting, [&](unsigned lane) { ++warp.evictions[lane]; });
-    counters_.evictions += static_cast<std::uint64_t>(std::popcount(hits.evicting));
-  }
+  for_each_entry(
+      warp_slot, batch.lanes, hits.reads, [&](unsigned lane, std::uint32_t i) { return hits.last_read[lane] - i; },
+      false, phase, [this](std::uint32_t) { return costs_.dependent_loads; });
+  close_steps(phase);
+  for_each_entry(
+      warp_slot, batch.lanes, hits.writes, [&](unsigned lane, std::uint32_t i) { return hits.last_written[lane] - i; },
+      true, phase);
+  if (hits.evicting != 0) evict(batch.slot, hits.evicting, phase);
+}
+
+void ShaderProgram::store_evicted(const AnyHitBatch& batch, ShaderPhase& phase) {
+  phase.reset(PhaseKind::any_hit, 0);
+  evict(batch.slot, batch.lanes, phase);
+}
+
+void ShaderProgram::evict(unsigned slot, LaneMask lanes, ShaderPhase& phase) {
+  Warp& warp = warps_[slot];
+  access_evictions(
+      slot, lanes, [&](unsigned lane) { return warp.evictions[lane]; }, true, phase);
+  for_each_bit(lanes, [&](unsigned lane) { ++warp.evictions[lane]; });
+  counters_.evictions += static_cast<std::uint64_t>(std::popcount(lanes));
 }
 
 // The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
@@ -223,7 +220,7 @@ AnyHitBatch ShaderProgram::hits_of(AnyHitBatch batch) {
 
 // The last step gets all remaining loads and instructions.
 void ShaderProgram::close_steps(ShaderPhase& phase) const {
-  const LoadStep all{static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads};
+  const auto all = static_cast<std::uint32_t>(phase.loads.size());
   if (!phase.steps.empty() && phase.steps.back() != all) phase.steps.push_back(all);
   if (phase.steps.size() <= 1) return phase.steps.clear();
   phase.step_instructions = std::min<std::uint64_t>(costs_.any_hit_per_shift, phase.instructions / phase.steps.size());
@@ -240,15 +237,22 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
   const std::uint64_t warp_slot = map_.warp_slot(sm_, slot);
   LaneCounts processed{};
   LaneCounts first{};  // [lane] index of its first sorted entry
+  std::uint32_t most_entries = 0;
   const std::uint32_t before = warp.batch * costs_.list_batch;
   for_each_bit(warp.active, [&](unsigned lane) {
     const traces::Round& round = round_of(warp, lane);
     processed[lane] = round.processed_count;
     if (list_) processed[lane] = std::min(processed[lane] - std::min(processed[lane], before), costs_.list_batch);
+    if (heap_.enabled) {
+      most_entries = std::max(most_entries, processed[lane]);
+      counters_.heap_cycles += heap_.drain(processed[lane]);
+      return;
+    }
     if (!closest_ && before == 0 && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
     if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
   });
   phase.reset(PhaseKind::blend, costs_.blend_fixed);
+  phase.delay = heap_.enabled ? heap_.drain(most_entries) : 0;
 
   for (std::uint32_t i = 0;; ++i) {
     const LaneMask lanes = running(warp.active, processed, i);
@@ -261,13 +265,13 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
           warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
     LaneMask blending = 0;
-    load(Region::gaussian, phase);
+    if (!heap_.alpha) load(Region::gaussian, phase);
     for_each_bit(lanes, [&](unsigned lane) {
       const traces::Processed p = entry(lane);
-      coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
+      if (!heap_.alpha) coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
       if (p.blended != 0) blending |= bit(lane);
     });
-    phase.instructions += costs_.blend_per_entry;
+    phase.instructions += heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry;
     counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
     if (blending == 0) continue;  // no lane evaluates the colour
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));

@@ -11,12 +11,12 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/coalescer.h"
+#include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/traffic_charging.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
@@ -40,6 +40,7 @@ struct ShaderCosts {
   bool dependent_loads = true;  ///< in the any-hit shader's loop over the k-buffer, each load waits for the previous
   unsigned blend_fixed = 10;
   unsigned blend_per_entry = 24;
+  unsigned blend_with_alpha = 10;
   unsigned sh_per_coefficient = 4;
   unsigned epilogue = 10;
   unsigned node_fetch = 24;  ///< stack in shared memory: pop, address, intersect instruction, four pushes, loop
@@ -76,6 +77,9 @@ struct ShaderCosts {
         .came_later();
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
+    add("blend_with_alpha", blend_with_alpha, "the same where the hit brings its alpha: transmittance, and its end",
+        assumed("this project: 24 without the response's 14"))
+        .came_later();
     add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
     add("epilogue", epilogue, "pixel address and colour");
     add("node_fetch", node_fetch, "a traversal step of a warp, when shaders fetch nodes",
@@ -100,34 +104,24 @@ constexpr auto enum_names(PhaseKind) {
 }
 inline constexpr std::size_t kPhaseKinds = kCountOf<PhaseKind>;
 
-/// End of a step of a phase's loads: index in ShaderPhase::loads, and number of private-store reads.
-struct LoadStep {
-  std::uint32_t loads = 0;
-  std::uint32_t store_reads = 0;
-  friend bool operator==(const LoadStep&, const LoadStep&) = default;
-};
-
 /// A phase loads, then computes, then stores. Sectors are in issue order, one warp memory instruction after another.
 struct ShaderPhase {
   PhaseKind kind = PhaseKind::prologue;
   std::uint64_t instructions = 0;
   std::vector<SectorAccess> loads;
   std::vector<SectorAccess> stores;
-  std::uint32_t store_reads = 0;   ///< private-store reads of the warp, each one entry per participating lane
-  std::uint32_t store_writes = 0;  ///< private-store writes, likewise
-  /// Ends of the steps of loads that wait for each other, as the iterations of a loop whose exit depends on the data
-  /// read. Empty: all loads are sent at once.
-  std::vector<LoadStep> steps;
+  Cycle delay = 0;  ///< cycles until the phase has what is not loaded: the heap's entries in order
+  /// Ends, as indices in `loads`, of the steps of loads that wait for each other, as the iterations of a loop whose
+  /// exit depends on the data read. Empty: all loads are sent at once.
+  std::vector<std::uint32_t> steps;
   std::uint64_t step_instructions = 0;  ///< executed after each step but the last; included in `instructions`
-  /// [lane] entry accesses at its bank, if the private store inserts hits itself.
-  std::array<std::uint32_t, kMaxLanes> insertion_accesses{};
 
   void reset(PhaseKind k, std::uint64_t n) {
     kind = k;
     instructions = n;
     loads.clear();
     stores.clear();
-    store_reads = store_writes = 0;
+    delay = 0;
     steps.clear();
   }
 };
@@ -138,7 +132,7 @@ struct ShaderCounters {
   std::uint64_t intersection_batches = 0, intersection_calls = 0;
   std::uint64_t evictions = 0, eviction_moves = 0, entries_processed = 0, entries_blended = 0;
   std::uint64_t load_instructions = 0, store_instructions = 0;
-  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< private-store entries, counted per lane
+  std::uint64_t heap_cycles = 0;  ///< cycles in which blending takes entries out of heaps, summed over lanes
   std::uint64_t k_buffer_mismatches = 0;
 };
 
@@ -147,10 +141,10 @@ struct ShaderCounters {
 /// again while blends_on(); finally epilogue.
 class ShaderProgram {
  public:
-  /// Throws Error if the header's warp size exceeds kMaxLanes, or if the store cannot hold the hits that it shall
-  /// insert.
+  /// heap: if enabled, k-buffers are heaps that the any-hit unit fills. Throws Error if the header's warp size exceeds
+  /// kMaxLanes, or if heaps cannot serve its kind of tracing.
   ShaderProgram(const traces::Header& header, const MemoryMap& map, const ShaderCosts& costs, unsigned sm,
-                unsigned resident_warps, const PrivateStore::Config& store = {});
+                unsigned resident_warps, const HitHeap& heap = {});
 
   /// Starts a new warp in `slot`. The group must stay valid until after its epilogue.
   void begin(unsigned slot, const traces::RayGroup& group);
@@ -165,9 +159,11 @@ class ShaderProgram {
   void prologue(unsigned slot, ShaderPhase& phase);
   void evict_move(unsigned slot, ShaderPhase& phase);
   void trace_call(unsigned slot, ShaderPhase& phase);
-  /// If the private store inserts hits, the phase has no instructions, only insertion_accesses of the batch's lanes.
   void any_hit(const AnyHitBatch& batch, ShaderPhase& phase);
-  bool inserts_at_store() const { return store_.insertion; }
+  /// Whether an any-hit unit handles the hits; a batch then holds those that fall out of their heap.
+  bool has_heaps() const { return heap_.enabled; }
+  /// The stores of hits that fall out of a heap. No instruction.
+  void store_evicted(const AnyHitBatch& batch, ShaderPhase& phase);
   /// Whether leaves are boxes: a batch then calls the intersection shader first, and the any-hit shader for its hits.
   bool intersects() const { return boxes_; }
   void intersection(const AnyHitBatch& batch, ShaderPhase& phase);
@@ -212,6 +208,7 @@ class ShaderProgram {
   };
   Insertions insert_hits(Warp& warp, const AnyHitBatch& batch) const;
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
+  void evict(unsigned slot, LaneMask lanes, ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
   /// Whether the round has a batch with this number.
@@ -227,17 +224,13 @@ class ShaderProgram {
                       bool is_store, ShaderPhase& phase) {
     for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
   }
-  /// A warp's access to entry index_of(lane) of the k-buffers of `lanes`: one private-store access for the entries held
-  /// there, and one memory instruction each for t and id of the others.
+  /// A warp's access to entry index_of(lane) of the k-buffers of `lanes`: a memory instruction each for t and id.
   template <typename IndexOf>
   void access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                        ShaderPhase& phase);
   /// The same for the eviction buffers of warp slot `slot`; an entry there is a single memory access.
   template <typename IndexOf>
   void access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
-  /// Private-store access by the lanes whose entry index is below `entries`. Returns the other lanes.
-  template <typename IndexOf>
-  LaneMask access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store, ShaderPhase& phase);
   void close_steps(ShaderPhase& phase) const;
   void find_active(Warp& warp);
   void load(Region region, ShaderPhase& phase);
@@ -245,7 +238,7 @@ class ShaderProgram {
 
   const MemoryMap& map_;
   ShaderCosts costs_;
-  PrivateStore::Config store_;
+  HitHeap heap_;
   unsigned sm_;
   unsigned k_;
   bool checkpoint_;
@@ -273,7 +266,7 @@ void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, cons
     if (running == 0) return;
     access_k_buffer(
         warp_slot, running, [&](unsigned lane) { return at(lane, i); }, is_store, phase);
-    if (ends_step(i)) phase.steps.push_back({static_cast<std::uint32_t>(phase.loads.size()), phase.store_reads});
+    if (ends_step(i)) phase.steps.push_back(static_cast<std::uint32_t>(phase.loads.size()));
   }
 }
 
@@ -281,8 +274,7 @@ template <typename IndexOf>
 void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                                     ShaderPhase& phase) {
   constexpr std::uint64_t kFieldBytes = 4;  // t or id
-  lanes = access_store(lanes, store_.k_buffer_entries, index_of, is_store, phase);
-  if (lanes == 0) return;
+  if (heap_.enabled) return;  // in registers
   for (unsigned field = 0; field < 2; ++field) {
     is_store ? store(Region::k_buffer, phase) : load(Region::k_buffer, phase);
     for_each_bit(lanes, [&](unsigned lane) {
@@ -294,27 +286,11 @@ void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, con
 template <typename IndexOf>
 void ShaderProgram::access_evictions(unsigned slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                                      ShaderPhase& phase) {
-  lanes = access_store(lanes, store_.eviction_entries, index_of, is_store, phase);
-  if (lanes == 0 || costs_.eviction_traffic == TrafficCharging::uncharged) return;
+  if (costs_.eviction_traffic == TrafficCharging::uncharged) return;
   is_store ? store(Region::eviction, phase) : load(Region::eviction, phase);
   for_each_bit(lanes, [&](unsigned lane) {
     coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), traces::kEvictionEntryBytes);
   });
-}
-
-template <typename IndexOf>
-LaneMask ShaderProgram::access_store(LaneMask lanes, unsigned entries, const IndexOf& index_of, bool is_store,
-                                     ShaderPhase& phase) {
-  if (entries == 0) return lanes;
-  LaneMask there = 0;
-  for_each_bit(lanes, [&](unsigned lane) {
-    if (index_of(lane) < entries) there |= bit(lane);
-  });
-  if (there == 0) return lanes;
-  ++(is_store ? phase.store_writes : phase.store_reads);
-  (is_store ? counters_.store_entries_written : counters_.store_entries_read) +=
-      static_cast<std::uint64_t>(std::popcount(there));
-  return lanes & ~there;
 }
 
 }  // namespace grtx::modules

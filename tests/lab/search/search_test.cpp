@@ -152,15 +152,15 @@ TEST_F(SearchProgram, BrokenCombinationsAreCountedByReason) {
 
 TEST_F(SearchProgram, WhatAMachineRefusesOnceThereIsATraceIsBrokenToo) {
   write_search("candidates = 32",
-               "[[parameter]]\nkey = 'simt.private_store.insertion'\nvalues = [false, true]\n"
-               "[[parameter]]\nkey = 'simt.private_store.k_buffer_entries'\nvalues = [1, 64]\n");
+               "[[parameter]]\nkey = 'rt.any_hit_unit.enabled'\nvalues = [false, true]\n"
+               "[[parameter]]\nkey = 'tracing'\nvalues = ['multi', 'single']\n");
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const json found = result("a.sqlite");
   EXPECT_EQ(found.at("counts").at("failed"), 0);
   EXPECT_EQ(found.at("counts").at("broken"), 8);
   EXPECT_EQ(found.at("counts").at("screened"), 24);
   for (const json& invalid : found.at("invalid")) {
-    EXPECT_THAT(invalid.at("reason").get<std::string>(), HasSubstr("needs whole k-buffers on chip: "));
+    EXPECT_THAT(invalid.at("reason").get<std::string>(), HasSubstr("has heaps of k hits, for traces of tracing multi alone"));
   }
 }
 

@@ -16,7 +16,6 @@
 #include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/decide/private_store.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
@@ -154,7 +153,6 @@ TEST(CounterTable, HoldsAndListsEveryCounterOfEachUnit) {
   expect_complete<SiblingPrefetcher::Counters>("sibling prefetcher");
   expect_complete<StackUnit::Counters>("stack unit");
   expect_complete<RtUnitCounters>("RT unit");
-  expect_complete<PrivateStore::Counters>("private store");
   expect_complete<SimtCounters>("SIMT core");
   expect_complete<L1Counters>("L1");
   expect_complete<L2Counters>("L2");

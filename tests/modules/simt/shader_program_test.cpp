@@ -242,7 +242,7 @@ TEST(ShaderSingleRound, ReadsTheHeapFromTheRootToItsLeaves) {
   p.any_hit(kAllLanes, LeafOutcome::displaced, 2);
   EXPECT_EQ(read(), (Entries{0, 1, 2, 3, 4, 7, 7}));  // the eighth entry is the only one of the last level
   ASSERT_EQ(p.phase.steps.size(), 4u) << "each level waits for the one above";
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(p.phase.steps[i].loads, 8u * (1 + 2 * i)) << i;
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(p.phase.steps[i], 8u * (1 + 2 * i)) << i;
 }
 
 TEST(ShaderSingleRound, SortsInPassesBetweenTheHalvesOfTheBuffer) {

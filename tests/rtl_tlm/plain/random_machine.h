@@ -194,18 +194,17 @@ inline GpuConfig random_machine(Random& random) {
     if (random.upto(3) == 0) *clocks = random.one_of({0U, 1U, 6U, 33U});
   }
   t.ccd = random.one_of({1U, 4U, 4U, 9U});
-  Random stores = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
-  if (stores.upto(2) == 0) {
-    c.simt.private_store.k_buffer_entries = stores.one_of({0U, 1U, 3U, 8U, 64U});
-    c.simt.private_store.eviction_entries = stores.one_of({0U, 0U, 1U, 4U});
-    c.simt.private_store.latency = stores.one_of({1U, 2U, 19U});
-    c.simt.private_store.lane_bytes = stores.one_of({4U, 8U});
+  Random hits = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
+  if (hits.upto(2) == 0) {
+    rt.any_hit_unit.enabled = true;
+    rt.any_hit_unit.latency = hits.one_of({1U, 2U, 9U});
+    rt.any_hit_unit.level_latency = hits.one_of({0U, 2U, 5U});
+    rt.any_hit_unit.count = hits.one_of({1U, 3U, 32U});
   }
-  Random insertion = random;  // likewise
-  c.rt.quadric = insertion.upto(5) < 3;
-  c.simt.private_store.insertion = c.simt.private_store.k_buffer_entries > 0 && insertion.coin();
-  c.simt.private_store.insertion_latency = insertion.one_of({1U, 4U, 9U});
-  Random traffic = stores;  // likewise
+  rt.gaussian_unit = hits.coin();
+  rt.ray_gaussian = {hits.one_of({1U, 2U, 4U, 32U}), hits.one_of({1U, 4U, 27U}), hits.one_of({1U, 2U, 5U})};
+  costs.blend_with_alpha = hits.one_of({0U, 1U, 10U});
+  Random traffic = hits;  // likewise
   using modules::TrafficCharging;
   if (traffic.upto(3) == 0) rt.checkpoint.traffic = TrafficCharging::uncharged;
   if (traffic.upto(3) == 0) c.simt.costs.eviction_traffic = TrafficCharging::uncharged;
@@ -253,15 +252,12 @@ inline GpuConfig random_machine(Random& random) {
   return c;
 }
 
-/// Banks insert hits only into whole, sorted k-buffers: a machine that should is given room for them. Four entries
-/// without t fill a sector of a stack. Bins need entries of 8 B.
+/// Four entries without t fill a sector of a stack. Bins need entries of 8 B. Heaps are for rounds of k hits.
 inline void make_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
   unsigned& stack = config.rt.warp_buffer.stack_entries;
   if (trace.pop_test == traces::PopTest::off) stack = std::max(stack, 4U);
   if (trace.bins != 0) config.rt.checkpoint.entry_bytes = 8;
-  modules::PrivateStore::Config& store = config.simt.private_store;
-  if (trace.tracing != traces::Tracing::multi) store.insertion = false;
-  if (store.insertion) store.k_buffer_entries = std::max(store.k_buffer_entries, trace.k);
+  if (trace.tracing != traces::Tracing::multi) config.rt.any_hit_unit.enabled = false;
 }
 
 /// Two traces of one structure and a machine, all of them random.

@@ -45,14 +45,11 @@ class RtUnit {
       return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
     };
     units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
-              pipelines(config.ray_transform)};
-    leaf_unit_ = traces::has_procedural_leaves(header.accel) ? 2 : 1;
+              pipelines(config.ray_gaussian), pipelines(config.ray_transform)};
+    leaf_unit_ = !traces::has_procedural_leaves(header.accel) ? 1 : config.gaussian_unit ? 3 : 2;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
     boxes_ = header.accel == traces::AccelKind::box || header.accel == traces::AccelKind::tlas_box;
-    if (ellipsoid_ && config.quadric) {  // one pass as long as both
-      ellipsoid_ = false;
-      units_[2].latency += config.ray_transform.latency;
-    }
+    heaps_.resize(config.any_hit_unit.count);
   }
 
   void tick(Cycle now) {
@@ -108,8 +105,9 @@ class RtUnit {
     s.add(p + "calls", calls_);
     s.most(p + "max_stack_depth", max_depth_);
     s.add(p + "warp_latency", warp_latency_);
-    static constexpr const char* kUnits[] = {"ray_box.", "ray_triangle.", "ray_sphere.", "ray_transform."};
-    for (std::size_t u = 0; u < 4; ++u) {
+    static constexpr const char* kUnits[] = {"ray_box.", "ray_triangle.", "ray_sphere.", "ray_gaussian.",
+                                             "ray_transform."};
+    for (std::size_t u = 0; u < 5; ++u) {
       s.add(p + kUnits[u] + "operations", units_[u].operations);
       s.add(p + kUnits[u] + "tests", units_[u].tests);
       s.add(p + kUnits[u] + "busy_cycles", units_[u].tests * units_[u].interval);
@@ -120,6 +118,10 @@ class RtUnit {
     s.add(p + "any_hit.lanes", any_hit_lanes_);
     s.add(p + "any_hit.timeouts", any_hit_timeouts_);
     s.add(p + "any_hit.wait_cycles", any_hit_wait_);
+    s.add(p + "any_hit.unit.hits", heap_hits_);
+    s.add(p + "any_hit.unit.entered", heap_entered_);
+    s.add(p + "any_hit.unit.busy_cycles", heap_busy_);
+    s.add(p + "any_hit.unit.wait_cycles", heap_wait_);
     s.add(p + "checkpoint.entries_written", entries_written_);
     s.add(p + "checkpoint.entries_read", entries_read_);
     s.add(p + "checkpoint.sectors_written", sectors_written_);
@@ -164,6 +166,7 @@ class RtUnit {
     const traces::Ray* ray = nullptr;
     std::size_t next = 0, end = 0;  // events of the round
     Cycle waiting_since = 0;        // any-hit
+    unsigned heap = 0;              // entries of its heap
     // checkpoint unit
     unsigned to_write = 0;  // entries submitted, not yet taken
     bool flush = false;     // the open sector is an item behind them
@@ -202,6 +205,13 @@ class RtUnit {
     std::deque<Operation> queue;
     std::vector<Result> flying;
     std::uint64_t operations, tests, queue_cycles, queue_max;
+  };
+  static constexpr Cycle kLater = ~Cycle{0};
+  struct HeapHit {
+    LaneName lane;
+    Cycle came;
+    std::uint64_t order;
+    Cycle begun;
   };
   struct Fetch {
     unsigned entry, leader;  // the lane that opened it
@@ -291,8 +301,8 @@ class RtUnit {
     while (!unit.flying.empty() && unit.flying.front().due <= now_) {
       const LaneName name = unit.flying.front().lane;
       unit.flying.erase(unit.flying.begin());
-      if (ellipsoid_ && &unit == &units_[3]) {
-        queue_at(units_[2], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
+      if (ellipsoid_ && &unit == &units_[4]) {
+        queue_at(units_[leaf_unit_], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
       } else {
         result(name);
       }
@@ -308,6 +318,7 @@ class RtUnit {
       max_depth_ = std::max(max_depth_, lane.depth);
     }
     if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
+      if (config_.any_hit_unit.enabled) return to_heap(name);
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
       return;
@@ -417,7 +428,7 @@ class RtUnit {
     std::vector<unsigned> lanes = fetch.lanes;
     std::sort(lanes.begin(), lanes.end());
     const bool internal = fetch.kind == traces::NodeKind::internal;
-    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 3 : leaf_unit_];
+    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 4 : leaf_unit_];
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
@@ -639,6 +650,7 @@ class RtUnit {
 
   // --- 6 any-hit ---------------------------------------------------------------------------------------------------
   void any_hit() {
+    if (config_.any_hit_unit.enabled) return serve_heaps();
     if (messages_.shaded.front(now_) != nullptr) {
       const AnyHitDone done = messages_.shaded.pop(now_);
       for (unsigned w = 0; w < warps_.size(); ++w) {
@@ -668,6 +680,60 @@ class RtUnit {
       }
     }
     if (fires != nullptr) fire(*fires, fires_late);
+  }
+  // docs/model/any_hit_unit.md: a hit waits for the heap logic of its lane, and then takes cycles by what it does there.
+  void to_heap(LaneName name) {
+    Lane& lane = this->lane(name);
+    lane.state = State::any_hit_run;
+    ++any_hit_calls_;
+    ++heap_hits_;
+    std::deque<HeapHit>& waiting = heaps_[name.second % config_.any_hit_unit.count];
+    waiting.push_back({name, now_, order_++, waiting.empty() ? now_ : kLater});
+  }
+  unsigned heap_cycles(LaneName name) {
+    const auto depth = [](unsigned entries) {
+      unsigned levels = 0;
+      for (; entries > 1; entries /= 2) ++levels;
+      return levels;
+    };
+    Lane& lane = this->lane(name);
+    const modules::AnyHitUnit::Config& unit = config_.any_hit_unit;
+    const traces::LeafOutcome outcome = event(lane).outcome();
+    if (outcome == traces::LeafOutcome::inserted) return unit.latency + unit.level_latency * depth(lane.heap + 1);
+    if (outcome != traces::LeafOutcome::displaced) return unit.latency;
+    return unit.latency + unit.level_latency * (1 + depth(header_.k));
+  }
+  void serve_heaps() {
+    std::vector<HeapHit> done;
+    for (std::deque<HeapHit>& waiting : heaps_) {
+      if (waiting.empty()) continue;
+      if (waiting.front().begun + heap_cycles(waiting.front().lane) != now_) continue;
+      done.push_back(waiting.front());
+      waiting.pop_front();
+      if (!waiting.empty()) waiting.front().begun = now_;
+    }
+    std::sort(done.begin(), done.end(), [](const HeapHit& a, const HeapHit& b) { return a.order < b.order; });
+    for (const HeapHit& hit : done) {
+      Lane& lane = this->lane(hit.lane);
+      heap_busy_ += heap_cycles(hit.lane);
+      heap_wait_ += hit.begun - hit.came;
+      const traces::LeafOutcome outcome = event(lane).outcome();
+      const bool enters = outcome == traces::LeafOutcome::inserted || outcome == traces::LeafOutcome::displaced;
+      heap_entered_ += enters ? 1 : 0;
+      if (outcome == traces::LeafOutcome::inserted) ++lane.heap;
+      if (header_.checkpoint && outcome != traces::LeafOutcome::inserted && outcome != traces::LeafOutcome::ignored) {
+        fallen_out_.push_back(hit.lane);
+      } else {
+        finish_event(hit.lane, event(lane).checkpoints);
+      }
+    }
+    if (fallen_out_.empty() || !messages_.batches.has_room(now_)) return;
+    const LaneName name = fallen_out_.front();
+    fallen_out_.pop_front();
+    const Warp& warp = warps_[name.first];
+    const traces::Event& e = event(lane(name));
+    messages_.batches.push(now_, {warp.slot, warp.round, {{name.second, e.outcome(), e.shifts(), 0}}});
+    finish_event(name, e.checkpoints);
   }
   void fire(Warp& warp, bool late) {
     warp.shader_busy = true;
@@ -762,7 +828,7 @@ class RtUnit {
         return;
       case EventKind::visit_leaf:
         trigger(name, at);
-        visit(name, leaf_unit_ == 2 ? NodeKind::procedural : NodeKind::triangle, at, false);
+        visit(name, leaf_unit_ != 1 ? NodeKind::procedural : NodeKind::triangle, at, false);
         return;
       case EventKind::cull:
         --lane.depth;
@@ -950,6 +1016,7 @@ class RtUnit {
         lane.source = written_before_[{call.slot, l}];
         if (header_.checkpoint && binned()) begin_bins({w, l}, ray);
         lane.depth = ray.rounds[call.round].replay ? 0 : 1;
+        lane.heap = ray.rounds[call.round].preloaded;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
       return;
@@ -966,7 +1033,7 @@ class RtUnit {
   std::uint64_t order_ = 0, next_age_ = 0;
   std::uint64_t outstanding_ = 0;  // requests at the L1
   std::vector<Warp> warps_;
-  std::vector<Unit> units_;  // box, triangle, sphere, transform
+  std::vector<Unit> units_;  // box, triangle, sphere, Gaussian, transform
   unsigned leaf_unit_ = 1;
   bool ellipsoid_ = false;
 
@@ -999,6 +1066,9 @@ class RtUnit {
   std::uint64_t selections_ = 0, lanes_handled_ = 0, lanes_active_ = 0, stall_empty_ = 0, stall_queue_full_ = 0;
   std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
   bool boxes_ = false;  ///< a shader tests what lies in a leaf
+  std::vector<std::deque<HeapHit>> heaps_;  // [heap logic]
+  std::deque<LaneName> fallen_out_;
+  std::uint64_t heap_hits_ = 0, heap_entered_ = 0, heap_busy_ = 0, heap_wait_ = 0;
   std::uint64_t any_hit_calls_ = 0, any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;

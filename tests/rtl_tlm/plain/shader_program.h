@@ -25,26 +25,23 @@ struct Phase {
   std::uint64_t instructions = 0;
   std::vector<Access> loads, stores;
   unsigned load_instructions = 0, store_instructions = 0;
-  /// For loads that wait for each other: where each step ends in `loads` and among the reads of the private store;
-  /// empty: one step.
-  std::vector<std::pair<std::size_t, unsigned>> steps;
-  unsigned store_reads = 0, store_writes = 0;  ///< of the private store, by the warp
-  /// Lanes whose banks insert their hit, with their reads and writes of an entry there.
-  std::vector<std::pair<unsigned, std::size_t>> insertions;
+  /// For loads that wait for each other: where each step ends in `loads`; empty: one step.
+  std::vector<std::size_t> steps;
+  Cycle heap_cycles = 0;  ///< until the entries of the longest heap have been taken out
 };
 
 /// What the shaders counted of what they did.
 struct ShaderCounts {
   std::uint64_t ray_rounds = 0, any_hit_calls = 0, evictions = 0, eviction_moves = 0, processed = 0, blended = 0;
   std::uint64_t k_buffer_mismatches = 0, intersections = 0;
-  std::uint64_t store_entries_read = 0, store_entries_written = 0;  ///< of the private store, by lanes
+  std::uint64_t heap_cycles = 0;  ///< of all lanes
 };
 
 /// The program of one resident warp, with what its lanes keep between phases.
 class ShaderProgram {
  public:
   ShaderProgram(const modules::SimtCoreConfig& config, const traces::Header& header, const AddressMap& map, unsigned sm)
-      : costs_(config.costs), store_(config.private_store), header_(header), map_(map), sm_(sm) {}
+      : costs_(config.costs), heap_(config.heap), header_(header), map_(map), sm_(sm) {}
 
   void start(const traces::RayGroup& group, unsigned slot) {
     group_ = &group;
@@ -56,17 +53,17 @@ class ShaderProgram {
                        [round](const traces::Ray& ray) { return round < ray.rounds.size(); });
   }
 
-  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0, 0, {}}; }
-  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0, 0, {}}; }
+  Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0}; }
+  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0}; }
 
   /// The first phase of a round when the trace has checkpoints, and what a round begins with when it has none.
   Phase evict_move(unsigned round, ShaderCounts& counts) {
-    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
+    Phase phase{PhaseKind::evict_move, costs_.evict_move_fixed, {}, {}, 0, 0, {}, 0};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) { most = std::max(most, lanes_[l].evicted); });
     phase.instructions += costs_.evict_move_per_entry * most;
     for (std::uint64_t i = 0; i < most; ++i) {
-      evictions(phase, false, counts, [&](auto&& touch) {
+      evictions(phase, false, [&](auto&& touch) {
         for_active(round, [&](unsigned l) {
           if (i < lanes_[l].evicted) touch(l, i);
         });
@@ -74,14 +71,14 @@ class ShaderProgram {
     }
     const auto preloaded = [&](unsigned l) { return std::uint64_t{this->round(l, round).preloaded}; };
     for (std::uint64_t i = 0; i < header_.k; ++i) {
-      k_buffer(phase, true, counts, [&](auto&& touch) {
+      k_buffer(phase, true, [&](auto&& touch) {
         for_active(round, [&](unsigned l) {
           if (i < preloaded(l)) touch(l, i);
         });
       });
     }
     for (std::uint64_t i = 0; i < most; ++i) {
-      evictions(phase, true, counts, [&](auto&& touch) {
+      evictions(phase, true, [&](auto&& touch) {
         for_active(round, [&](unsigned l) {
           if (preloaded(l) > 0 && i + preloaded(l) < lanes_[l].evicted) touch(l, i);
         });
@@ -102,12 +99,22 @@ class ShaderProgram {
 
   /// Boxes: each lane's ray against what lies in its box, whose matrix is read unless an instance has been entered.
   Phase intersection(const AnyHitBatch& batch, ShaderCounts& counts) const {
-    Phase phase{PhaseKind::intersection, costs_.intersection_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
+    Phase phase{PhaseKind::intersection, costs_.intersection_fixed, {}, {}, 0, 0, {}, 0};
     counts.intersections += batch.calls.size();
     if (header_.two_level) return phase;
     phase.instructions += costs_.intersection_transform;
     Instruction matrix(phase.loads, phase.load_instructions, Region::gaussian, false);
     for (const AnyHitBatch::Call& call : batch.calls) matrix.touch(map_.shape(call.leaf), 48);
+    return phase;
+  }
+  /// The stores of hits that fell out of a heap.
+  Phase store_evicted(const AnyHitBatch& batch, ShaderCounts& counts) {
+    Phase phase{PhaseKind::any_hit, 0, {}, {}, 0, 0, {}, 0};
+    for (const AnyHitBatch::Call& call : batch.calls) {
+      evictions(phase, true, [&](auto&& touch) { touch(call.lane, lanes_[call.lane].evicted); });
+      ++lanes_[call.lane].evicted;
+      ++counts.evictions;
+    }
     return phase;
   }
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
@@ -125,8 +132,8 @@ class ShaderProgram {
     for_active(round, [&](unsigned l) { most = std::max(most, passes(this->round(l, round).k_count)); });
     return most;
   }
-  Phase sort(unsigned round, unsigned pass, ShaderCounts& counts) const {
-    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0, 0, {}};
+  Phase sort(unsigned round, unsigned pass) const {
+    Phase phase{PhaseKind::sort, 0, {}, {}, 0, 0, {}, 0};
     const bool list = header_.tracing == traces::Tracing::list;
     std::uint64_t most = 0;
     const auto entries = [&](unsigned l) -> std::uint64_t {
@@ -140,7 +147,7 @@ class ShaderProgram {
       if (list && store) break;  // what it finds stays in registers
       const std::uint64_t half = list ? 0 : (pass + (store ? 1 : 0)) % 2 * header_.k;
       for (std::uint64_t i = 0; i < most; ++i) {
-        k_buffer(phase, store, counts, [&](auto&& touch) {
+        k_buffer(phase, store, [&](auto&& touch) {
           for_active(round, [&](unsigned l) {
             if (i < entries(l)) touch(l, half + i);
           });
@@ -155,11 +162,16 @@ class ShaderProgram {
     const bool list = header_.tracing == traces::Tracing::list;
     const std::uint64_t begin = list && pass > 0 ? std::uint64_t{pass - 1} * costs_.list_batch : 0;
     const std::uint64_t end = list ? begin + costs_.list_batch : ~std::uint64_t{0};
-    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0, 0, {}};
+    Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0};
     std::uint64_t most = 0;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
       most = std::max<std::uint64_t>(most, r.processed_count);
+      if (heap_.enabled) {
+        phase.heap_cycles = std::max(phase.heap_cycles, taken_out(r.processed_count));
+        counts.heap_cycles += taken_out(r.processed_count);
+        return;
+      }
       const bool adds_up = lanes_[l].filled == r.k_count;
       if (!adds_up && begin == 0 && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
     });
@@ -170,7 +182,7 @@ class ShaderProgram {
         return &group_->rays[l].processed[lanes_[l].processed + i];
       };
       if (header_.tracing != traces::Tracing::closest && !list) {
-        k_buffer(phase, false, counts, [&](auto&& touch) {
+        k_buffer(phase, false, [&](auto&& touch) {
           for_active(round, [&](unsigned l) {
             const unsigned half =
                 header_.tracing == traces::Tracing::single && passes(this->round(l, round).k_count) % 2;
@@ -182,7 +194,7 @@ class ShaderProgram {
         Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
         for_active(round, [&](unsigned l) {
           if (entry(l) == nullptr) return;
-          record.touch(map_.gaussian(entry(l)->gaussian), header_.gaussian_record_bytes);
+          if (!heap_.alpha) record.touch(map_.gaussian(entry(l)->gaussian), header_.gaussian_record_bytes);
           ++counts.processed;
         });
       }
@@ -196,7 +208,7 @@ class ShaderProgram {
           blended = true;
         });
       }
-      phase.instructions += costs_.blend_per_entry + (blended ? costs_.sh_per_coefficient * coefficients : 0);
+      phase.instructions += (heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry) + (blended ? costs_.sh_per_coefficient * coefficients : 0);
     }
     if (list && most > end) return phase;
     for_active(round, [&](unsigned l) {
@@ -208,14 +220,14 @@ class ShaderProgram {
   }
 
   Phase epilogue() const {
-    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}, 0, 0, {}};
+    Phase phase{PhaseKind::epilogue, costs_.epilogue, {}, {}, 0, 0, {}, 0};
     Instruction store(phase.stores, phase.store_instructions, Region::ray, true);
     for (const traces::Ray& ray : group_->rays) store.touch(map_.pixel(ray.pixel), 16);
     return phase;
   }
 
   Phase node_fetch(const NodeFetchBatch& batch) const {
-    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}, 0, 0, {}};
+    return {PhaseKind::node_fetch, costs_.node_fetch, batch.sectors, {}, 1, 0, {}, 0};
   }
 
  private:
@@ -256,35 +268,35 @@ class ShaderProgram {
       if (round < group_->rays[l].rounds.size()) f(l);
     }
   }
-  /// An access to k-buffer entries: an instruction for t and one for id. lanes calls touch(lane, entry) for each. Those
-  /// in the private store are one access there.
+  /// An access to k-buffer entries: an instruction for t and one for id. lanes calls touch(lane, entry) for each.
   template <typename F>
-  void k_buffer(Phase& phase, bool write, ShaderCounts& counts, F&& lanes) const {
-    on_chip(phase, write, counts, store_.k_buffer_entries, lanes);
+  void k_buffer(Phase& phase, bool write, F&& lanes) const {
+    if (heap_.enabled) return;
     for (unsigned field = 0; field < 2; ++field) {
       Instruction instruction(write ? phase.stores : phase.loads,
                               write ? phase.store_instructions : phase.load_instructions, Region::k_buffer, write);
       lanes([&](unsigned lane, std::uint64_t entry) {
-        if (entry >= store_.k_buffer_entries) instruction.touch(map_.k_buffer(sm_, slot_, entry, field, lane), 4);
+        instruction.touch(map_.k_buffer(sm_, slot_, entry, field, lane), 4);
       });
     }
   }
   template <typename F>
-  void evictions(Phase& phase, bool write, ShaderCounts& counts, F&& lanes) const {
-    on_chip(phase, write, counts, store_.eviction_entries, lanes);
+  void evictions(Phase& phase, bool write, F&& lanes) const {
     if (costs_.eviction_traffic == modules::TrafficCharging::uncharged) return;
     Instruction instruction(write ? phase.stores : phase.loads,
                             write ? phase.store_instructions : phase.load_instructions, Region::eviction, write);
     lanes([&](unsigned lane, std::uint64_t entry) {
-      if (entry >= store_.eviction_entries) instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8);
+      instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8);
     });
   }
-  template <typename F>
-  static void on_chip(Phase& phase, bool write, ShaderCounts& counts, std::uint64_t entries, F&& lanes) {
-    unsigned there = 0;
-    lanes([&](unsigned, std::uint64_t entry) { there += entry < entries ? 1 : 0; });
-    (write ? counts.store_entries_written : counts.store_entries_read) += there;
-    (write ? phase.store_writes : phase.store_reads) += there > 0 ? 1 : 0;
+  /// Cycles in which a heap of so many entries is emptied: each time the last entry takes the first one's place.
+  Cycle taken_out(unsigned entries) const {
+    Cycle cycles = 0;
+    for (; entries > 0; --entries) {
+      cycles += heap_.latency;
+      for (unsigned below = entries; below > 0; below /= 2) cycles += heap_.level_latency;
+    }
+    return cycles;
   }
   unsigned batches(unsigned processed) const { return (processed + costs_.list_batch - 1) / costs_.list_batch; }
   static unsigned passes(unsigned n) { return n < 2 ? 0 : static_cast<unsigned>(std::bit_width(n - 1)); }
@@ -299,30 +311,21 @@ class ShaderProgram {
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
     Phase phase{
-        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0, 0, {}};
-    if (store_.insertion) {
-      phase.instructions = 0;
-      for (const Walk& w : walks) {
-        phase.insertions.emplace_back(w.lane, w.reads.size() + w.writes.size());
-        counts.store_entries_read += w.reads.size();
-        counts.store_entries_written += w.writes.size();
-      }
-    }
+        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0};
     for (const bool store : {false, true}) {
-      if (store_.insertion) break;
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
       for (std::size_t i = 0; i < most; ++i) {
-        k_buffer(phase, store, counts, [&](auto&& touch) {
+        k_buffer(phase, store, [&](auto&& touch) {
           for (const Walk& w : walks) {
             const auto& entries = store ? w.writes : w.reads;
             if (i < entries.size()) touch(w.lane, entries[i]);
           }
         });
-        if (!store && (i + 1 == most || step_ends(i))) phase.steps.emplace_back(phase.loads.size(), phase.store_reads);
+        if (!store && (i + 1 == most || step_ends(i))) phase.steps.push_back(phase.loads.size());
       }
     }
-    evictions(phase, true, counts, [&](auto&& touch) {
+    evictions(phase, true, [&](auto&& touch) {
       for (const Walk& w : walks) {
         if (w.evicts) touch(w.lane, lanes_[w.lane].evicted);
       }
@@ -397,7 +400,7 @@ class ShaderProgram {
   }
 
   modules::ShaderCosts costs_;
-  modules::PrivateStore::Config store_;
+  modules::HitHeap heap_;
   const traces::Header& header_;
   const AddressMap& map_;
   unsigned sm_, slot_ = 0;

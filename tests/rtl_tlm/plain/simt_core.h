@@ -51,20 +51,20 @@ class SimtCore {
 
   void tick(Cycle now) {
     take_memory_responses(now);
-    take_store_reads(now);
+    now_ = now;
     take_messages(now);
     in_order([&](Slot& slot) {
       if (slot.phase && slot.phase->ready == now) finish_step(slot, now);
     });
     begin_phases(now);
     in_order([&](Slot& slot) {
-      if (slot.phase && slot.phase->ready == kNotYet && slot.phase->loads + slot.phase->hits == 0) arrive(now, slot);
+      if (slot.phase && slot.phase->ready == kNotYet && !waits(*slot.phase)) arrive(now, slot);
     });
     send(now);
     count_states();
   }
   bool idle() const {
-    return queue_.empty() && std::all_of(banks_.begin(), banks_.end(), [](const auto& b) { return b.empty(); }) &&
+    return queue_.empty() &&
            std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
   }
   std::uint64_t instructions() const { return instructions_total_; }
@@ -107,14 +107,7 @@ class SimtCore {
     s.add(p + "lsu.store_instructions", store_instructions_);
     s.add(p + "lsu.blocked_cycles", blocked_);
     s.most(p + "lsu.deepest_queue", deepest_);
-    s.add(p + "private_store.reads", store_reads_);
-    s.add(p + "private_store.writes", store_writes_);
-    s.add(p + "private_store.wait_cycles", store_wait_);
-    s.add(p + "private_store.insertions", insertions_);
-    s.add(p + "private_store.insertion_busy_cycles", insertion_words_);
-    s.add(p + "private_store.insertion_wait_cycles", insertion_wait_);
-    s.add(p + "private_store.entries_read", counts_.store_entries_read);
-    s.add(p + "private_store.entries_written", counts_.store_entries_written);
+    s.add(p + "heap_cycles", counts_.heap_cycles);
   }
 
  private:
@@ -130,7 +123,7 @@ class SimtCore {
     Phase phase{};
     std::size_t loads = 0;  ///< that are not back yet
     std::size_t step = 0;   ///< of the loads that wait for each other
-    std::size_t hits = 0;   ///< that banks of the private store have not inserted
+    Cycle emptied = 0;      ///< its heaps
     Cycle ready = kNotYet;  ///< known from its arrival at the scheduler on
     AnyHitBatch batch;      ///< of an any_hit phase
     NodeFetchBatch fetch;   ///< of a node_fetch phase
@@ -180,11 +173,7 @@ class SimtCore {
       }
     }
   }
-  void take_store_reads(Cycle now) {
-    for (; !store_returns_.empty() && store_returns_.front().first == now; store_returns_.pop_front()) {
-      --slots_[store_returns_.front().second].phase->loads;
-    }
-  }
+  bool waits(const Running& running) const { return running.loads > 0 || running.emptied > now_; }
   void take_messages(Cycle now) {
     while (launch_.front(now) != nullptr) {
       const Launch launch = launch_.pop(now);
@@ -204,6 +193,14 @@ class SimtCore {
       }
       while (rt->batches.front(now) != nullptr) {
         const AnyHitBatch batch = rt->batches.pop(now);
+        if (config_.heap.enabled) {
+          Slot& slot = slots_[batch.slot];
+          const Phase stored = slot.program.store_evicted(batch, counts_);
+          enqueue(slot, stored.stores);
+          slot.stores += stored.stores.size();
+          store_instructions_ += stored.store_instructions;
+          continue;
+        }
         slots_[batch.slot].batches.push_back(batch);
       }
       while (rt->fetches.front(now) != nullptr) {
@@ -216,7 +213,7 @@ class SimtCore {
   static std::size_t steps(const Phase& phase) { return std::max<std::size_t>(1, phase.steps.size()); }
   void finish_step(Slot& slot, Cycle now) {
     if (slot.phase->step + 1 == steps(slot.phase->phase)) {
-      finish_phase(slot, now);
+      finish_phase(slot);
       return;
     }
     ++slot.phase->step;
@@ -227,39 +224,16 @@ class SimtCore {
   void load_step(Slot& slot, Cycle now) {
     const Phase& phase = slot.phase->phase;
     const std::size_t step = slot.phase->step;
-    const auto [from, reads_from] = step == 0 ? std::pair(std::size_t{0}, 0U) : phase.steps[step - 1];
-    const auto [to, reads_to] =
-        phase.steps.empty() ? std::pair(phase.loads.size(), phase.store_reads) : phase.steps[step];
-    slot.phase->loads = to - from + access_store(slot, false, reads_to - reads_from, now);
+    const std::size_t from = step == 0 ? 0 : phase.steps[step - 1];
+    const std::size_t to = phase.steps.empty() ? phase.loads.size() : phase.steps[step];
+    slot.phase->loads = to - from;
+    slot.phase->emptied = now + phase.heap_cycles;
     enqueue(slot, {phase.loads.begin() + static_cast<std::ptrdiff_t>(from),
                    phase.loads.begin() + static_cast<std::ptrdiff_t>(to)});
   }
-  /// Accesses of a warp in words of its lanes, behind all that wait. Returns how many words.
-  std::size_t access_store(const Slot& slot, bool write, unsigned accesses, Cycle now) {
-    const std::size_t words = std::size_t{accesses} * (8 / config_.private_store.lane_bytes);
-    for (std::size_t i = 0; i < words; ++i) {
-      for (auto& bank : banks_) bank.push_back({number(slot), write, i == 0, now, false, false});
-    }
-    (write ? store_writes_ : store_reads_) += accesses;
-    return words;
-  }
-  /// Each hit waits at its lane's bank for its reads and writes of an entry.
-  void insert(Slot& slot, Cycle now) {
-    for (const auto& [lane, accesses] : slot.phase->phase.insertions) {
-      const std::size_t words = accesses * (8 / config_.private_store.lane_bytes);
-      for (std::size_t i = 0; i < words; ++i) {
-        banks_[lane].push_back({number(slot), true, i == 0, now, true, i + 1 == words});
-      }
-      ++insertions_;
-      insertion_words_ += words;
-      slot.phase->hits += words > 0 ? 1 : 0;
-    }
-    if (slot.phase->hits == 0) slot.phase->ready = now + config_.private_store.insertion_latency;
-  }
-  void finish_phase(Slot& slot, Cycle now) {
+  void finish_phase(Slot& slot) {
     const Running done = std::move(*slot.phase);
     slot.phase.reset();
-    access_store(slot, true, done.phase.store_writes, now);
     enqueue(slot, done.phase.stores);
     slot.stores += done.phase.stores.size();
     const Step begin = header_.checkpoint ? Step::evict_move : Step::trace_call;
@@ -357,7 +331,7 @@ class SimtCore {
         if (!header_.checkpoint) program.begin_round(slot.round, counts_);
         return program.trace_call();
       case Step::sort:
-        return program.sort(slot.round, slot.pass, counts_);
+        return program.sort(slot.round, slot.pass);
       case Step::blend:
         return program.blend(slot.round, slot.pass, counts_);
       default:
@@ -368,11 +342,6 @@ class SimtCore {
     Phase& phase = slot.phase->phase;
     const auto kind = static_cast<std::size_t>(phase.kind);
     if (!config_.costs.dependent_loads) phase.steps.clear();
-    if (!phase.insertions.empty()) {
-      insert(slot, now);
-      store_instructions_ += phase.store_instructions;
-      return;
-    }
     load_step(slot, now);
     ++phases_[kind];
     instructions_[kind] += phase.instructions;
@@ -402,7 +371,6 @@ class SimtCore {
   }
 
   void send(Cycle now) {
-    serve_store(now);
     if (!queue_.empty() && !memory_.request.has_room(now)) ++blocked_;
     for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && memory_.request.has_room(now); ++i) {
       const Access access = queue_.front();
@@ -429,31 +397,9 @@ class SimtCore {
     }
   }
 
-  /// A word of each lane a cycle, of a warp or of hits.
-  void serve_store(Cycle now) {
-    const bool whole_warp =
-        std::all_of(banks_.begin(), banks_.end(), [](const auto& bank) { return !bank.empty() && !bank.front().hit; });
-    if (whole_warp) {
-      const StoreWord word = banks_[0].front();
-      for (auto& bank : banks_) bank.pop_front();
-      if (word.first) store_wait_ += now - word.since;
-      if (!word.write) store_returns_.emplace_back(now + config_.private_store.latency, word.slot);
-      return;
-    }
-    // A bank in front of a warp's word waits until all banks have come there.
-    for (auto& bank : banks_) {
-      if (bank.empty() || !bank.front().hit) continue;
-      const StoreWord word = bank.front();
-      bank.pop_front();
-      if (word.first) insertion_wait_ += now - word.since;
-      Running& running = *slots_[word.slot].phase;
-      if (word.last && --running.hits == 0) running.ready = now + config_.private_store.insertion_latency;
-    }
-  }
-
   State state(const Slot& slot) const {
     if (!slot.phase) return slot.step == Step::drain ? State::drain : State::trace;
-    if (slot.phase->loads > 0) return State::memory;
+    if (slot.phase->ready == kNotYet && waits(*slot.phase)) return State::memory;
     switch (slot.phase->phase.kind) {
       case PhaseKind::any_hit:
       case PhaseKind::intersection:
@@ -482,27 +428,18 @@ class SimtCore {
   std::vector<Slot> slots_;
   std::vector<Cycle> scheduler_free_;
   std::deque<Access> queue_;  ///< of the load-store unit
-  struct StoreWord {
-    unsigned slot;
-    bool write, first;  ///< first of what a phase accesses at a time
-    Cycle since;
-    bool hit, last;  ///< of an insertion
-  };
-  std::array<std::deque<StoreWord>, 32> banks_;           ///< of the private store; a warp's words wait at all
-  std::deque<std::pair<Cycle, unsigned>> store_returns_;  ///< cycle and slot of words that have been read
   std::deque<TraceCall> calls_;
   std::deque<AnyHitDone> shaded_;
   std::deque<std::pair<unsigned, NodeFetchDone>> fetched_;  ///< with the slot
   std::deque<WarpEnded> ends_;
 
-  std::uint64_t insertions_ = 0, insertion_words_ = 0, insertion_wait_ = 0;
+  Cycle now_ = 0;
   ShaderCounts counts_;
   std::array<std::uint64_t, kPhases> phases_{}, instructions_{};
   std::array<std::uint64_t, kStates> state_cycles_{};
   std::array<std::uint64_t, modules::kRegionCount> loads_{}, stores_{};
   std::uint64_t warps_ = 0, rounds_ = 0, batches_ = 0, intersection_batches_ = 0, instructions_total_ = 0,
                 issue_wait_ = 0;
-  std::uint64_t store_reads_ = 0, store_writes_ = 0, store_wait_ = 0;
   std::uint64_t sectors_ = 0, load_instructions_ = 0, store_instructions_ = 0, blocked_ = 0, deepest_ = 0;
 };
 

@@ -73,13 +73,12 @@ TEST(DirectedAlternatives, SphereUnit) {
     const std::vector<std::string> settings = {"l1.perfect=true", "rt.sphere.latency=" + std::to_string(latency)};
     EXPECT_EQ(value(simulated(d, settings), "gpu.cycles"),
               kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + 1 + latency) + finish(1, kL1Hit));
-    // As a quadric it does not queue a second time.
-    std::vector<std::string> quadric = settings;
-    quadric.push_back("rt.sphere.quadric=true");
-    const ordered_json stats = simulated(d, quadric);
+    const ordered_json stats =
+        simulated(d, {"l1.perfect=true", "rt.gaussian.enabled=true", "rt.gaussian.latency=" + std::to_string(latency)});
     EXPECT_EQ(value(stats, "gpu.cycles"),
-              kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + latency) + finish(1, kL1Hit));
-    EXPECT_EQ(value(stats, "gpu.rt.ray_transform.operations"), 0U);
+              kStart + 5 * visit(kL1Hit, kBox) + visit(kL1Hit, kTransform + 1 + latency) + finish(1, kL1Hit));
+    EXPECT_EQ(value(stats, "gpu.rt.ray_gaussian.operations"), 1U);
+    EXPECT_EQ(value(stats, "gpu.rt.ray_sphere.operations"), 0U);
   }
 }
 

@@ -124,7 +124,7 @@ TEST_F(Stride, TakesEveryKeyThatCycleModeTakes) {
         {"l1.line_bytes=32"},
         {"l2.interleave_bytes=128", "l1.line_bytes=256"},
         {"rt.memory.merge_in_flight=false"},
-        {"simt.private_store.k_buffer_entries=8", "simt.private_store.insertion=true"},
+        {"rt.any_hit_unit.enabled=true"},
         {"l1.private_writes=write_back", "l1.private_allocate=true", "l1.write_back_buffer=1"}}) {
     std::vector<std::string> settings = keys;
     settings.push_back("gpu.sms=2");
