@@ -6,7 +6,7 @@ STRUCTURES = {"icosahedron": ["tri20", "tlas-tri20"], "icosphere": ["tri80", "tl
               "sphere": ["ellipsoid", "tlas-sphere"], "box": ["box", "tlas-box"]}
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("ellipsoid", "on"),
            ("tlas-sphere", "on"), ("tri80", "off"), ("tlas-tri80", "on"), ("box", "off"), ("tlas-box", "off")]
-# Machines of at most eight SMs: what the others do these do.
+# Machines of at most eight SMs: what the others do these do. Not rtx2060-share: SETTINGS would have to fit its six slices on three channels.
 MACHINES = ["paper", "paper-charged", "paper-lean", "ada-share", "blackwell-share", "rdna4-share"]
 SETTINGS = {"gpu.sms": [1, 2, 3], "rt.warp_buffer.entries": [1, 2, 16], "rt.warp_buffer.stack_entries": [4, 16, 64],
             "rt.scheduler.policy": ["round_robin", "greedy_then_oldest"], "rt.prefetch.enabled": ["true", "false"],
