@@ -1,23 +1,29 @@
 #include "grtx/study/design_comparison.h"
 
 #include <algorithm>
-#include <string_view>
+#include <map>
+
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
 
 namespace grtx::sim {
-namespace {
 
-constexpr std::array<const char*, 4> kTableOrder = {"baseline", "sw", "hw", "grtx"};
-
-}  // namespace
-
-DesignComparison::DesignComparison(bool several_objects) {
-  for (const Design& design : kDesigns) {
-    if (!several_objects || traces::is_two_level(design.accel)) designs_.push_back(design);
+DesignComparison::DesignComparison(const std::vector<std::string>& names, bool several_objects) {
+  for (const std::string& name : names) {
+    if (std::find(design_names().begin(), design_names().end(), name) != design_names().end()) continue;
+    throw Error("--designs", name, "is no design, the nearest is '" + nearest_name(name, design_names()) + "'");
   }
-  for (const char* name : kTableOrder) {
-    const auto has_name = [&](const Design& design) { return name == std::string_view(design.name); };
-    if (std::any_of(designs_.begin(), designs_.end(), has_name)) names_.emplace_back(name);
+  for (const Design& design : sim::designs()) {
+    const bool asked = names.empty() || std::find(names.begin(), names.end(), design.name) != names.end();
+    const ComparedDesign compared(design);
+    if (!asked || (several_objects && !traces::is_two_level(compared.kind))) continue;
+    designs_.push_back(compared);
+    names_.push_back(design.name);
   }
+  if (designs_.empty()) throw Error("--designs", names.front(), "cannot trace several objects: they need two levels");
+  std::stable_sort(designs_.begin(), designs_.end(), [](const ComparedDesign& a, const ComparedDesign& b) {
+    return a.kind < b.kind;
+  });
 }
 
 }  // namespace grtx::sim

@@ -1,39 +1,35 @@
-// The designs that a run compares: all four of the paper, or sw and grtx alone for a scene of several objects.
+// The designs that a run compares: those asked for, or of these the ones with two levels for a scene of several objects.
 #pragma once
 
-#include <array>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/lab/sweep/designs.h"
 
 namespace grtx::sim {
 
-struct Design {
-  const char* name;
-  frontend::AccelKind accel;
-  bool checkpoint;
+/// A named design, with its structure as the tracer knows it.
+struct ComparedDesign : Design {
+  explicit ComparedDesign(const Design& design) : Design(design), kind(frontend::accel_from_name(design.accel)) {}
+  frontend::AccelKind kind;
 };
-/// The named designs of the paper's comparison, ordered so that designs with the same acceleration structure are
-/// neighbours.
-inline constexpr std::array<Design, 4> kDesigns = {{{"baseline", frontend::AccelKind::tri20, false},
-                                                    {"hw", frontend::AccelKind::tri20, true},
-                                                    {"sw", frontend::AccelKind::tlas_tri20, false},
-                                                    {"grtx", frontend::AccelKind::tlas_tri20, true}}};
 
-/// The designs that can trace a scene. Several objects need a two-level structure, so only sw and grtx can trace them.
 class DesignComparison {
  public:
-  explicit DesignComparison(bool several_objects);
-  const std::vector<Design>& designs() const { return designs_; }   ///< in the order of tracing
+  /// names: of designs; empty: all. several_objects: only two-level structures can trace the scene. Throws Error for an
+  /// unknown name, and if no design is left.
+  DesignComparison(const std::vector<std::string>& names, bool several_objects);
+  /// In the order of tracing: designs with the same structure follow each other.
+  const std::vector<ComparedDesign>& designs() const { return designs_; }
   const std::vector<std::string>& names() const { return names_; }  ///< in the order of the table
-  /// The design that speed-ups are relative to.
+  /// The design that speed-ups are relative to: the first of the table.
   const std::string& reference() const { return names_.front(); }
   std::span<const std::string> others() const { return std::span(names_).subspan(1); }
 
  private:
-  std::vector<Design> designs_;
+  std::vector<ComparedDesign> designs_;
   std::vector<std::string> names_;
 };
 

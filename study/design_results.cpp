@@ -98,7 +98,12 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   results["machine"] = machine_name(plan.machine, plan.config);
   results["config"] = config_json(plan.config);
   // Without this entry, readers take the baseline.
-  if (comparison.names().size() < kDesigns.size()) results["speedup_over"] = comparison.reference();
+  if (comparison.reference() != design_names().front()) results["speedup_over"] = comparison.reference();
+  for (const ComparedDesign& design : comparison.designs()) {
+    for (const auto& [key, value] : design.keys) {
+      if (!plan.named.contains(key)) results["design_config"][design.name][key] = value;
+    }
+  }
   for (const std::string& name : comparison.names()) add_design(run, name, plan.machine, traced, documents.at(name));
   const double reference = statistic(results["designs"][comparison.reference()], "gpu.cycles");
   for (const std::string& name : comparison.others()) {
@@ -111,6 +116,9 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   results["images"] = images;
   if (traced.images.size() > 1) add_frames(results, comparison, plan.view.views, traced.images.size());
   results["images_identical"] = traced.identical;
+  for (const auto& [name, order] : traced.other_orders) {
+    results["other_orders"][name] = {{"sort_key", order.sort_key}, {"psnr", order.psnr}};
+  }
   results["violations"] = run.violations;
   return run;
 }

@@ -14,6 +14,7 @@
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/study/design_results.h"
 #include "grtx/study/simulate_designs.h"
@@ -29,7 +30,10 @@ constexpr const char* kLock = "run.lock";
 
 /// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
-  for (const Design& design : comparison.designs()) tracer_options(plan.tracer, design.checkpoint, design.accel);
+  for (const ComparedDesign& design : comparison.designs()) {
+    tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
+    check_config(design_config(plan, design), "design " + design.name);
+  }
   if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
     throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
   }
@@ -70,10 +74,20 @@ ordered_json write_run_images(const std::string& folder, const std::vector<front
 
 }  // namespace
 
+GpuConfig design_config(const RunPlan& plan, const Design& design) {
+  GpuConfig config = plan.config;
+  const std::vector<modules::Parameter> keys = config_keys(config);
+  for (const auto& [key, value] : design.keys) {
+    if (!plan.named.contains(key)) apply_setting(key + "=" + value, keys);
+  }
+  return config;
+}
+
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
   RunPlan plan;
   plan.machine = machine;
   plan.config = load_machine_config(machine, "", settings);
+  for (const std::string& setting : settings) plan.named.insert(setting.substr(0, setting.find('=')));
   apply_machine_tracer(plan.tracer, machine);
   return plan;
 }
@@ -81,7 +95,7 @@ RunPlan plan_on(const std::string& machine, const std::vector<std::string>& sett
 DesignResults run_designs(RunPlan plan) {
   warn_of_idle_keys(plan.config, plan.mode.value_or(SimulationMode::cycle));
   const bool objects = frontend::is_object_list(plan.scene) && !plan.flatten;
-  const DesignComparison comparison(objects);
+  const DesignComparison comparison(plan.designs, objects);
   check_plan(plan, comparison);
   std::error_code failed;
   std::filesystem::create_directories(plan.output, failed);
@@ -89,12 +103,15 @@ DesignResults run_designs(RunPlan plan) {
   const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
 
   const TracedDesigns traced =
-      trace_designs({plan.scene, plan.view, plan.tracer, objects, plan.output, plan.quiet, plan.opened}, comparison);
+      trace_designs({plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened},
+                    comparison);
   remove_earlier_run(plan.output);
   const ordered_json images = write_run_images(plan.output, traced.images);
   plan.windows.price = describe_energy;
   if (!plan.mode) plan.mode = unnamed_mode(traced, comparison, plan.config, plan.windows);
-  const DesignSimulation simulation{plan.config, *plan.mode, plan.windows, plan.jobs, plan.quiet};
+  std::map<std::string, GpuConfig> configs;
+  for (const ComparedDesign& design : comparison.designs()) configs[design.name] = design_config(plan, design);
+  const DesignSimulation simulation{std::move(configs), *plan.mode, plan.windows, plan.jobs, plan.quiet};
   DesignResults results =
       design_results(plan, comparison, traced, simulate_designs(traced, comparison, simulation), images);
 
@@ -108,7 +125,7 @@ DesignResults run_designs(RunPlan plan) {
 
 std::vector<std::string> run_files(const std::string& folder, const std::string& views) {
   std::vector<std::string> files = frame_paths(folder + "/image.png", views);
-  for (const Design& design : kDesigns) files.push_back(fmt::format("{}/{}.grtx", folder, design.name));
+  for (const std::string& design : design_names()) files.push_back(fmt::format("{}/{}.grtx", folder, design));
   for (const char* name : {"results.json", "report.html", kLock}) files.push_back(folder + "/" + name);
   return files;
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,9 @@ struct RunPlan {
   ViewOptions view;
   TracerSettings tracer;
   std::string machine = kDefaultMachine;  ///< its name in results
-  GpuConfig config;                       ///< the hardware of all designs
+  GpuConfig config;                       ///< the hardware of all designs, but for a design's own keys
+  std::vector<std::string> designs;       ///< names; empty: all (lab/sweep/designs.h)
+  std::set<std::string> named;            ///< tracer options and configuration keys that a design leaves as they are
   std::string output;                     ///< folder
   bool flatten = false;                   ///< merge a list of objects into one scene
   std::optional<SimulationMode> mode;     ///< none: chosen by unnamed_mode()
@@ -36,6 +39,8 @@ struct RunPlan {
   bool quiet = false;  ///< no progress on stderr
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
+/// Configuration of a design: the plan's, with the design's own keys.
+GpuConfig design_config(const RunPlan& plan, const Design& design);
 /// Returns a plan for a machine, with its tracer options. machine: a name (set_machines_folder()) or a file. settings:
 /// "key=value". Throws Error for unknown names, keys or values.
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings = {});

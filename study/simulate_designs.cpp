@@ -40,11 +40,12 @@ unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const G
 }
 
 /// What a child process reports for its design.
-std::string simulated_text(const std::string& trace, const DesignSimulation& asked, modules::WarpObserver* observer) {
+std::string simulated_text(const std::string& trace, const GpuConfig& config, const DesignSimulation& asked,
+                           modules::WarpObserver* observer) {
   SimulationOptions simulation;
   simulation.observer = observer;
   simulation.price = describe_energy;
-  const SimulationResult result = simulate_in_mode(asked.mode, trace, asked.config, simulation, asked.windows).result;
+  const SimulationResult result = simulate_in_mode(asked.mode, trace, config, simulation, asked.windows).result;
   nlohmann::ordered_json document = result.document;
   document["violations"] = result.violations;
   document["binding_bound"] = result.binding_bound;
@@ -67,13 +68,13 @@ SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison&
 std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
                                                                const DesignComparison& comparison,
                                                                const DesignSimulation& simulation) {
-  const unsigned jobs = simulation.jobs == 0 ? default_jobs(traced.designs, simulation.config) : simulation.jobs;
+  const unsigned jobs = simulation.jobs == 0 ? default_jobs(traced.designs, simulation.configs.begin()->second) : simulation.jobs;
   std::map<std::string, nlohmann::ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   std::vector<std::string> names;
   std::vector<std::uint64_t> warps;
-  for (const Design& design : comparison.designs()) {
-    names.emplace_back(design.name);
+  for (const ComparedDesign& design : comparison.designs()) {
+    names.push_back(design.name);
     warps.push_back(traces::Reader(traced.designs.at(design.name).path).group_count());
   }
   DesignProgress progress(names, warps, simulation.quiet);
@@ -86,7 +87,9 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
   for (std::size_t index = 0; index < names.size(); ++index) {
     if (running.size() >= jobs) collect_first();
     const auto work = [&, index] {
-      return simulated_text(traced.designs.at(names[index]).path, simulation, progress.observer(index));
+      const std::string& name = names[index];
+      return simulated_text(traced.designs.at(name).path, simulation.configs.at(name), simulation,
+                            progress.observer(index));
     };
     running.emplace_back(names[index], std::make_unique<ChildProcess>(names[index], work));
   }

@@ -19,7 +19,7 @@ SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison&
                             const WindowOptions& windows);
 
 struct DesignSimulation {
-  GpuConfig config;
+  std::map<std::string, GpuConfig> configs;  ///< by design
   SimulationMode mode = SimulationMode::cycle;
   WindowOptions windows;
   unsigned jobs = 0;  ///< parallel simulations; 0: one per core, limited by free memory

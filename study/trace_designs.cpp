@@ -9,47 +9,71 @@
 namespace grtx::sim {
 namespace {
 
-/// Keeps the images of the first design and compares those of the others with them.
-void take_images(TracedDesigns& all, frontend::TracedView& traced) {
-  std::vector<frontend::Image> images = std::move(traced.further);
-  images.insert(images.begin(), std::move(traced.result.image));
-  if (all.images.empty()) {
-    all.images = std::move(images);
-    return;
+using Images = std::vector<frontend::Image>;
+
+bool same(const Images& a, const Images& b) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (!frontend::compare(a[i], b[i]).identical()) return false;
   }
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    all.identical = all.identical && frontend::compare(all.images[i], images[i]).identical();
-  }
+  return true;
 }
 
+/// Compares the images of designs: those that blend in one order must be the same.
+class ImageComparison {
+ public:
+  void take(TracedDesigns& all, const std::string& name, const std::string& sort_key, frontend::TracedView& traced) {
+    Images images = std::move(traced.further);
+    images.insert(images.begin(), std::move(traced.result.image));
+    if (first_.empty()) first_ = sort_key;
+    if (sort_key != first_) all.other_orders[name] = {sort_key, frontend::compare(by_order_[first_][0], images[0]).psnr};
+    const auto [known, is_new] = by_order_.try_emplace(sort_key, std::move(images));
+    if (!is_new) all.identical = all.identical && same(known->second, images);
+  }
+  Images first() { return std::move(by_order_[first_]); }
+
+ private:
+  std::string first_;  ///< order of the first design
+  std::map<std::string, Images> by_order_;
+};
+
 }  // namespace
+
+TracerSettings design_settings(TracerSettings settings, const Design& design, const std::set<std::string>& named) {
+  for (const auto& [option, value] : design.tracer) {
+    if (!named.contains(option)) set_option(settings, option, value);
+  }
+  return settings;
+}
 
 TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison) {
   FilesRead files;
   const std::vector<frontend::Camera> cameras = select_cameras(tracing.view, files);
   frontend::SceneTracer scene;
   // With several objects, all designs share one structure; it is built when the objects are loaded.
-  load_scene(scene, tracing.scene, tracing.several_objects, cameras, tracing.tracer, comparison.designs().front().accel,
+  load_scene(scene, tracing.scene, tracing.several_objects, cameras, tracing.tracer, comparison.designs().front().kind,
              files, tracing.quiet);
   if (tracing.opened) tracing.opened(files);
   TracedDesigns all;
   all.files_hash = files.hash();
-  for (const Design& design : comparison.designs()) {
-    frontend::RenderOptions render = render_options(tracing.tracer, tracing.quiet);
+  ImageComparison images;
+  for (const ComparedDesign& design : comparison.designs()) {
+    const TracerSettings settings = design_settings(tracing.tracer, design, tracing.named);
+    frontend::RenderOptions render = render_options(settings, tracing.quiet);
     render.count_unique = true;
     render.count_hits = !all.counters.hits;  // counted once: hits are the same in each design
     TracedDesign& result = all.designs[design.name];
     result.path = tracing.folder + "/" + design.name + ".grtx";
     frontend::TracedView traced =
-        trace_scene(scene, tracing.tracer, design.checkpoint, design.accel, render, result.path, files);
+        trace_scene(scene, settings, design.checkpoint, design.kind, render, result.path, files);
     result.file = traced.trace.value();
     frontend::RenderResult& rendered = traced.result;
     if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
     all.counters = rendered.counters;
     result.statistics = statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(statistics_object(tracer_host_statistics(scene, rendered)));
-    take_images(all, traced);
+    images.take(all, design.name, std::string(name_of(settings.options.sort_key)), traced);
   }
+  all.images = images.first();
   return all;
 }
 

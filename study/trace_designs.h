@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,18 @@ struct TracedDesign {
   nlohmann::ordered_json statistics;  ///< tracer.*, accel.*, trace.*
 };
 
+/// How far the image of a design with an order of its own is from that of the first design.
+struct OtherOrder {
+  std::string sort_key;
+  double psnr = 0.0;  ///< dB
+};
+
 /// Result of tracing all designs.
 struct TracedDesigns {
   std::map<std::string, TracedDesign> designs;
   std::vector<frontend::Image> images;  ///< of the first design, by frame
-  bool identical = true;                ///< images of all designs are bit-identical
+  bool identical = true;                ///< images of all designs that blend in one order are bit-identical
+  std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first
   frontend::TracerCounters counters;    ///< of the last design; how rays end is the same in all
   std::string files_hash;               ///< hash of the camera and scene files
 };
@@ -38,9 +46,13 @@ struct DesignTracing {
   TracerSettings tracer;
   bool several_objects = false;  ///< keep objects apart, do not merge them
   std::string folder;            ///< receives NAME.grtx for each design
+  std::set<std::string> named;   ///< options that designs leave as they are
   bool quiet = false;
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
+
+/// The settings with those of a design, except options that are named in `named`.
+TracerSettings design_settings(TracerSettings settings, const Design& design, const std::set<std::string>& named);
 
 /// Throws Error if the scene, cameras or options are not valid.
 TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison);

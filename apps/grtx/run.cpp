@@ -1,4 +1,4 @@
-// grtx run: the main job. Traces one view with the four designs, simulates each, and compares.
+// grtx run: the main job. Traces one view with the designs, simulates each, and compares.
 #include <fmt/format.h>
 
 #include <memory>
@@ -9,6 +9,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/study/machine.h"
+#include "grtx/study/option_text.h"
 #include "grtx/study/run_designs.h"
 #include "grtx/study/tracer_statistics.h"
 
@@ -35,12 +36,12 @@ double value(const ordered_json& statistics, const std::string& name) {
 
 void print_table(const ordered_json& designs, const DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
-  fmt::print("{:<8} {:>11} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
+  fmt::print("{:<9} {:>10} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
              "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
   const double reference = value(designs.at(comparison.reference()), "gpu.cycles");
   for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
-    fmt::print("{:<8} {:>11.0f} {:>8.2f} {:>8.3f} {:>9.3f} {:>7.1f} {:>5.1f}% {:>8.3f} {:>7.1f}\n", name,
+    fmt::print("{:<9} {:>10.0f} {:>8.2f} {:>8.3f} {:>9.3f} {:>7.1f} {:>5.1f}% {:>8.3f} {:>7.1f}\n", name,
                value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits") * 1e-6,
                value(s, "gpu.rt.node_fetches") * 1e-6, value(s, "gpu.rt.node_fetch_latency"),
                100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses") * 1e-6,
@@ -69,6 +70,16 @@ void print_intervals(const ordered_json& results) {
   say("{}", text);
 }
 
+void print_images(const DesignResults& run) {
+  const ordered_json orders = run.json.value("other_orders", ordered_json::object());
+  fmt::print("images of the {} designs{}: {}\n", run.comparison.names().size() - orders.size(),
+             orders.empty() ? "" : " that blend in one order", run.images_identical ? "bit-identical" : "DIFFERENT");
+  for (const auto& [name, order] : orders.items()) {
+    fmt::print("image of {}: blended by {}, {:.1f} dB from these\n", name, order.at("sort_key").get<std::string>(),
+               order.at("psnr").get<double>());
+  }
+}
+
 /// Prints a summary of the results.
 void print_summary(const RunArguments& options, const DesignResults& run) {
   const ordered_json& results = run.json;
@@ -87,9 +98,8 @@ void print_summary(const RunArguments& options, const DesignResults& run) {
     fmt::print("\n");
   }
   say("{}", describe_end(run.counters));
-  if (objects) fmt::print("several objects: sw and grtx alone, speed-up over {}\n", comparison.reference());
-  fmt::print("images of the {} designs: {}\n", objects ? "two" : "four",
-             run.images_identical ? "bit-identical" : "DIFFERENT");
+  if (objects) fmt::print("speed-up over {}\n", comparison.reference());
+  print_images(run);
   if (options.plan.config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged) {
     fmt::print("checkpoint traffic is free on this machine ({} charges it)\n",
                machine == kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
@@ -100,6 +110,10 @@ int run(RunArguments& options, const CommonOptions& common) {
   RunPlan& plan = options.plan;
   apply_machine_tracer(plan.tracer, plan.machine, *options.command);
   plan.config = load_machine_config(plan.machine, options.config, options.settings);
+  for (const std::string& setting : options.settings) plan.named.insert(setting.substr(0, setting.find('=')));
+  for (const TracerOptionName& option : tracer_option_names()) {
+    if (options.command->count(flag_of(option.key)) > 0) plan.named.insert(option.key);
+  }
   plan.windows = estimate_options(options.estimate, options.mode);
   if (options.mode_option->count() > 0) plan.mode = options.mode;
   plan.quiet = common.quiet;
@@ -119,12 +133,17 @@ int run(RunArguments& options, const CommonOptions& common) {
 
 void add_run(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<RunArguments>();
-  CLI::App* command = make_command(app, common, "run", "Traces and simulates baseline, sw, hw and grtx; one table",
+  CLI::App* command = make_command(app, common, "run", "Traces and simulates designs side by side; one table",
                                    [options, &common] { return run(*options, common); });
   command
-      ->add_option("--scene", options->plan.scene, "Scene file, or object list .json: sw and grtx alone (no default)")
+      ->add_option("--scene", options->plan.scene, "Scene file, or object list .json: of the designs, sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
+  command
+      ->add_option("--designs", options->plan.designs,
+                   "Designs to compare, with commas; speed-ups are over the first of the table (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(design_names()));
   add_flatten_option(command, options->plan.flatten);
   add_view_options(command, options->plan.view);
   add_views_option(command, options->plan.view);

@@ -1,3 +1,4 @@
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/lab/search/search_plan.h"
 
 #include <fmt/format.h>

@@ -1,6 +1,7 @@
 #include "grtx/lab/sweep/plan.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 #include <limits>
 
 #include "grtx/base/error.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/lab/sweep/plan_sections.h"
 
 namespace grtx::sim {
@@ -161,7 +163,7 @@ class PlanReader {
 
   void read_designs(const toml::node& node) {
     const auto* list = node.as_array();
-    if (list == nullptr || list->empty()) in_.fail(node, "designs: must be a list of baseline, sw, hw, grtx");
+    if (list == nullptr || list->empty()) in_.fail(node, fmt::format("designs: must be a list of {}", fmt::join(design_names(), ", ")));
     in_.plan.designs.clear();
     for (const toml::node& item : *list) in_.plan.designs.push_back(in_.one_of(item, "designs", design_names()));
     has_designs_ = true;
@@ -193,11 +195,6 @@ class PlanReader {
 };
 
 }  // namespace
-
-const std::vector<std::string>& design_names() {
-  static const std::vector<std::string> names = {"baseline", "sw", "hw", "grtx"};
-  return names;
-}
 
 SweepPlan load_plan(const std::string& path, const TracerRules& tracer) { return PlanReader(path, tracer).read(); }
 

@@ -38,9 +38,6 @@ struct NamedMachine {
   std::string option;  ///< argument of `grtx sim --machine`; for a file its absolute path
 };
 
-/// The paper's designs: baseline, sw, hw, grtx.
-const std::vector<std::string>& design_names();
-
 struct SweepPlan {
   std::string path;
   std::string text;

@@ -11,6 +11,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
 #include "grtx/lab/cost/run_machine.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
@@ -29,15 +30,14 @@ struct Structure {
   bool checkpoint = false;
 };
 
-Structure structure_of(const std::string& design) {
-  return {design == "sw" || design == "grtx" ? "tlas-tri20" : "tri20", design == "hw" || design == "grtx"};
-}
+bool has(const Structure& s, const Design& design) { return s.accel == design.accel && s.checkpoint == design.checkpoint; }
 
-/// The paper's name of a structure, or a description if it is not in the paper.
-std::string design_name(const Structure& s) {
-  for (const std::string& name : design_names()) {
-    const Structure known = structure_of(name);
-    if (known.accel == s.accel && known.checkpoint == s.checkpoint) return name;
+/// Name of a point's design: the one that it was made from, if it still has its structure; else one that is no more
+/// than that structure; else a description.
+std::string design_name(const Structure& s, const Design* from) {
+  if (from != nullptr && has(s, *from)) return from->name;
+  for (const Design& design : designs()) {
+    if (has(s, design) && design.tracer.empty() && design.keys.empty()) return design.name;
   }
   return s.accel + (s.checkpoint ? "+checkpoint" : "");
 }
@@ -181,7 +181,11 @@ const PointMaker::Traced& PointMaker::traced(Asked asked) {
 }
 
 PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
-  Structure structure = structure_of(design);
+  const Design* from = design.empty() ? nullptr : &design_of(design);
+  for (const auto& [name, value] : varied) {
+    if (name == kDesign) from = &design_of(text_of(value));
+  }
+  Structure structure{"tri20", false};
   std::map<std::string, std::string> options;
   PointConfigs::Settings settings;
   const auto take = [&](const std::string& name, const SweepValue& value) {
@@ -196,8 +200,10 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
       settings.emplace_back(name, text_of(value));
     }
   };
-  for (const auto& [name, value] : varied) {
-    if (name == kDesign) structure = structure_of(text_of(value));
+  if (from != nullptr) {
+    structure = {from->accel, from->checkpoint};
+    for (const auto& [name, value] : from->tracer) options[name] = value;
+    for (const auto& [name, value] : from->keys) settings.emplace_back(name, value);
   }
   for (const auto& [name, value] : plan_.settings) take(name, value);
   for (const auto& [name, value] : varied) take(name, value);
@@ -205,7 +211,7 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
   const Scene& scene = scenes_.at(place.scene);
   Made made;
   SweepPoint& point = made.point;
-  point.design = design_name(structure);
+  point.design = design_name(structure, from);
   const Traced& known = traced({place.scene, place.view, structure.accel, structure.checkpoint, std::move(options)});
   made.trace = known.trace;
   point.broken = known.broken;

@@ -1,0 +1,43 @@
+#include "grtx/lab/sweep/designs.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace grtx::sim {
+
+const std::vector<Design>& designs() {
+  // GauTracer: one level, a leaf of 64 B for each Gaussian; the hit is the peak of its response; heaps of 16 hits of
+  // three words in registers, beside the 32 that the ray generation shader is assumed to need.
+  static const std::vector<Design> all = {
+      {"baseline", "tri20", false, {}, {}},
+      {"sw", "tlas-tri20", false, {}, {}},
+      {"hw", "tri20", true, {}, {}},
+      {"grtx", "tlas-tri20", true, {}, {}},
+      {"gautracer",
+       "ellipsoid",
+       false,
+       {{"k", "16"}, {"sort_key", "peak"}, {"tmax_update", "kth"}},
+       {{"rt.gaussian.enabled", "true"},
+        {"rt.any_hit_unit.enabled", "true"},
+        {"simt.registers_per_thread", "32"},
+        {"simt.payload_registers", "48"}}}};
+  return all;
+}
+
+const std::vector<std::string>& design_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Design& design : designs()) all.push_back(design.name);
+    return all;
+  }();
+  return names;
+}
+
+const Design& design_of(const std::string& name) {
+  const auto found =
+      std::find_if(designs().begin(), designs().end(), [&](const Design& design) { return design.name == name; });
+  if (found == designs().end()) throw std::out_of_range("no design: " + name);
+  return *found;
+}
+
+}  // namespace grtx::sim

@@ -1,0 +1,27 @@
+// The named designs: what a paper proposes, as a structure, options of the tracer and configuration keys that go with
+// it. A machine is what all designs have in common.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace grtx::sim {
+
+struct Design {
+  using Texts = std::vector<std::pair<std::string, std::string>>;
+  std::string name;
+  std::string accel;  ///< a name of AccelKind
+  bool checkpoint = false;
+  Texts tracer;  ///< options of the tracer, by name with _ for -
+  Texts keys;    ///< configuration keys
+};
+
+/// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026).
+const std::vector<Design>& designs();
+/// Their names, in the same order.
+const std::vector<std::string>& design_names();
+/// Throws std::out_of_range for an unknown name.
+const Design& design_of(const std::string& name);
+
+}  // namespace grtx::sim
