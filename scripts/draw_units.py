@@ -298,10 +298,10 @@ def memory_scheduler():
 
 
 def intersection_units():
-    f = Figure("Intersection units: four of one kind", 190)
+    f = Figure("Intersection units: all of one kind", 190)
     f.box("dispatch", 10, 55, 130, 70, "node dispatch", "lanes whose node", "has come", kind="area")
     for index, (name, what) in enumerate([("ray_box", "internal nodes"), ("ray_transform", "instance leaves"),
-                                          ("ray_triangle", "triangle leaves"), ("ray_sphere", "procedural leaves")]):
+                                          ("ray_triangle", "triangle leaves"), ("ray_sphere", "or ray_gaussian")]):
         f.box(name, 190, 8 + 45 * index, 150, 36, name, what, kind="unit")
         f.arrow("dispatch:r", f"{name}:l", bend=0.4)
     f.box("queue", 390, 20, 130, 60, "queue", "in order; a place", "for every lane", kind="mem")
@@ -312,7 +312,7 @@ def intersection_units():
     f.arrow("pipes:b", "result:t")
     f.arrow("ray_transform:r", "queue:l", bend=0.5)
     f.text(455, 140, "an ellipsoid: ray_transform,")
-    f.text(455, 155, "then ray_sphere")
+    f.text(455, 155, "then ray_sphere or ray_gaussian")
     return f
 
 
@@ -390,13 +390,19 @@ def work_distributor():
     return f
 
 
-def private_store():
-    f = Figure("Private buffers: the first N entries on chip, the rest in memory", 160)
-    f.box("simt", 10, 20, 150, 60, "SIMT core", "k-buffer and eviction", "buffer of each lane", kind="area")
-    f.box("banks", 250, 20, 220, 60, "32 banks, a lane each", "entries 0 … N − 1 of every", "resident ray; no tags", kind="mem")
-    f.box("memory", 590, 70, 160, 80, "L1, L2, DRAM", "entries N and on, at", "their usual addresses", kind="unit")
-    f.arrow("simt:r", "banks:l", "entry < N")
-    f.arrow("simt:b", "memory:l.3", "entry ≥ N", dx=180, dy=-5)
+def any_hit_unit():
+    f = Figure("Any-hit unit: a heap for each ray, in registers", 200)
+    f.box("gaussian", 10, 20, 150, 60, "ray_gaussian", "peak of the response,", "alpha", kind="unit")
+    f.box("queue", 220, 20, 130, 60, "hits that wait", "lane l: logic", "l mod count", kind="mem")
+    f.box("logic", 410, 20, 150, 60, "heap logic", "compare, swap: 2 to 12", "cycles a hit", kind="unit")
+    f.box("heaps", 620, 20, 130, 60, "registers", "k hits a ray:", "t, alpha, id", kind="mem")
+    f.box("lane", 410, 130, 150, 50, "lane goes on", "t_max: root of the heap", kind="area")
+    f.box("simt", 620, 130, 130, 50, "SIMT core", "blends; stores", "what falls out", kind="area")
+    f.arrow("gaussian:r", "queue:l")
+    f.arrow("queue:r", "logic:l")
+    f.arrow("logic:r", "heaps:l", "")
+    f.arrow("logic:b", "lane:t", "")
+    f.arrow("heaps:b", "simt:t", "in order")
     return f
 
 
@@ -404,7 +410,7 @@ FIGURES = {
     "checkpoint-lists": checkpoint_lists, "checkpoint-entries": checkpoint_entries, "k-buffer": k_buffer,
     "node-formats": node_formats, "l1-cache": l1_cache, "l2-slice": l2_slice, "dram-channel": dram_channel, "crossbar": crossbar,
     "memory-scheduler": memory_scheduler, "intersection-units": intersection_units, "lane-states": lane_states,
-    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "private-store": private_store}
+    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "any-hit-unit": any_hit_unit}
 
 
 def main():

@@ -21,9 +21,8 @@ DesignComparison::DesignComparison(const std::vector<std::string>& names, bool s
     names_.push_back(design.name);
   }
   if (designs_.empty()) throw Error("--designs", names.front(), "cannot trace several objects: they need two levels");
-  std::stable_sort(designs_.begin(), designs_.end(), [](const ComparedDesign& a, const ComparedDesign& b) {
-    return a.kind < b.kind;
-  });
+  std::stable_sort(designs_.begin(), designs_.end(),
+                   [](const ComparedDesign& a, const ComparedDesign& b) { return a.kind < b.kind; });
 }
 
 }  // namespace grtx::sim

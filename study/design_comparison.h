@@ -1,4 +1,5 @@
-// The designs that a run compares: those asked for, or of these the ones with two levels for a scene of several objects.
+// The designs that a run compares: those asked for, or of these the ones with two levels for a scene of several
+// objects.
 #pragma once
 
 #include <span>

@@ -102,9 +102,8 @@ DesignResults run_designs(RunPlan plan) {
   if (failed) throw Error(plan.output, "", "cannot be made a folder: " + failed.message());
   const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
 
-  const TracedDesigns traced =
-      trace_designs({plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened},
-                    comparison);
+  const TracedDesigns traced = trace_designs(
+      {plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened}, comparison);
   remove_earlier_run(plan.output);
   const ordered_json images = write_run_images(plan.output, traced.images);
   plan.windows.price = describe_energy;

@@ -68,7 +68,8 @@ SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison&
 std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
                                                                const DesignComparison& comparison,
                                                                const DesignSimulation& simulation) {
-  const unsigned jobs = simulation.jobs == 0 ? default_jobs(traced.designs, simulation.configs.begin()->second) : simulation.jobs;
+  const unsigned jobs =
+      simulation.jobs == 0 ? default_jobs(traced.designs, simulation.configs.begin()->second) : simulation.jobs;
   std::map<std::string, nlohmann::ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   std::vector<std::string> names;

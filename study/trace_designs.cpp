@@ -25,7 +25,8 @@ class ImageComparison {
     Images images = std::move(traced.further);
     images.insert(images.begin(), std::move(traced.result.image));
     if (first_.empty()) first_ = sort_key;
-    if (sort_key != first_) all.other_orders[name] = {sort_key, frontend::compare(by_order_[first_][0], images[0]).psnr};
+    if (sort_key != first_)
+      all.other_orders[name] = {sort_key, frontend::compare(by_order_[first_][0], images[0]).psnr};
     const auto [known, is_new] = by_order_.try_emplace(sort_key, std::move(images));
     if (!is_new) all.identical = all.identical && same(known->second, images);
   }

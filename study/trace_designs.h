@@ -33,11 +33,11 @@ struct OtherOrder {
 /// Result of tracing all designs.
 struct TracedDesigns {
   std::map<std::string, TracedDesign> designs;
-  std::vector<frontend::Image> images;  ///< of the first design, by frame
-  bool identical = true;                ///< images of all designs that blend in one order are bit-identical
+  std::vector<frontend::Image> images;             ///< of the first design, by frame
+  bool identical = true;                           ///< images of all designs that blend in one order are bit-identical
   std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first
-  frontend::TracerCounters counters;    ///< of the last design; how rays end is the same in all
-  std::string files_hash;               ///< hash of the camera and scene files
+  frontend::TracerCounters counters;               ///< of the last design; how rays end is the same in all
+  std::string files_hash;                          ///< hash of the camera and scene files
 };
 
 struct DesignTracing {

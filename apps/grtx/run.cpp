@@ -136,7 +136,8 @@ void add_run(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "run", "Traces and simulates designs side by side; one table",
                                    [options, &common] { return run(*options, common); });
   command
-      ->add_option("--scene", options->plan.scene, "Scene file, or object list .json: of the designs, sw and grtx alone (no default)")
+      ->add_option("--scene", options->plan.scene,
+                   "Scene file, or object list .json: of the designs, sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
   command

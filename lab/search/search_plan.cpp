@@ -1,5 +1,5 @@
-#include "grtx/lab/sweep/designs.h"
 #include "grtx/lab/search/search_plan.h"
+#include "grtx/lab/sweep/designs.h"
 
 #include <fmt/format.h>
 

@@ -163,7 +163,8 @@ class PlanReader {
 
   void read_designs(const toml::node& node) {
     const auto* list = node.as_array();
-    if (list == nullptr || list->empty()) in_.fail(node, fmt::format("designs: must be a list of {}", fmt::join(design_names(), ", ")));
+    if (list == nullptr || list->empty())
+      in_.fail(node, fmt::format("designs: must be a list of {}", fmt::join(design_names(), ", ")));
     in_.plan.designs.clear();
     for (const toml::node& item : *list) in_.plan.designs.push_back(in_.one_of(item, "designs", design_names()));
     has_designs_ = true;

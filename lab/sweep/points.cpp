@@ -30,7 +30,9 @@ struct Structure {
   bool checkpoint = false;
 };
 
-bool has(const Structure& s, const Design& design) { return s.accel == design.accel && s.checkpoint == design.checkpoint; }
+bool has(const Structure& s, const Design& design) {
+  return s.accel == design.accel && s.checkpoint == design.checkpoint;
+}
 
 /// Name of a point's design: the one that it was made from, if it still has its structure; else one that is no more
 /// than that structure; else a description.

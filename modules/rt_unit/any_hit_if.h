@@ -1,5 +1,5 @@
-// Interface between the RT scheduler, which learns of hits, and the part that handles them: the any-hit collector, which
-// invokes the shader, or the any-hit unit.
+// Interface between the RT scheduler, which learns of hits, and the part that handles them: the any-hit collector,
+// which invokes the shader, or the any-hit unit.
 #pragma once
 
 #include <systemc>

@@ -108,8 +108,8 @@ Inventory AnyHitUnit::inventory() const {
   const std::uint64_t lanes = fill_.size();
   inventory.storage.push_back({"fill", StorageKind::ram, lanes * entry_bits, 1, 1, false, entry_bits});
   // Queue of hits that wait for their heap: number of the warp, t, alpha, id.
-  inventory.storage.push_back({"hits", StorageKind::ram, lanes * (8 + 32 * HitHeap::kEntryWords), 1, 1, false,
-                               8 + 32 * HitHeap::kEntryWords});
+  inventory.storage.push_back(
+      {"hits", StorageKind::ram, lanes * (8 + 32 * HitHeap::kEntryWords), 1, 1, false, 8 + 32 * HitHeap::kEntryWords});
   // Each heap logic holds the moving entry and one beside it, compares t and then id, and computes an index.
   inventory.storage.push_back(
       {"moving", StorageKind::flip_flop, std::uint64_t{config_.count} * 2 * 32 * HitHeap::kEntryWords});

@@ -15,8 +15,8 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/any_hit_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {

@@ -143,12 +143,8 @@ DataPath ray_sphere_path() {
 // times a piecewise linear exp(-d2/2) of 32 pieces, whose slope and value are constants; compared with the threshold,
 // with 0.99 and with the cutoff of d2. `entry`: t where the ray enters the unit sphere also needs a square root.
 DataPath ray_gaussian_path(bool entry) {
-  DataPath path{{{"fp_add", 32, 8},
-                 {"fp_mul", 32, 13},
-                 {"fp_compare", 32, 4},
-                 {"mux", 64, 31},
-                 {"fp_reciprocal", 32, 1}},
-                190};
+  DataPath path{
+      {{"fp_add", 32, 8}, {"fp_mul", 32, 13}, {"fp_compare", 32, 4}, {"mux", 64, 31}, {"fp_reciprocal", 32, 1}}, 190};
   if (entry) path.operators.push_back({"fp_square_root", 32, 1});
   return path;
 }

@@ -127,7 +127,8 @@ DataPath ray_box_path(unsigned boxes, bool decoded = false);
 DataPath ray_triangle_path();   ///< Moeller-Trumbore
 DataPath ray_sphere_path();     ///< unit sphere at the origin
 DataPath ray_transform_path();  ///< affine transform of origin and direction
-/// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as well.
+/// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as
+/// well.
 DataPath ray_gaussian_path(bool entry);
 
 }  // namespace grtx::modules

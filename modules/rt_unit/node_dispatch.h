@@ -48,7 +48,7 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
   Config config_;
   WarpTable* warps_ = nullptr;
   intersection_client_if* client_ = nullptr;
-  intersection_if* by_kind_[8] = {};    ///< [NodeKind]
+  intersection_if* by_kind_[8] = {};             ///< [NodeKind]
   intersection_if* behind_transform_ = nullptr;  ///< the unit that tests a transformed leaf
 };
 

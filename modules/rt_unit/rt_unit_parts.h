@@ -52,8 +52,8 @@ struct RtUnitParts {
 /// Calls f(name, factory) for each factory. A factory added to RtUnitParts does not compile until it is listed here.
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
-  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_gaussian,
-         ray_transform, any_hit_collector, any_hit_unit, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
+  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_gaussian, ray_transform,
+         any_hit_collector, any_hit_unit, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
   f("warp_buffer", warp_buffer);
   f("rt_scheduler", rt_scheduler);
   f("memory_scheduler", memory_scheduler);

@@ -26,7 +26,8 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
       idle.push_back({key, "l1.private_writes = write_through"});
     }
     if (config.rt.any_hit_unit.enabled ? key == "rt.any_hit.timeout" : key.starts_with("rt.any_hit_unit.")) {
-      idle.push_back({key, std::string("rt.any_hit_unit.enabled = ") + (config.rt.any_hit_unit.enabled ? "true" : "false")});
+      idle.push_back(
+          {key, std::string("rt.any_hit_unit.enabled = ") + (config.rt.any_hit_unit.enabled ? "true" : "false")});
     }
     if (key.starts_with("rt.gaussian.") && !config.rt.gaussian_unit) {
       idle.push_back({key, "rt.gaussian.enabled = false"});

@@ -24,9 +24,8 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
     leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
            config.simt.instruction_latency;
   }
-  any_hit = rt.any_hit_unit.enabled
-                ? Cycle{rt.any_hit_unit.latency}
-                : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
+  any_hit = rt.any_hit_unit.enabled ? Cycle{rt.any_hit_unit.latency}
+                                    : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

@@ -57,7 +57,8 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
     throw Error("configuration", "rt.any_hit_unit.enabled", "has heaps of k hits, for traces of tracing multi alone");
   }
   if (boxes_) {
-    throw Error("configuration", "rt.any_hit_unit.enabled", "takes hits from a unit; those of boxes come from a shader");
+    throw Error("configuration", "rt.any_hit_unit.enabled",
+                "takes hits from a unit; those of boxes come from a shader");
   }
 }
 

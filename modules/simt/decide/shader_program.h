@@ -274,7 +274,7 @@ template <typename IndexOf>
 void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                                     ShaderPhase& phase) {
   constexpr std::uint64_t kFieldBytes = 4;  // t or id
-  if (heap_.enabled) return;  // in registers
+  if (heap_.enabled) return;                // in registers
   for (unsigned field = 0; field < 2; ++field) {
     is_store ? store(Region::k_buffer, phase) : load(Region::k_buffer, phase);
     for_each_bit(lanes, [&](unsigned lane) {

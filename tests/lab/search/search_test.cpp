@@ -160,7 +160,8 @@ TEST_F(SearchProgram, WhatAMachineRefusesOnceThereIsATraceIsBrokenToo) {
   EXPECT_EQ(found.at("counts").at("broken"), 8);
   EXPECT_EQ(found.at("counts").at("screened"), 24);
   for (const json& invalid : found.at("invalid")) {
-    EXPECT_THAT(invalid.at("reason").get<std::string>(), HasSubstr("has heaps of k hits, for traces of tracing multi alone"));
+    EXPECT_THAT(invalid.at("reason").get<std::string>(),
+                HasSubstr("has heaps of k hits, for traces of tracing multi alone"));
   }
 }
 

@@ -143,8 +143,8 @@ TEST_P(WaveformExactness, HitsOfTheAnyHitUnitAreCounted) {
   EXPECT_EQ(last(file, "rt.any_hit_unit.hits"), statistic(stats_, "gpu.rt.any_hit.unit.hits"));
   EXPECT_EQ(last(file, "rt.any_hit_unit.entered"), statistic(stats_, "gpu.rt.any_hit.unit.entered"));
   // A hit is held while its heap logic works for it and while it waits for that; one that falls out, until it is sent.
-  const std::uint64_t held = statistic(stats_, "gpu.rt.any_hit.unit.busy_cycles") +
-                             statistic(stats_, "gpu.rt.any_hit.unit.wait_cycles");
+  const std::uint64_t held =
+      statistic(stats_, "gpu.rt.any_hit.unit.busy_cycles") + statistic(stats_, "gpu.rt.any_hit.unit.wait_cycles");
   EXPECT_GE(sum(file, "rt.any_hit_unit.hits_held", file.end), held);
 }
 

@@ -68,10 +68,10 @@ class Sm {
     }
     modules::SimtCoreConfig simt = config.simt;
     simt.heap = config.rt.any_hit_unit;
-    simt.heap.alpha = config.rt.gaussian_unit && (header.accel == traces::AccelKind::ellipsoid ||
-                                                  header.accel == traces::AccelKind::tlas_sphere);
-    simt_ = std::make_unique<SimtCore>(simt, header, map, number, warp_slots(config), launch, ended, messages,
-                                       *simt_port);
+    simt.heap.alpha = config.rt.gaussian_unit &&
+                      (header.accel == traces::AccelKind::ellipsoid || header.accel == traces::AccelKind::tlas_sphere);
+    simt_ =
+        std::make_unique<SimtCore>(simt, header, map, number, warp_slots(config), launch, ended, messages, *simt_port);
     for (unsigned u = 0; u < config.rt_units; ++u) {
       rt_.push_back(std::make_unique<RtUnit>(config.rt, header, map, number, *messages[u], memories[u]));
     }

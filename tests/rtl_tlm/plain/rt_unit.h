@@ -681,7 +681,8 @@ class RtUnit {
     }
     if (fires != nullptr) fire(*fires, fires_late);
   }
-  // docs/model/any_hit_unit.md: a hit waits for the heap logic of its lane, and then takes cycles by what it does there.
+  // docs/model/any_hit_unit.md: a hit waits for the heap logic of its lane, and then takes cycles by what it does
+  // there.
   void to_heap(LaneName name) {
     Lane& lane = this->lane(name);
     lane.state = State::any_hit_run;
@@ -1065,7 +1066,7 @@ class RtUnit {
   Distribution fetch_latency_, warp_latency_;
   std::uint64_t selections_ = 0, lanes_handled_ = 0, lanes_active_ = 0, stall_empty_ = 0, stall_queue_full_ = 0;
   std::uint64_t calls_ = 0, max_depth_ = 0, shader_batches_ = 0, shader_sectors_ = 0;
-  bool boxes_ = false;  ///< a shader tests what lies in a leaf
+  bool boxes_ = false;                      ///< a shader tests what lies in a leaf
   std::vector<std::deque<HeapHit>> heaps_;  // [heap logic]
   std::deque<LaneName> fallen_out_;
   std::uint64_t heap_hits_ = 0, heap_entered_ = 0, heap_busy_ = 0, heap_wait_ = 0;

@@ -208,7 +208,8 @@ class ShaderProgram {
           blended = true;
         });
       }
-      phase.instructions += (heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry) + (blended ? costs_.sh_per_coefficient * coefficients : 0);
+      phase.instructions += (heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry) +
+                            (blended ? costs_.sh_per_coefficient * coefficients : 0);
     }
     if (list && most > end) return phase;
     for_active(round, [&](unsigned l) {
@@ -285,9 +286,7 @@ class ShaderProgram {
     if (costs_.eviction_traffic == modules::TrafficCharging::uncharged) return;
     Instruction instruction(write ? phase.stores : phase.loads,
                             write ? phase.store_instructions : phase.load_instructions, Region::eviction, write);
-    lanes([&](unsigned lane, std::uint64_t entry) {
-      instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8);
-    });
+    lanes([&](unsigned lane, std::uint64_t entry) { instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8); });
   }
   /// Cycles in which a heap of so many entries is emptied: each time the last entry takes the first one's place.
   Cycle taken_out(unsigned entries) const {
@@ -310,8 +309,7 @@ class ShaderProgram {
   /// step_ends: whether a step of loads ends behind an iteration.
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
-    Phase phase{
-        PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0};
+    Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0};
     for (const bool store : {false, true}) {
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());

@@ -64,8 +64,7 @@ class SimtCore {
     count_states();
   }
   bool idle() const {
-    return queue_.empty() &&
-           std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
+    return queue_.empty() && std::none_of(slots_.begin(), slots_.end(), [](const Slot& s) { return s.used; });
   }
   std::uint64_t instructions() const { return instructions_total_; }
 

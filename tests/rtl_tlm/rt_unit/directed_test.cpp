@@ -124,6 +124,36 @@ TEST(Directed, AnyHitStorm) {
   EXPECT_EQ(value(stats, "gpu.simt.blended"), 32U * kLeaves);
 }
 
+// The same without a shader: the heaps of all lanes work at once, and blending takes the hits out of them while it loads
+// records and colours.
+TEST(Directed, AnyHitStormInHeaps) {
+  constexpr unsigned kLeaves = 4;
+  Directed d = directed(8, 32);
+  RayGroup& group = d.groups[0];
+  group.nodes.push_back(node(1, 2, kLeaves, NodeKind::triangle));
+  std::vector<Event> events = {internal_event(0, 0b1111)};
+  for (unsigned i = 0; i < kLeaves; ++i) events.push_back(leaf_event(2 + i, LeafOutcome::inserted));
+  for (traces::Ray& ray : group.rays) {
+    add_round(ray, events);
+    end_round(ray, kLeaves, {0, 1, 2, 3}, false);
+  }
+  for (const Cycle level : {Cycle{2}, Cycle{20}}) {
+    // Heaps of 1, 2, 3 and 4 entries have 0, 1, 1 and 2 levels below the root; emptying them, one more each.
+    const Cycle entering = kLeaves * 2 + level * (0 + 1 + 1 + 2), emptying = kLeaves * 2 + level * (1 + 2 + 2 + 3);
+    const Cycle traced = kStart + visit(kL1Hit, kBox) + kLeaves * visit(kL1Hit, kTriangle) + entering;
+    const Cycle sectors = 4 * 2 + 5;
+    const Cycle blend = std::max(emptying, (sectors - 1) + kL1Hit) +
+                        phase(kBlendFixed + kLeaves * (kBlendEntry + kShCoefficient));
+    const Cycle end = phase(kEpilogue) + (kWarpPixels - 1) + kL1Hit + kMessage;
+    const ordered_json stats = simulated(d, {"l1.perfect=true", "rt.any_hit_unit.enabled=true",
+                                             "rt.any_hit_unit.level_latency=" + std::to_string(level)});
+    EXPECT_EQ(value(stats, "gpu.cycles"), traced + kMessage + blend + end) << level;
+    EXPECT_EQ(value(stats, "gpu.rt.any_hit.batches"), 0U);
+    EXPECT_EQ(value(stats, "gpu.rt.any_hit.unit.hits"), 32U * kLeaves);
+    EXPECT_EQ(value(stats, "gpu.simt.blended"), 32U * kLeaves);
+  }
+}
+
 // Two entries fill the buffer, the third is lost: the next round starts at the root, and reads no entry.
 TEST(Directed, CheckpointOverflow) {
   Directed d = directed(1, 1, 2);
