@@ -1,4 +1,4 @@
-// What `grtx run` does, in a program of somebody's own: a scene and its cameras to four designs, results and report.
+// What `grtx run` does, in a program of somebody's own: a scene and its cameras to designs, results and report.
 //   own_study SCENE.ply CAMERAS.json FOLDER
 #include <fmt/format.h>
 

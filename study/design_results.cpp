@@ -117,7 +117,7 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   if (traced.images.size() > 1) add_frames(results, comparison, plan.view.views, traced.images.size());
   results["images_identical"] = traced.identical;
   for (const auto& [name, order] : traced.other_orders) {
-    results["other_orders"][name] = {{"sort_key", order.sort_key}, {"psnr", order.psnr}};
+    results["other_orders"][name] = {{"order", order.order}, {"psnr", order.psnr}};
   }
   results["violations"] = run.violations;
   return run;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -30,16 +31,29 @@ constexpr const char* kLock = "run.lock";
 
 /// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
+  if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
+    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
+  }
   for (const ComparedDesign& design : comparison.designs()) {
     tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
     check_config(design_config(plan, design), "design " + design.name);
   }
-  if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
-    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
-  }
   if (!plan.view.views.empty() && plan.mode == SimulationMode::windows) {
     throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
   }
+}
+
+/// Keys that are set and have no effect in any of the designs.
+std::vector<IdleKey> idle_in_all(const RunPlan& plan, const DesignComparison& comparison) {
+  const SimulationMode mode = plan.mode.value_or(SimulationMode::cycle);
+  std::vector<IdleKey> idle = idle_keys(plan.config, mode);
+  for (const ComparedDesign& design : comparison.designs()) {
+    const std::vector<IdleKey> own = idle_keys(design_config(plan, design), mode);
+    std::erase_if(idle, [&](const IdleKey& key) {
+      return std::none_of(own.begin(), own.end(), [&](const IdleKey& other) { return other.key == key.key; });
+    });
+  }
+  return idle;
 }
 
 /// Removes results.json, report.html and the pictures of an earlier run. Pictures go only if its results name them and
@@ -93,10 +107,10 @@ RunPlan plan_on(const std::string& machine, const std::vector<std::string>& sett
 }
 
 DesignResults run_designs(RunPlan plan) {
-  warn_of_idle_keys(plan.config, plan.mode.value_or(SimulationMode::cycle));
   const bool objects = frontend::is_object_list(plan.scene) && !plan.flatten;
   const DesignComparison comparison(plan.designs, objects);
   check_plan(plan, comparison);
+  warn_of(idle_in_all(plan, comparison));
   std::error_code failed;
   std::filesystem::create_directories(plan.output, failed);
   if (failed) throw Error(plan.output, "", "cannot be made a folder: " + failed.message());

@@ -18,16 +18,21 @@ bool same(const Images& a, const Images& b) {
   return true;
 }
 
+/// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not.
+std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
+  if (settings.options.sort_key == frontend::SortKey::peak) return "peak";
+  return frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra";
+}
+
 /// Compares the images of designs: those that blend in one order must be the same.
 class ImageComparison {
  public:
-  void take(TracedDesigns& all, const std::string& name, const std::string& sort_key, frontend::TracedView& traced) {
+  void take(TracedDesigns& all, const std::string& name, const std::string& order, frontend::TracedView& traced) {
     Images images = std::move(traced.further);
     images.insert(images.begin(), std::move(traced.result.image));
-    if (first_.empty()) first_ = sort_key;
-    if (sort_key != first_)
-      all.other_orders[name] = {sort_key, frontend::compare(by_order_[first_][0], images[0]).psnr};
-    const auto [known, is_new] = by_order_.try_emplace(sort_key, std::move(images));
+    if (first_.empty()) first_ = order;
+    if (order != first_) all.other_orders[name] = {order, frontend::compare(by_order_[first_][0], images[0]).psnr};
+    const auto [known, is_new] = by_order_.try_emplace(order, std::move(images));
     if (!is_new) all.identical = all.identical && same(known->second, images);
   }
   Images first() { return std::move(by_order_[first_]); }
@@ -72,7 +77,7 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     all.counters = rendered.counters;
     result.statistics = statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(statistics_object(tracer_host_statistics(scene, rendered)));
-    images.take(all, design.name, std::string(name_of(settings.options.sort_key)), traced);
+    images.take(all, design.name, order_of(settings, design.kind), traced);
   }
   all.images = images.first();
   return all;

@@ -26,7 +26,7 @@ struct TracedDesign {
 
 /// How far the image of a design with an order of its own is from that of the first design.
 struct OtherOrder {
-  std::string sort_key;
+  std::string order;  ///< by which its hits are blended: "peak", or "entry" and the proxy
   double psnr = 0.0;  ///< dB
 };
 

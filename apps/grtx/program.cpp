@@ -53,7 +53,7 @@ constexpr const char* kFirstSession = R"(Five steps of a first session, minutes 
   3. A picture of it
      grtx trace --scene object.ply --cameras object.cameras.json --width 512 \
        --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
-  4. The four designs simulated: speed-ups, and a report to open in a browser
+  4. The designs simulated: speed-ups, and a report to open in a browser
      grtx run --scene object.ply --cameras object.cameras.json --width 64 \
        --height 64 --mode sampled -o out
   5. One of them on another machine: half the L1

@@ -75,7 +75,7 @@ void print_images(const DesignResults& run) {
   fmt::print("images of the {} designs{}: {}\n", run.comparison.names().size() - orders.size(),
              orders.empty() ? "" : " that blend in one order", run.images_identical ? "bit-identical" : "DIFFERENT");
   for (const auto& [name, order] : orders.items()) {
-    fmt::print("image of {}: blended by {}, {:.1f} dB from these\n", name, order.at("sort_key").get<std::string>(),
+    fmt::print("image of {}: blended by {}, {:.1f} dB from these\n", name, order.at("order").get<std::string>(),
                order.at("psnr").get<double>());
   }
 }

@@ -42,10 +42,11 @@ cameras 05354103d10ab118
 sw 451840 4121 1581226 23008 1606917 1021324 32538 0 4255226 457484 321568 709414
 hw 5145536 4121 630425 23008 968650 476444 15754 132496 1994966 733817 9318848 338966
 grtx 451840 4121 715414 23008 818511 469459 15433 119069 2322119 505667 4939264 365263
+gautracer 257280 2033 299282 24207 189011 155685 0 0 519431 52430 201248 52362
 )"},
     {"mechanisms", R"(rt.scheduler.policy=round_robin 848184 2388786 521156 5528992
 rt.checkpoint.write_combine=true 816929 2216419 400242 5687200
-simt.private_store.k_buffer_entries=8 784631 2063422 389451 5284128
+rt.any_hit_unit.enabled=true 787012 2060984 388832 5345344
 rt.prefetch.enabled=false 808969 2086792 517027 5659008
 l1.replacement=random 830711 2307720 564387 5636000
 )"},
@@ -61,9 +62,9 @@ constexpr std::array<const char*, 12> kStatistics = {
 /// mechanism switched from its default.
 constexpr std::array<const char*, 4> kFewStatistics = {"gpu.cycles", "gpu.l1.accesses", "gpu.l2.accesses",
                                                        "gpu.dram.bytes"};
-constexpr std::array<const char*, 5> kMechanisms = {
-    "rt.scheduler.policy=round_robin", "rt.checkpoint.write_combine=true", "simt.private_store.k_buffer_entries=8",
-    "rt.prefetch.enabled=false", "l1.replacement=random"};
+constexpr std::array<const char*, 5> kMechanisms = {"rt.scheduler.policy=round_robin",
+                                                    "rt.checkpoint.write_combine=true", "rt.any_hit_unit.enabled=true",
+                                                    "rt.prefetch.enabled=false", "l1.replacement=random"};
 /// Machine of the recorded results.
 constexpr const char* kMachine = "paper-charged";
 /// Settings that reduce the machine.

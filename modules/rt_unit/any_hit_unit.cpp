@@ -104,9 +104,9 @@ Cycle AnyHitUnit::next_due(Cycle now) const {
 Inventory AnyHitUnit::inventory() const {
   // The heaps themselves are registers of the threads: simt.payload_registers.
   Inventory inventory{name(), {}, {}};
-  const auto entry_bits = static_cast<unsigned>(std::bit_width(k_));
+  constexpr unsigned kFillBits = 8;
   const std::uint64_t lanes = fill_.size();
-  inventory.storage.push_back({"fill", StorageKind::ram, lanes * entry_bits, 1, 1, false, entry_bits});
+  inventory.storage.push_back({"fill", StorageKind::ram, lanes * kFillBits, 1, 1, false, kFillBits});
   // Queue of hits that wait for their heap: number of the warp, t, alpha, id.
   inventory.storage.push_back(
       {"hits", StorageKind::ram, lanes * (8 + 32 * HitHeap::kEntryWords), 1, 1, false, 8 + 32 * HitHeap::kEntryWords});

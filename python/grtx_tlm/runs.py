@@ -62,7 +62,7 @@ def simulate(trace, settings=None, program=None, **options):
 
 
 def run(scene, program=None, **options):
-    """``grtx run``: the four designs on a view, as Results. ``options``: of the command, with _ for -; without ``o``, its
+    """``grtx run``: the designs on a view, as Results. ``options``: of the command, with _ for -; without ``o``, its
     folder, the files are dropped. Raises ProgramError."""
     if "o" in options:
         folder = options.pop("o")

@@ -52,9 +52,11 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
   return idle;
 }
 
-void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode) {
+void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode) { warn_of(idle_keys(config, mode)); }
+
+void warn_of(const std::vector<IdleKey>& keys) {
   std::map<std::string, std::vector<std::string>> idle;  // by reason
-  for (const IdleKey& each : idle_keys(config, mode)) idle[each.because].push_back(each.key);
+  for (const IdleKey& each : keys) idle[each.because].push_back(each.key);
   for (const auto& [because, names] : idle) {
     fmt::print(stderr, "grtx: configuration: {} {} no effect with {}\n", fmt::join(names, ", "),
                names.size() == 1 ? "has" : "have", because);

@@ -19,5 +19,7 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode);
 
 /// Names them on stderr, one line per reason.
 void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode);
+/// The same for keys from idle_keys().
+void warn_of(const std::vector<IdleKey>& keys);
 
 }  // namespace grtx::sim

@@ -115,7 +115,8 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
         std::pair("paper-charged", ""),
         std::pair("ada-share --set rt.checkpoint.traffic=uncharged",
                   "checkpoint traffic is free on this machine (rt.checkpoint.traffic=charged charges it)\n")}) {
-    const Outcome outcome = folder_.run(std::string("run") + kView + "--mode sampled -o out --machine " + machine);
+    const Outcome outcome = folder_.run(std::string("run") + kView +
+                                        "--designs baseline,sw,hw,grtx --mode sampled -o out --machine " + machine);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.ends_with(*text == 0 ? "bit-identical\n" : text)) << outcome.out;
   }

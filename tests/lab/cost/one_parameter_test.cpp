@@ -316,8 +316,8 @@ TEST_P(OneParameter, MovesSimulatorAndCostAsClassified) {
 }
 
 /// Beginnings of keys: the rows of each are a test.
-constexpr const char* kGroups[] = {"gpu.", "rt.warp", "rt.s",  "rt.m", "rt.a",      "rt.c", "rt.p",
-                                   "rt.b", "rt.t",    "simt.", "l1.",  "crossbar.", "l2.",  "dram."};
+constexpr const char* kGroups[] = {"gpu.", "rt.warp", "rt.s",  "rt.m", "rt.a",      "rt.c", "rt.p", "rt.b",
+                                   "rt.g", "rt.t",    "simt.", "l1.",  "crossbar.", "l2.",  "dram."};
 
 INSTANTIATE_TEST_SUITE_P(Tables, OneParameter, ::testing::ValuesIn(kGroups), [](const auto& table) {
   std::string name = table.param;

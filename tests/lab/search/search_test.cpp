@@ -153,16 +153,13 @@ TEST_F(SearchProgram, BrokenCombinationsAreCountedByReason) {
 TEST_F(SearchProgram, WhatAMachineRefusesOnceThereIsATraceIsBrokenToo) {
   write_search("candidates = 32",
                "[[parameter]]\nkey = 'rt.any_hit_unit.enabled'\nvalues = [false, true]\n"
-               "[[parameter]]\nkey = 'tracing'\nvalues = ['multi', 'single']\n");
+               "[[parameter]]\nkey = 'tracer.tracing'\nvalues = ['multi', 'single']\n");
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const json found = result("a.sqlite");
   EXPECT_EQ(found.at("counts").at("failed"), 0);
-  EXPECT_EQ(found.at("counts").at("broken"), 8);
-  EXPECT_EQ(found.at("counts").at("screened"), 24);
-  for (const json& invalid : found.at("invalid")) {
-    EXPECT_THAT(invalid.at("reason").get<std::string>(),
-                HasSubstr("has heaps of k hits, for traces of tracing multi alone"));
-  }
+  EXPECT_EQ(found.at("counts").at("broken"), 12);  // and one round has nothing to checkpoint, whatever the machine
+  EXPECT_EQ(found.at("counts").at("screened"), 20);
+  EXPECT_THAT(found.at("invalid").dump(), HasSubstr("has heaps of k hits, for traces of tracing multi alone"));
 }
 
 TEST_F(SearchProgram, KilledTwiceAndResumedFindsTheSame) {

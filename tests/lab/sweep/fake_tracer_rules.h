@@ -12,12 +12,12 @@ namespace grtx::sim::test {
 class FakeTracerRules final : public TracerRules {
  public:
   void check(const std::string& option, const std::string& value) const override {
-    for (const char* const taken : {"accel", "checkpoint", "sort_key", "layout"}) {
+    for (const char* const taken : {"accel", "checkpoint", "sort_key", "layout", "tmax_update", "tracing"}) {
       if (option == taken) return;
     }
     if (option != "k") throw Error("tracer", option, "unknown tracer option '" + option + "', the nearest is 'k'");
-    if (value.size() > 2 || std::atoi(value.c_str()) < 1 || std::atoi(value.c_str()) > 64)
-      throw Error("tracer", option, "k: must be 1 to 64");
+    if (value.size() > 4 || std::atoi(value.c_str()) < 1 || std::atoi(value.c_str()) > 2048)
+      throw Error("tracer", option, "k: must be 1 to 2048");
   }
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override {

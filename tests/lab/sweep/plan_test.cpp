@@ -119,7 +119,7 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
        "unknown key 'l1.bytes.step', the nearest is 'l1.bytes.steps'"},
       {scene + "[grid]\nrt.scheduler.policy = ['oldest']\n", "line 5", "rt.scheduler.policy: must be one of"},
       {scene + "[grid]\ntracer.kk = [4]\n", "line 5", "tracer.kk: unknown tracer option 'kk', the nearest is 'k'"},
-      {scene + "[grid]\ntracer.k = [4, 100]\n", "line 5", "tracer.k: k: must be 1 to 64"},
+      {scene + "[grid]\ntracer.k = [4, 5000]\n", "line 5", "tracer.k: k: must be 1 to 2048"},
       {scene + "[tracer]\nk = [4]\n", "line 5", "tracer.k: must be a single value"},
       {scene + "[random]\nseed = 1\n[random.axes]\nl1.bytes = [64]\n", "line 4", "random: count is needed"},
       {scene + "[latin]\ncount = 3\n", "line 4", "latin: axes are needed"},

@@ -124,8 +124,8 @@ TEST(Directed, AnyHitStorm) {
   EXPECT_EQ(value(stats, "gpu.simt.blended"), 32U * kLeaves);
 }
 
-// The same without a shader: the heaps of all lanes work at once, and blending takes the hits out of them while it loads
-// records and colours.
+// The same without a shader: the heaps of all lanes work at once, and blending takes the hits out of them while it
+// loads records and colours.
 TEST(Directed, AnyHitStormInHeaps) {
   constexpr unsigned kLeaves = 4;
   Directed d = directed(8, 32);
@@ -142,8 +142,8 @@ TEST(Directed, AnyHitStormInHeaps) {
     const Cycle entering = kLeaves * 2 + level * (0 + 1 + 1 + 2), emptying = kLeaves * 2 + level * (1 + 2 + 2 + 3);
     const Cycle traced = kStart + visit(kL1Hit, kBox) + kLeaves * visit(kL1Hit, kTriangle) + entering;
     const Cycle sectors = 4 * 2 + 5;
-    const Cycle blend = std::max(emptying, (sectors - 1) + kL1Hit) +
-                        phase(kBlendFixed + kLeaves * (kBlendEntry + kShCoefficient));
+    const Cycle blend =
+        std::max(emptying, (sectors - 1) + kL1Hit) + phase(kBlendFixed + kLeaves * (kBlendEntry + kShCoefficient));
     const Cycle end = phase(kEpilogue) + (kWarpPixels - 1) + kL1Hit + kMessage;
     const ordered_json stats = simulated(d, {"l1.perfect=true", "rt.any_hit_unit.enabled=true",
                                              "rt.any_hit_unit.level_latency=" + std::to_string(level)});

@@ -121,8 +121,10 @@ struct Machine {
 };
 
 TEST(OwnParts, EveryFactoryIsCalledAndOneThatMakesNothingIsRefusedByName) {
-  const std::vector<Machine> machines = {
-      {true, false, {}}, {false, true, {}}, {true, false, {"rt.warp_buffer.spill=true", "rt.prefetch.enabled=true"}}};
+  const std::vector<Machine> machines = {{true, false, {}},
+                                         {false, true, {}},
+                                         {true, false, {"rt.warp_buffer.spill=true", "rt.prefetch.enabled=true"}},
+                                         {false, true, {"rt.gaussian.enabled=true", "rt.any_hit_unit.enabled=true"}}};
   std::vector<std::unique_ptr<test::ObservedRun>> runs;
   for (const Machine& machine : machines) {
     runs.push_back(std::make_unique<test::ObservedRun>(true, machine.two_level, 0, machine.procedural));
