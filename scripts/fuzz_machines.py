@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""Runs random legal machines on random small traces, in cycle mode and with two threads, and some in sampled mode.
+"""Runs random legal machines on random small traces, in cycle mode, and some in sampled mode.
 
-    scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--threads-every N]
-                             [--large-every N] [--keep FOLDER]
+    scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--large-every N]
+                             [--keep FOLDER]
 
 A seed is a trace and a configuration. Keys and ranges are those that `grtx sim --list-config` prints. A third of the
 machines is mild (every key within a factor of four of its default), a third at edges (a few keys at an end of their range
 or anywhere in it), a third both. Held for each:
 
 * cycle mode ends with 0 (conservation laws and lower bounds hold), or with 2 and one line;
-* two threads: the same line, or the same statistics but for host.*;
 * sampled mode, of one machine in --large-every, on the same view with so many pixels that it is sampled (a smaller one is
   cycle mode itself): it ends as cycle mode does, counts the same events, and has an interval that is off by at most --error;
 * nobody takes longer than --timeout or more than --memory.
@@ -275,7 +274,7 @@ class Fuzzer:
             trace = self.traces.trace(number)
         kind, settings = machine(rng, self.keys)
         for _ in range(6):  # rules about two keys
-            code, lines, cycle = self.run(seed, "cycle", trace, settings)
+            code, lines, _ = self.run(seed, "cycle", trace, settings)
             if not self.judge(seed, "cycle", code, lines):
                 return
             fewer = repaired(settings, lines[-1]) if code == 2 else None
@@ -285,19 +284,6 @@ class Fuzzer:
         self.ended[kind, code] += 1
         if seed % self.options.large_every == 0:
             self.sample(seed, number, settings)
-        if seed % self.options.threads_every != 0:
-            return
-        again, lines_again, document = self.run(seed, "threads", trace, settings, "--threads", "2")
-        if not self.judge(seed, "threads", again, lines_again):
-            return
-        if again != code or (code == 2 and lines != lines_again):
-            self.find(seed, f"threads end with {again}, one thread with {code}")
-        elif code == 0:
-            for part in ("stats", "over_time"):
-                one, two = cycle.get(part, {}), document.get(part, {})
-                moved = [name for name in {*one, *two} if not name.startswith("host.") and one.get(name) != two.get(name)]
-                if moved:
-                    self.find(seed, f"threads: {sorted(moved)[0]} and {len(moved) - 1} more differ")
 
     def sample(self, seed, number, settings):
         """Cycle and sampled mode on a large view."""
@@ -329,7 +315,7 @@ class Fuzzer:
         print(f"\n{count} machines from seed {self.options.first}, {seconds:.0f} s, {len(self.finds)} finds; slowest run "
               f"{self.slowest[0]:.1f} s ({self.slowest[2]}, seed {self.slowest[1]})\n\n| runs | exit 0 | exit 2 | other |\n"
               "|---|---|---|---|")
-        for mode in ("cycle", "threads", "cycle, large", "sampled"):
+        for mode in ("cycle", "cycle, large", "sampled"):
             codes = {code: n for (of, code), n in self.ended.items() if of == mode}
             other = sum(n for code, n in codes.items() if code not in (0, 2))
             print(f"| {mode} | {codes.get(0, 0)} | {codes.get(2, 0)} | {other} |")
@@ -346,7 +332,6 @@ def main():
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=math.inf, help="no new machine after so many")
-    parser.add_argument("--threads-every", type=int, default=1, help="two threads for one machine in so many")
     parser.add_argument("--large-every", type=int, default=10, help="sampled mode, too, for one machine in so many")
     parser.add_argument("--timeout", type=float, default=60, help="seconds of a run, then it hangs; large views: ten times as many")
     parser.add_argument("--memory", type=int, default=4096, help="MiB of address space of a run")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Changes constants and comparisons of modules/, one at a time, and counts which changes the tests notice.
 
-    scripts/mutate_model.py [--count 200] [--seed 1] [--folder build/mutation] [--jobs 2] [--last units,dumps,machines,traces,threads]
+    scripts/mutate_model.py [--count 200] [--seed 1] [--folder build/mutation] [--jobs 2] [--last units,dumps,machines,traces]
 
 All changes are compiled into one copy of the project, each behind its number; GRTX_MUTANT=N switches one on. So a mutant costs
 the time of the tests, not of the compiler: first `grtx regress data/traces` and modules_tests (seconds), and for those that live
 through both the tests of rtl_tlm that --last names: units and dumps (seconds), and the second implementation's on random machines and
-random traces (a minute or two), and threads. A mutant counts for the first that notices it. Changes that do not compile (constant
+random traces (a minute or two). A mutant counts for the first that notices it. Changes that do not compile (constant
 expressions) are replaced by others.
 Prints a line for each survivor and the shares; survivors.json holds them.
 """
@@ -67,8 +67,7 @@ NUMBER = re.compile(r"(?<![\w.\[<'])(\d+)(?:U|UL|ULL|u)?(?![\w.'>])")
 LAST = {"units": "Directed*.*:Table/*:RtUnit*Test.*:Private*",
         "dumps": "StalledMachine.*",
         "machines": "PlainGpuList.*:Shares/PlainGpu.*-*/4:*/6",
-        "traces": "Traces/RtUnitPlain.*:RtUnitPlainDirected.*",
-        "threads": "SmThreadsTest.*"}
+        "traces": "Traces/RtUnitPlain.*:RtUnitPlainDirected.*"}
 KINDS = {"<": "kLt", "<=": "kLe", ">": "kGt", ">=": "kGe", "==": "kEq", "!=": "kNe"}
 CHANGED = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "=="}
 # Constants of the compiler, checks of our own invariants, and what the waveforms and states print.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The long jobs, one after the other: scripts/nightly.sh [JOB...]; a whole night on few cores.
 #   asan       everything under AddressSanitizer and UndefinedBehaviorSanitizer (preset asan)
-#   tsan       the tracer, the trace reader's threads and those of one simulation under ThreadSanitizer (preset tsan)
+#   tsan       the tracer and the trace reader's threads under ThreadSanitizer (preset tsan)
 #   readers    every reader under libFuzzer, a million inputs or an hour each (preset fuzz, clang)
 #   coverage   all tests in that build, then the lines that none of them ran
 #   mutations  seeded mutations of all inputs, an hour
@@ -24,16 +24,10 @@ sanitized() {  # PRESET TARGETS...
 asan() {
   sanitized asan && ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 ctest --preset asan -j "$jobs"
 }
-# oneTBB and Embree are not instrumented: what they order is not seen (tests/tsan.supp). Of what has SystemC only threads of
-# one simulation are for this.
+# oneTBB and Embree are not instrumented: what they order is not seen (tests/tsan.supp).
 tsan() {
-  sanitized tsan base_tests traces_tests frontend_tests modules_tests rtl_tlm_tests || return 1
-  # A simulation of the tests is a forked process with threads of its own, whose report would be taken for the test's output.
-  rm -f build/nightly/tsan_report*
-  local -x TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp:die_after_fork=0"
-  ctest --preset tsan -j "$jobs" -L '^(base|traces|frontend)$' &&
-    TSAN_OPTIONS="$TSAN_OPTIONS:log_path=$PWD/build/nightly/tsan_report" ctest --preset tsan -R '^(CrossingLink|SmThreads)' &&
-    ! compgen -G 'build/nightly/tsan_report*'
+  sanitized tsan base_tests traces_tests frontend_tests &&
+    TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" ctest --preset tsan -j "$jobs" -L '^(base|traces|frontend)$'
 }
 readers() { scripts/fuzz.sh --guided 1000000 3600; }
 coverage() {

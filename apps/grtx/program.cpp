@@ -73,6 +73,7 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     std::vector<std::string> known;
     if (word.starts_with("-")) {
       for (const CLI::Option* option : command->get_options()) {
+        if (option->get_group().empty()) continue;  // not in --help, so not to be recommended
         for (const std::string& flag : option->get_lnames()) known.push_back("--" + flag);
         for (const std::string& flag : option->get_snames()) known.push_back("-" + flag);
       }

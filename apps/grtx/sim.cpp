@@ -165,10 +165,12 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   add_mode_option(command, options->mode,
                   "Which events take time: all, one in sample.stride, or (large traces) all of some windows");
   add_estimate_options(command, options->estimate);
-  command
-      ->add_option("--threads", options->simulation.build.threads,
-                   "Cycle mode: threads of the host for one simulation; results do not depend on it")
-      ->check(in_range(1U, 256U));
+  const auto gone = [](const std::string&) {
+    throw Error("sim", "--threads",
+                "is gone: a simulation takes one core; --mode sampled is faster, and --jobs of grtx run and grtx sweep "
+                "runs several side by side");
+  };
+  command->add_option_function<std::string>("--threads", gone)->group("");
   command
       ->add_option("--warm", options->simulation.warm_trace,
                    "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/kernel/clock_threads.h"
 
 namespace grtx::modules {
 
@@ -47,7 +46,6 @@ std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint6
 
 void ClockDomain::allow_ahead(std::uint64_t until_fs) {
   if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
-  if (threads_ != nullptr && until_fs != 0) threads_->allow((until_fs + period_fs_ - 1) / period_fs_);
 }
 
 std::size_t ClockDomain::add(Clocked& clocked) {
@@ -129,7 +127,7 @@ Cycle ClockDomain::latest() const {
 
 void ClockDomain::schedule(Cycle cycle) {
   next_ = cycle;  // earlier than the pending notification, which the kernel then discards
-  if (!followed_ && (ahead_ == nullptr || !ahead_->running_)) notify_kernel();
+  if (ahead_ == nullptr || !ahead_->running_) notify_kernel();
 }
 
 void ClockDomain::notify_kernel() {
@@ -137,7 +135,7 @@ void ClockDomain::notify_kernel() {
 }
 
 void ClockDomain::restart(Caches caches) {
-  assert(threads_ == nullptr && (ahead_ == nullptr || !ahead_->running_));
+  assert(ahead_ == nullptr || !ahead_->running_);
   wake_.cancel();
   begin_fs_ = now_fs();
   cycle_ = soonest_ = ticks_ = 0;
@@ -159,30 +157,7 @@ void ClockDomain::request_earlier(Cycle cycle) {
   if (target < next_) schedule(target);
 }
 
-// Skips to `cycle`, which is over: nothing was due up to it.
-void ClockDomain::advance(Cycle cycle) {
-  if (cycle <= cycle_) return;
-  cycle_ = cycle;
-  soonest_ = cycle + 1;
-  bring_near();
-}
-
-// Other threads may send something before next_: books the first cycle that is not done, so that the kernel returns.
-void ClockDomain::stay_awake() {
-  const Cycle first = threads_->pause(next_);
-  book(first);
-  next_ = std::min(next_, first);
-}
-
 void ClockDomain::on_wake() {
-  if (threads_ != nullptr) {
-    while (threads_->sure(next_) <= next_) threads_->wait();
-    step();
-    if (ahead_ != nullptr && ahead_->run()) return;
-    stay_awake();
-    notify_kernel();
-    return;
-  }
   step();
   if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
 }
@@ -198,7 +173,6 @@ void ClockDomain::run_alarm(std::size_t alarm) {
 void ClockDomain::step() {
   cycle_ = next_;
   soonest_ = cycle_ + 1;
-  if (threads_ != nullptr) threads_->publish(cycle_);
   if (!far_booked_.empty() || far_from_ < cycle_ + kWheel) bring_near();
   const std::size_t slot = cycle_ % kWheel;
   busy_ &= ~bit_of(slot);
@@ -239,7 +213,6 @@ void ClockDomain::step() {
   }
   if (observed_) tick_.notify();
   next_ = next_wanted_ ? cycle_ + 1 : earliest();
-  if (threads_ != nullptr) threads_->stepped(cycle_);
 }
 
 }  // namespace grtx::modules

@@ -19,7 +19,6 @@ namespace grtx::modules {
 inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
-class ClockThreads;
 
 /// What caches and open DRAM rows hold when a launch begins.
 enum class Caches : std::uint8_t {
@@ -99,7 +98,6 @@ class ClockDomain final : public sc_core::sc_module {
 
  private:
   friend class Alarm;
-  friend class ClockThreads;
   friend class RunAhead;
 
   // Timing wheel over the next 64 cycles with one bit per alarm. The few alarms and bookings farther away wait in far_
@@ -133,8 +131,6 @@ class ClockDomain final : public sc_core::sc_module {
   void schedule(Cycle cycle);
   void notify_kernel();
   void request_earlier(Cycle cycle);
-  void advance(Cycle cycle);
-  void stay_awake();
   void run_alarm(std::size_t alarm);
   void on_wake();
   void step();
@@ -146,8 +142,6 @@ class ClockDomain final : public sc_core::sc_module {
   sc_core::sc_event tick_;
   mutable bool observed_ = false;  ///< tick() has been called
   RunAhead* ahead_ = nullptr;
-  ClockThreads* threads_ = nullptr;  ///< set if this domain is the leader of a ClockThreads
-  bool followed_ = false;            ///< a follower: ticked by a thread of ClockThreads, not by the kernel
   Cycle cycle_ = 0;
   Cycle next_ = kNever;
   bool next_wanted_ = false;  ///< the next cycle must tick

@@ -65,7 +65,6 @@ class LinkWriter {
     any_->push(now, item);
   }
   unsigned latency() const { return any_->latency(); }
-  bool takes_ahead() const { return any_->takes_ahead(); }
 
  private:
   Link<T>* own_ = nullptr;

@@ -24,9 +24,6 @@ class link_out_if : public virtual sc_core::sc_interface {
   virtual void push(Cycle now, const T& item) = 0;
   /// Cycles, at least 1.
   virtual unsigned latency() const = 0;
-  /// Whether push() may be called before simulated time reaches its argument `now`, in increasing order of `now`. Then
-  /// the consumer takes every item in the cycle in which it becomes visible, so there is always room.
-  virtual bool takes_ahead() const { return false; }
 };
 
 /// The consumer's side, for one consumer.

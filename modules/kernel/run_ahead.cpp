@@ -4,7 +4,6 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/clock_domain.h"
-#include "grtx/modules/kernel/clock_threads.h"
 
 namespace grtx::modules {
 
@@ -32,26 +31,17 @@ bool RunAhead::run() {
     std::uint64_t at = until_fs_;
     if (context->next_time(pending)) at = std::min<std::uint64_t>(at, pending.value());
     ClockDomain* earliest = nullptr;
-    bool unsure = false;  // other threads may still send something to the earliest domain
     for (ClockDomain* domain : domains_) {
-      const Cycle sure = domain->threads_ != nullptr ? domain->threads_->sure(domain->next_) : kNever;
-      const Cycle next = std::min(domain->next_, sure);
-      if (next == kNever || domain->time_fs(next) >= at) continue;
+      if (domain->next_ == kNever || domain->time_fs(domain->next_) >= at) continue;
       earliest = domain;
-      at = domain->time_fs(next);
-      unsure = next == sure;
+      at = domain->time_fs(domain->next_);
     }
     if (earliest == nullptr) break;
-    if (unsure) {
-      earliest->threads_->wait();
-      continue;
-    }
     now_fs_ = at;
     earliest->step();
   }
   running_ = false;
   for (ClockDomain* domain : domains_) {
-    if (domain->threads_ != nullptr) domain->stay_awake();
     if (domain->next_ != kNever) domain->notify_kernel();
   }
   return true;

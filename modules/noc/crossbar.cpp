@@ -41,9 +41,6 @@ template <typename Packet>
     }
     const unsigned to = destination(*head);
     Output& output = outputs_[to];
-    if (output.ahead) {
-      for (; !output.buffer.empty() && output.buffer.front().due < now; output.buffer.pop()) ++counters_.packets_out;
-    }
     if (output.buffer.size() >= output.capacity) {
       ++counters_.blocked_cycles;
       due = now + 1;
@@ -66,18 +63,12 @@ template <typename Packet>
     if (output.contenders > 0) {
       output.contenders = 0;
       LinkReader<Packet>& input = inputs_[output.winner];
-      const Packet packet = *input.front(now);
-      output.buffer.push({packet, now + output.hold});
+      output.buffer.push({*input.front(now), now + output.hold});
       input.pop(now);
       waiting_.popped(output.winner, input);
       due = std::min(due, input.next_visible());
       output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
       ++counters_.packets_in;
-      if (output.ahead) output.link.push(now + output.hold, packet);
-    }
-    if (output.ahead) {
-      busy_.erase(i);
-      return;
     }
     if (output.buffer.front().due <= now && deliver(now, output)) {
       busy_.erase(i);
@@ -99,22 +90,8 @@ bool CrossbarNetwork<Packet>::deliver(Cycle now, Output& output) {
 }
 
 template <typename Packet>
-CrossbarCounters::Network CrossbarNetwork<Packet>::counters() const {
-  CrossbarCounters::Network counters = counters_;
-  for (const Output& output : outputs_) {
-    for (std::size_t i = 0; output.ahead && i < output.buffer.size(); ++i) {
-      if (output.buffer[i].due <= clock_.cycle()) ++counters.packets_out;
-    }
-  }
-  return counters;
-}
-
-template <typename Packet>
 bool CrossbarNetwork<Packet>::idle() const {
-  const auto quiet = [&](const Output& o) {
-    return o.buffer.empty() || (o.ahead && o.buffer[o.buffer.size() - 1].due <= clock_.cycle());
-  };
-  return std::all_of(outputs_.begin(), outputs_.end(), quiet) &&
+  return std::all_of(outputs_.begin(), outputs_.end(), [](const Output& output) { return output.buffer.empty(); }) &&
          std::all_of(inputs_.begin(), inputs_.end(), [](const LinkReader<Packet>& link) { return link.empty(); });
 }
 

@@ -73,8 +73,7 @@ class CrossbarNetwork final : public Clocked {
  public:
   CrossbarNetwork(ClockDomain& clock, const AddressInterleave& interleave, unsigned inputs, unsigned outputs,
                   unsigned latency, unsigned buffer)
-      : clock_(clock),
-        interleave_(interleave),
+      : interleave_(interleave),
         latency_(latency),
         inputs_(inputs),
         waiting_(inputs),
@@ -92,7 +91,6 @@ class CrossbarNetwork final : public Clocked {
   void bind_output(unsigned i, const LinkWriter<Packet>& link) {
     outputs_[i].link = link;
     outputs_[i].hold = latency_ > link.latency() ? latency_ - link.latency() : 0;
-    outputs_[i].ahead = link.takes_ahead();
   }
   Cycle tick(Cycle now) override;
   void restart(Caches) override {
@@ -103,7 +101,7 @@ class CrossbarNetwork final : public Clocked {
     counters_ = {};
   }
   bool idle() const;
-  CrossbarCounters::Network counters() const;
+  const CrossbarCounters::Network& counters() const { return counters_; }
   void dump_state(std::ostream& out) const;
 
  private:
@@ -113,8 +111,7 @@ class CrossbarNetwork final : public Clocked {
   };
   struct Output {
     LinkWriter<Packet> link;
-    unsigned hold = 0;   ///< cycles between winning the arbitration and entering the link
-    bool ahead = false;  ///< packets are pushed ahead of time when they win; the buffer then only models occupancy
+    unsigned hold = 0;  ///< cycles between winning the arbitration and entering the link
     std::size_t capacity = 0;
     RingQueue<Held> buffer;
     unsigned next_input = 0;  ///< first in the round-robin order
@@ -126,7 +123,6 @@ class CrossbarNetwork final : public Clocked {
   unsigned destination(const Packet& packet) const;
   bool deliver(Cycle now, Output& output);
 
-  const ClockDomain& clock_;
   AddressInterleave interleave_;
   unsigned latency_;
   std::vector<LinkReader<Packet>> inputs_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <ostream>
 #include <utility>
 
@@ -11,7 +12,6 @@
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
-#include "grtx/rtl_tlm/gpu/sm_threads.h"
 
 namespace grtx::sim {
 
@@ -73,8 +73,6 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
   add_links(slice_responses_, "slice_response", slices, config.links.latency, config.links.capacity);
 
-  if (build.threads > 1) threads_ = std::make_unique<SmThreads>(config, core_, build);
-
   const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
@@ -85,8 +83,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (unsigned i = 0; i < config.sms; ++i) {
     builders.push_back([&, i] {
       const std::uint64_t order = build.construction_order == 0 ? 0 : build.construction_order + i + 1;
-      sms_[i] = std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header_, map_,
-                                     threads_ ? threads_->clock(i) : core_, order, parts.sm);
+      sms_[i] =
+          std::make_unique<Sm>(fmt::format("sm{}", i).c_str(), config.sm(i), header_, map_, core_, order, parts.sm);
     });
   }
   builders.push_back([&] {
@@ -102,24 +100,15 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   }
   construct(std::move(builders), build.construction_order);
 
-  if (threads_) threads_->watch(*distributor_, source.count());
-  const auto bind_sm = [this](unsigned i, auto& launch, auto& ended, auto& request, auto& response) {
-    distributor_->launch[i].bind(launch);
-    distributor_->ended[i].bind(ended);
-    sms_[i]->launch.bind(launch);
-    sms_[i]->ended.bind(ended);
-    sms_[i]->to_memory.bind(request);
-    sms_[i]->from_memory.bind(response);
-    crossbar_->request_in[i].bind(request);
-    crossbar_->response_out[i].bind(response);
-  };
   for (unsigned i = 0; i < config.sms; ++i) {
-    if (threads_) {
-      SmThreads::Links& links = threads_->links(i);
-      bind_sm(i, links.launch, links.ended, links.request, links.response);
-    } else {
-      bind_sm(i, *launches_[i], *ends_[i], *sm_requests_[i], *sm_responses_[i]);
-    }
+    distributor_->launch[i].bind(*launches_[i]);
+    distributor_->ended[i].bind(*ends_[i]);
+    sms_[i]->launch.bind(*launches_[i]);
+    sms_[i]->ended.bind(*ends_[i]);
+    sms_[i]->to_memory.bind(*sm_requests_[i]);
+    sms_[i]->from_memory.bind(*sm_responses_[i]);
+    crossbar_->request_in[i].bind(*sm_requests_[i]);
+    crossbar_->response_out[i].bind(*sm_responses_[i]);
   }
   for (unsigned i = 0; i < slices; ++i) {
     crossbar_->request_out[i].bind(*slice_requests_[i]);
@@ -133,10 +122,8 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (const auto& sm : sms_) sm->touch_memory.bind(modules::functional<modules::touch_if>(*crossbar_));
 }
 
-Gpu::~Gpu() = default;
-
 void Gpu::restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches) {
-  assert(idle() && !threads_ && same_hardware(header, header_));
+  assert(idle() && same_hardware(header, header_));
   header_ = header;
   map_ = modules::MemoryMap(header_, memory_map_config(config_, header_, eviction_entries));
   const auto restart_link = [](auto& link) { link.restart(); };
@@ -192,26 +179,18 @@ PauseAtEnd::PauseAtEnd(const sc_core::sc_module_name& name, const Gpu& gpu) : sc
 
 bool Gpu::idle() const {
   bool idle = distributor_->idle() && crossbar_->idle();
-  const auto look = [&](const auto& link) { idle = idle && link.empty(); };
-  for_each_link(look);
-  if (threads_) threads_->for_each_link(look);
+  for_each_link([&](const auto& link) { idle = idle && link.empty(); });
   for (const auto& sm : sms_) idle = idle && sm->idle();
   for (const auto& slice : slices_) idle = idle && slice->idle();
   return idle;
 }
 
-bool Gpu::left_to_one_thread() const { return threads_ && threads_->rested(); }
-
 std::uint64_t Gpu::progress() const {
   std::uint64_t sum = 0;
-  const auto count = [&](const auto& link) { sum += link.pushed(); };
-  for_each_link(count);
-  if (threads_) threads_->for_each_link(count);
+  for_each_link([&](const auto& link) { sum += link.pushed(); });
   for (const auto& sm : sms_) sum += sm->progress();
   return sum;
 }
-
-Cycle Gpu::awaited() const { return std::max(core_.latest(), threads_ ? threads_->latest() : 0); }
 
 std::vector<modules::Inventory> Gpu::inventory() const {
   std::vector<modules::Inventory> parts;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <systemc>
@@ -30,8 +29,6 @@ struct BuildOptions {
   std::uint64_t construction_order = 0;  ///< see construct()
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
-  unsigned threads = 1;                  ///< host threads; more than one needs run_ahead and the built-in memory
-  std::function<bool()> crowded;         ///< for tests, see ClockThreads::judge_by(); lifts the limit of host cores
   std::uint64_t memory_bytes = 0;        ///< memory for later launches, if more than for the first
   GpuParts parts;                        ///< factories of user-supplied units, which may change results
 };
@@ -43,14 +40,11 @@ modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces
 /// Bytes of memory that a trace needs.
 std::uint64_t memory_bytes(const GpuConfig& config, const traces::Reader& reader);
 
-class SmThreads;
-
 class Gpu final : public sc_core::sc_module {
  public:
   /// source must outlive the GPU; the header is copied. eviction_entries: see memory_map_config().
   Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const traces::Header& header,
       std::uint64_t eviction_entries, modules::GroupSource& source, const BuildOptions& build);
-  ~Gpu() override;
 
   /// One per L2 slice; bind each to a base-protocol target, or let a MemorySystem do so. Addresses are global.
   sc_core::sc_vector<::tlm::tlm_initiator_socket<32>> dram;
@@ -86,19 +80,17 @@ class Gpu final : public sc_core::sc_module {
   /// True if nothing is inside, links included.
   bool idle() const;
   /// Begins another launch, of the groups that the source then has: resets all units and makes this cycle 0; caches
-  /// keep their contents if `caches` is warm. Call when idle(), with one thread. header: for the same hardware
+  /// keep their contents if `caches` is warm. Call when idle(). header: for the same hardware
   /// (same_hardware()); it is copied. The memory has its own restart().
   void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
   /// Write and read the cache contents, for a warm run in another process. save(): when idle(). load(): before the
   /// first launch, on the same machine for the same hardware (hardware_of()). The memory has its own.
   void save(StateWriter& state) const;
   void load(StateReader& state);
-  /// Whether one thread stepped all SMs for a while because other programs took the host's cores.
-  bool left_to_one_thread() const;
   /// Grows whenever the GPU does anything; for a watchdog.
   std::uint64_t progress() const;
   /// The last core cycle for which anything is scheduled, as far as is known now, for the watchdog.
-  Cycle awaited() const;
+  Cycle awaited() const { return core_.latest(); }
   std::vector<modules::Inventory> inventory() const;
   void dump_state(std::ostream& out) const;
 
@@ -121,7 +113,6 @@ class Gpu final : public sc_core::sc_module {
   std::vector<std::unique_ptr<Sm>> sms_;
   std::unique_ptr<modules::CrossbarModule> crossbar_;
   std::vector<std::unique_ptr<modules::L2SliceModule>> slices_;
-  std::unique_ptr<SmThreads> threads_;  ///< null: single-threaded. Its threads end before the units do.
 };
 
 /// Text that names what a trace needs in hardware: structure, k, checkpointing, warp size, node layout, levels, width.

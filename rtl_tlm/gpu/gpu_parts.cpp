@@ -19,11 +19,4 @@ GpuParts with_registered_parts(GpuParts parts, const GpuConfig& config) {
   return parts;
 }
 
-bool has_own_parts(GpuParts parts, const GpuConfig& config) {
-  parts = with_registered_parts(std::move(parts), config);
-  bool any = false;
-  for_each_factory(parts, [&any](const char*, const auto& factory) { any = any || factory; });
-  return any;
-}
-
 }  // namespace grtx::sim

@@ -56,8 +56,6 @@ using PartsOfMachine = std::function<void(const GpuConfig& config, GpuParts& par
 void register_parts(PartsOfMachine parts);
 /// `parts` after all registered functions have filled in theirs.
 GpuParts with_registered_parts(GpuParts parts, const GpuConfig& config);
-/// Whether any unit is user-supplied.
-bool has_own_parts(GpuParts parts, const GpuConfig& config);
 
 /// Calls f(name, factory) for each factory. A new factory does not compile until it is named here.
 template <typename F>

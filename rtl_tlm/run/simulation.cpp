@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
@@ -19,7 +18,6 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
-#include "grtx/rtl_tlm/gpu/sm_threads.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
@@ -73,17 +71,12 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
   const Cycle step = std::min(kStepCycles, std::max(Cycle{1}, options.watchdog_cycles));
   Watchdog watchdog(gpu, memory, options.watchdog_cycles, step);
   Progress progress("simulate", groups, "warps", options.quiet);
-  bool told = options.build.crowded != nullptr;
   Cycle at = 0;
   while (!gpu.finished()) {
     const Cycle length = std::min(step, series.next() - at);
     run_for(gpu, length);
     at += length;
     if (at == series.next() && !gpu.finished()) series.sample();
-    if (!told && gpu.left_to_one_thread()) {
-      fmt::print(stderr, "grtx: sim: one thread works while other programs take the cores of the others\n");
-      told = true;
-    }
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
     if (gpu.finished()) break;
@@ -222,55 +215,6 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   throw std::runtime_error(fmt::format("{} ({})", what, where));
 }
 
-/// A key with so long a latency that threads, which synchronize every few cycles, would mostly wait; empty: none.
-std::string key_of_long_waits(const GpuConfig& config) {
-  constexpr double kLongest = 4000.0;  // core cycles
-  GpuConfig copy = config;
-  for (const modules::Parameter& key : config_keys(copy)) {
-    const auto* const number = std::get_if<unsigned*>(&key.value);
-    const auto* const large = std::get_if<std::uint64_t*>(&key.value);
-    if (number == nullptr && large == nullptr) continue;
-    const bool clocks = key.unit == "clocks" && !key.name.ends_with(".refi") && !key.name.ends_with(".age_cap");
-    if (!clocks && key.unit != "cycles" && key.unit != "instructions") continue;
-    const double value = number != nullptr ? **number : static_cast<double>(**large);
-    if (value * (clocks ? config.core_mhz / config.memory_mhz : 1.0) > kLongest) return key.name;
-  }
-  return "";
-}
-
-/// Why a run must use one thread; empty: it may use several.
-std::string needs_one_thread(const GpuConfig& config, const SimulationOptions& options) {
-  const bool own_units = has_own_parts(options.build.parts, config);
-  if (!options.waveform.path.empty()) return "a waveform is written";
-  if (!options.timeline.path.empty()) return "a timeline is written";
-  if (options.memory || config.dram_model != kBuiltInMemory) return "the memory is not the built-in one";
-  if (!options.warm_trace.empty()) return "another trace runs before";
-  if (own_units) return "units are not the built-in ones";
-  if (config.sampling.on()) return "events without time meet the caches at once";
-  if (!options.build.run_ahead) return "the clocks follow the kernel";
-  if (config.sms < 2) return "there is one SM";
-  if (const std::string key = key_of_long_waits(config); !key.empty()) {
-    return key + " makes the machine wait most of the time";
-  }
-  if (!SmThreads::possible(config)) return "crossbar.link_capacity is not above crossbar.link_latency";
-  return "";
-}
-
-BuildOptions with_threads(const GpuConfig& config, const SimulationOptions& options) {
-  BuildOptions build = options.build;
-  if (build.threads <= 1) return build;
-  if (const std::string why = needs_one_thread(config, options); !why.empty()) {
-    fmt::print(stderr, "grtx: sim: one thread is used, not {}: {}\n", build.threads, why);
-    build.threads = 1;
-  }
-  if (const unsigned cores = std::thread::hardware_concurrency();
-      !build.crowded && cores > 0 && build.threads > cores) {
-    fmt::print(stderr, "grtx: sim: {} of {} threads are used: the host has no more cores\n", cores, build.threads);
-    build.threads = cores;
-  }
-  return build;
-}
-
 /// Observers of a run (waveform, timeline and others); each exists only if requested.
 class Observers {
  public:
@@ -343,7 +287,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   const GpuConfig& config = work.config;
   const SimulationOptions& options = work.options;
   FinishedRun finished;
-  BuildOptions build = with_threads(config, options);
+  BuildOptions build = options.build;
   const std::unique_ptr<TraceSource> before =
       work.warm == nullptr ? nullptr : std::make_unique<TraceSource>(*work.warm, all_groups(*work.warm), kDecodeAhead);
   SwitchedSource launch(before ? *before : source);

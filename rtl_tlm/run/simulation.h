@@ -40,8 +40,8 @@ struct SimulationOptions {
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; ignored with pixel_cycles
   EnergyPricing price;                        ///< empty: no energy statistics
-  BuildOptions build;                         ///< threads: a limit; a run that must use fewer says so on stderr
-  MemorySystemFactory memory;                 ///< replaces the one that dram.model names
+  BuildOptions build;
+  MemorySystemFactory memory;  ///< replaces the one that dram.model names
 };
 
 /// Subsamples of a sampled run, one per SM with units of the project: timed events compared with all events.

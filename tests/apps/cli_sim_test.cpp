@@ -12,7 +12,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 const std::string kSmall = std::string("--config '") + grtx::paths::source_dir() + "/configs/small.toml' ";
 
@@ -59,6 +58,15 @@ TEST_F(CliSim, AModeThatIsGoneNamesWhatTookItsPlace) {
   EXPECT_THAT(folder_.run("run --scene s.ply --mode fast").err, HasSubstr("'sampled' takes its place"));
 }
 
+TEST_F(CliSim, ThreadsOfOneSimulationAreGoneAndTheLineSaysWhatThereIs) {
+  const Outcome outcome = folder_.run("sim t.grtx --threads 2");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("--threads: is gone: a simulation takes one core; --mode sampled is faster"));
+  EXPECT_THAT(folder_.run("sim --help").out, Not(HasSubstr("--threads")));
+  EXPECT_THAT(folder_.run("sim t.grtx --thread 2").err, Not(HasSubstr("--threads")));
+}
+
 TEST_F(CliSim, ASmallViewInSampledModeIsThatOfCycleMode) {
   ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats cycle.json").code, 0);
   const Outcome outcome = folder_.run("sim t.grtx --quiet --mode sampled --stats sampled.json");
@@ -72,16 +80,6 @@ TEST_F(CliSim, ASmallViewInSampledModeIsThatOfCycleMode) {
   for (const auto& [name, entry] : cycle.at("stats").items()) {
     if (name.starts_with("host.")) continue;
     EXPECT_EQ(sampled.at("stats").at(name), entry) << name;
-  }
-}
-
-// They met every eight cycles of the hundreds of millions in which a shader's phase went on.
-TEST_F(CliSim, TwoThreadsTakeMinutesForAMachineThatWaits) {
-  for (const char* key : {"simt.cost.any_hit_fixed", "dram.fixed_latency"}) {
-    const Outcome outcome = folder_.run(std::string("sim t.grtx --quiet --threads 2 --set ") + key + "=1000000");
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_THAT(outcome.err, StartsWith(std::string("grtx: sim: one thread is used, not 2: ") + key +
-                                        " makes the machine wait most of the time\n"));
   }
 }
 

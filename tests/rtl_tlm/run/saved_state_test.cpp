@@ -50,20 +50,14 @@ std::string run(const std::string& trace, const GpuConfig& config, SimulationMod
 
 /// `first`, then `second`: in one process, and with a file between two.
 void expect_the_same(const std::string& first, const std::string& second, const GpuConfig& config, SimulationMode mode,
-                     const std::string& what, unsigned threads = 1) {
+                     const std::string& what) {
   const TemporaryFile state("state"), next("state");
   const std::string one_piece = run(second, config, mode, [&](auto& options) { options.warm_trace = first; });
-  EXPECT_NE(run(first, config, mode,
-                [&](auto& options) {
-                  options.save_state = state.path();
-                  options.build.threads = threads;
-                })
-                .find("gpu.cycles"),
+  EXPECT_NE(run(first, config, mode, [&](auto& options) { options.save_state = state.path(); }).find("gpu.cycles"),
             std::string::npos);
   const std::string two_processes = run(second, config, mode, [&](auto& options) {
     options.warm_state = state.path();
     options.save_state = next.path();
-    options.build.threads = threads;
   });
   EXPECT_NE(one_piece.find("gpu.cycles"), std::string::npos) << one_piece;
   EXPECT_EQ(test::first_difference(two_processes, one_piece), "") << what;
@@ -88,8 +82,7 @@ TEST_P(SavedStates, GiveTheStatisticsOfOnePieceOnRandomMachines) {
     if (seed % 4 == 3) config.l1.geometry.ways = 32;  // sets of another kind
     if (seed % 4 == 3) config.l1.geometry.bytes = std::uint64_t{config.l1.geometry.line_bytes} * 64;
     const std::string what = std::to_string(seed) + config_json(config).dump();
-    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::cycle, "cycle " + what,
-                    1 + seed % 2);
+    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::cycle, "cycle " + what);
     config.rt.memory.by_shader = false;
     config.dram.channel.scheduling = GpuConfig().dram.channel.scheduling;
     expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::sampled, "sampled " + what);
