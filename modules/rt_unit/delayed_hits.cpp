@@ -48,15 +48,15 @@ void DelayedHits::invoke(Cycle now) {
   if (due != 0 && batches_.can_push(now)) fire(now, warps_->oldest(due));
 }
 
-void DelayedHits::answer(const AnyHitDone& done) {
-  const unsigned entry = warps_->find_slot(done.slot);
-  if (entry == warps_->entries() || (done.lanes & ~warps_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
-    throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
+void DelayedHits::answer(const AnyHitDone& answered) {
+  const unsigned entry = warps_->find_slot(answered.slot);
+  if (entry == warps_->entries() || (answered.lanes & ~warps_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
+    throw Error("any-hit", "slot " + std::to_string(answered.slot), "only lanes at the shader can be done");
   }
   LaneMask left = 0;
-  for_each_bit(done.lanes, [&](unsigned lane) { left |= holds(lane_id(entry, lane)) ? bit(lane) : 0; });
+  for_each_bit(answered.lanes, [&](unsigned lane) { left |= holds(lane_id(entry, lane)) ? bit(lane) : 0; });
   if (left != 0) warps_->move(entry, left, LaneState::in_any_hit, LaneState::waiting_any_hit);
-  if (left != done.lanes) warps_->move(entry, done.lanes & ~left, LaneState::in_any_hit, LaneState::finished);
+  if (left != answered.lanes) warps_->move(entry, answered.lanes & ~left, LaneState::in_any_hit, LaneState::finished);
 }
 
 void DelayedHits::fire(Cycle now, unsigned entry) {

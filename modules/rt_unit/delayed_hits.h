@@ -41,7 +41,7 @@ class DelayedHits final : public AnyHitModule {
   void end_of_elaboration() override;
   /// Entries whose lanes have all traversed, with hits left and no batch at the shader.
   LaneMask due_entries() const;
-  void answer(const AnyHitDone& done);
+  void answer(const AnyHitDone& answered);
   void fire(Cycle now, unsigned entry);
 
   WarpTable* warps_ = nullptr;

@@ -112,7 +112,7 @@ void RtScheduler::schedule(Cycle now) {
   for_each_bit(lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
     if (sampler_ && !sampler_->advance(id, now)) {
-      buffer_->move(entry, bit(i), LaneState::ready, LaneState::finished);
+      buffer_->move(entry, bit(i), LaneState::ready, end_state(id));
       return;
     }
     const Event event = warp.lane[i].event;
@@ -231,7 +231,7 @@ void RtScheduler::stack_settled(LaneId id) {
 void RtScheduler::hand_over(LaneId id, unsigned checkpoints, LaneState from) {
   const Lane& lane = buffer_->lane(id);
   const bool last = lane.left == 0;
-  LaneState to = last ? LaneState::finished : LaneState::ready;
+  LaneState to = last ? end_state(id) : LaneState::ready;
   if (checkpoint_ != nullptr) {
     if (checkpoint_->submit(id, checkpoints, last)) to = LaneState::waiting_checkpoint_write;
   } else if (checkpoints != 0) {

@@ -89,6 +89,10 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   NodeVisit node_of(LaneId id, const traces::Event& event) const;
   void execute_visit(LaneId id, Cycle at);
   void replay(LaneId id, LaneState from);
+  /// State of a lane whose last event is done.
+  LaneState end_state(LaneId id) const {
+    return any_hit_->holds(id) ? LaneState::waiting_any_hit : LaneState::finished;
+  }
   /// Applies the lane's event to its stack depth.
   void move_stack(LaneId id);
   [[noreturn]] void refuse(LaneId id, const char* rule) const;
