@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <system_error>
 #include <utility>
 
@@ -29,6 +30,19 @@ using nlohmann::ordered_json;
 
 constexpr const char* kLock = "run.lock";
 
+/// With ErtCheck::round an image depends on k: designs that blend in one order must have one k. Throws Error.
+void check_one_k(const RunPlan& plan, const DesignComparison& comparison) {
+  std::map<frontend::SortKey, unsigned> k_of;
+  for (const ComparedDesign& design : comparison.designs()) {
+    const frontend::TracerOptions options =
+        tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
+    const unsigned k = k_of.try_emplace(options.sort_key, options.k).first->second;
+    if (options.ert_check == frontend::ErtCheck::round && k != options.k) {
+      throw Error("--ert-check", "round", "gives images that differ with k; run compares identical ones: it needs --k");
+    }
+  }
+}
+
 /// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
@@ -38,6 +52,7 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
     tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
     check_config(design_config(plan, design), "design " + design.name);
   }
+  check_one_k(plan, comparison);
   if (!plan.view.views.empty() && plan.mode == SimulationMode::windows) {
     throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
   }

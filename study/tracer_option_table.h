@@ -27,6 +27,9 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("below-instance", o.below_instance,
         "Nodes of an instance beyond t_max: checkpointed, or visited, and a hit goes to the eviction buffer");
   visit("ert", o.ert, "Transmittance below which a ray ends", InRange{0.0, 1.0});
+  visit("ert-check", o.ert_check,
+        "When transmittance is tested: after each hit, or once a round, when all its hits are blended; the image then "
+        "depends on --k");
   visit("sort-key", o.sort_key, "Distance that orders a ray's hits");
   visit("resume", o.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   visit("kernel-radius", settings.kernel_radius,
@@ -37,6 +40,9 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
       "pop-test", o.pop_test,
       "Whether a popped node is compared with t_max before its fetch (stack entries then hold t); a machine may choose "
       "another");
+  visit("any-hit", o.any_hit,
+        "When any-hit shaders run: while the ray waits, or when its warp's traversal of the round has ended; a machine "
+        "may choose another");
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   visit("checkpoint-order", o.checkpoint_order, "Order in which replay reads the source buffer");
   visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");

@@ -79,6 +79,15 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
   if (checkpoint && o.tracing != Tracing::multi) {
     throw Error("--tracing", settings.tracing, "has no rounds to resume: checkpointing needs --tracing multi");
   }
+  if (o.any_hit == AnyHit::delayed && o.tracing != Tracing::multi) {
+    throw Error("--any-hit", "delayed", "keeps a round's hits for its sorted k-buffer: it needs --tracing multi");
+  }
+  if (o.any_hit == AnyHit::delayed && checkpoint) {
+    throw Error("--any-hit", "delayed", "leaves nothing beyond t_max to resume from: it needs checkpointing off");
+  }
+  if (o.ert_check == ErtCheck::round && o.tracing == Tracing::list) {
+    throw Error("--ert-check", "round", "is not for --tracing list, which tests each batch of a round as it blends it");
+  }
   if (o.checkpoint_bins == 1) throw Error("--checkpoint-bins", "1", "is one list: 0 takes two buffers, 2 or more bins");
   if (o.checkpoint_bins != 0 && o.checkpoint_order != CheckpointOrder::fifo) {
     throw Error("--checkpoint-order", std::string(name_of(o.checkpoint_order)),
@@ -127,7 +136,8 @@ std::map<std::string, std::string> option_texts(const TracerSettings& settings) 
 std::map<std::string, std::string> option_inputs(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
   std::map<std::string, std::string> inputs = option_texts(settings);
   const std::map<std::string, std::string> defaults = option_texts({});
-  for (const char* later : {"pop_test", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
+  for (const char* later :
+       {"pop_test", "any_hit", "ert_check", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
   if (!checkpoint) {

@@ -28,6 +28,12 @@
 // unsorted (no shifts); when the buffer is full it becomes a heap, whose largest entry is displaced by nearer hits; it
 // is sorted when the round ends. list: like single, with a list instead of the buffer. closest: no any-hit shader; the
 // only entry is the nearest hit (LeafOutcome::nearest).
+//
+// Header::any_hit says when the any-hit shaders of a round run. immediate: a visit_leaf whose outcome calls one waits
+// for it. delayed: the ray appends the hit to its queue and goes on; when all rays of the warp have ended their
+// traversal, the shaders take each queue in order. Outcome and shifts are those of the hit's turn. With box leaves
+// every visit_leaf is queued, because only the intersection shader finds its outcome. t_max is the end of the ray in
+// all rounds, so there are no culls, and `beyond` is what lies behind that end.
 #pragma once
 
 #include <array>
@@ -55,7 +61,7 @@ enum class LeafOutcome : std::uint8_t {
   beyond = 2,     ///< hit, but t > t_max: leaf checkpointed (checkpoints = 1) or dropped
   inserted = 3,   ///< any-hit: k-buffer had room
   displaced = 4,  ///< any-hit: inserted, and the last entry dropped out (evicted when checkpointing)
-  rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; reported, so t_max becomes t_hit
+  rejected = 5,   ///< any-hit: did not fit; evicted when checkpointing; t_max becomes t_hit if any_hit is immediate
   ignored = 6,    ///< any-hit: filtered (t == t_min tie already blended, or Gaussian already in the k-buffer)
   nearest = 7  ///< tracing = closest, no any-hit: the nearest hit so far, replaces the one before; t_max becomes its t
 };

@@ -49,6 +49,17 @@ constexpr auto enum_names(ChildOrder) { return names_in_order<ChildOrder>({"near
 enum class PopTest : std::uint8_t { on, off };
 constexpr auto enum_names(PopTest) { return names_in_order<PopTest>({"on", "off"}); }
 
+/// When the any-hit shaders run (and the intersection shaders of box leaves). immediate: the ray waits for its shader,
+/// which may shrink t_max. delayed: after the traversal of the whole warp, in the order in which the hits were found,
+/// so t_max stays what it was when the round began.
+enum class AnyHit : std::uint8_t { immediate, delayed };
+constexpr auto enum_names(AnyHit) { return names_in_order<AnyHit>({"immediate", "delayed"}); }
+
+/// When blending tests a ray's transmittance for early termination: after each hit, or once a round, behind all its
+/// hits.
+enum class ErtCheck : std::uint8_t { hit, round };
+constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "round"}); }
+
 /// How pixels form warps.
 enum class WarpMapping : std::uint8_t { tile8x4, linear };
 constexpr auto enum_names(WarpMapping) { return names_in_order<WarpMapping>({"tile8x4", "linear"}); }

@@ -384,6 +384,12 @@ void check_tile_options(const TracerOptions& options) {
   if (options.triangle_test == TriangleTest::world) {
     throw Error("--tracing", "tiles", "knows no stored triangles: it needs --triangle-test canonical");
   }
+  if (options.any_hit == AnyHit::delayed) {
+    throw Error("--any-hit", "delayed", "runs behind a round's traversal: it needs --tracing multi");
+  }
+  if (options.ert_check == ErtCheck::round) {
+    throw Error("--ert-check", "round", "needs rounds, which --tracing tiles does not have");
+  }
   if (options.kernel.degree != 2) {
     throw Error("--tracing", "tiles", "knows the normal distribution only: it needs --kernel-degree 2");
   }

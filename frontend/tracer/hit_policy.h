@@ -17,6 +17,7 @@ class HitPolicy {
       : tracing_(options.tracing),
         resume_(options.resume),
         kth_(options.tmax_update == TmaxUpdate::kth),
+        delayed_(options.any_hit == AnyHit::delayed),
         keep_evicted_(options.checkpoint) {}
 
   struct Taken {
@@ -26,7 +27,8 @@ class HitPolicy {
 
   /// The resume rule: the outcome of a hit that is not after the last one blended; none: the hit is new.
   std::optional<traces::LeafOutcome> blended_before(const KEntry& hit, RayState& ray) const;
-  /// Takes a new hit up to t_max.
+  /// Takes a new hit up to t_max. Delayed any-hit shaders take a ray's hits later, but in the order of this function's
+  /// calls. As t_max does not move in between, what becomes of a hit is the same now as then.
   Taken take(const KEntry& hit, RayState& ray) const {
     if (traces::collects_unsorted(tracing_)) return collect_unsorted(hit, ray);
     if (tracing_ == Tracing::closest) return commit_nearest(hit, ray);
@@ -48,6 +50,7 @@ class HitPolicy {
   const Tracing tracing_;
   const Resume resume_;
   const bool kth_;           ///< t_max follows the last entry of a full k-buffer
+  const bool delayed_;       ///< the traversal is over when a hit is taken: t_max stays
   const bool keep_evicted_;  ///< evicted entries go to the eviction buffer
 };
 
@@ -71,7 +74,7 @@ inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) con
   if (!buffer.full()) {
     const unsigned shifts = buffer.insert(hit);
     ++ray.counters.any_hit_inserted;
-    if (kth_ && buffer.full()) ray.t_max = std::min(ray.t_max, buffer.back().t);
+    if (kth_ && buffer.full() && !delayed_) ray.t_max = std::min(ray.t_max, buffer.back().t);
     return {LeafOutcome::inserted, shifts};
   }
   ++ray.counters.any_hit_evicted;
@@ -79,11 +82,12 @@ inline HitPolicy::Taken HitPolicy::any_hit(const KEntry& hit, RayState& ray) con
     if (keep_evicted_) ray.evictions.push_back(buffer.back());
     const unsigned shifts = buffer.displace(hit);
     ++ray.counters.any_hit_inserted;
-    if (kth_) ray.t_max = std::min(ray.t_max, buffer.back().t);
+    if (kth_ && !delayed_) ray.t_max = std::min(ray.t_max, buffer.back().t);
     return {LeafOutcome::displaced, shifts};
   }
   if (keep_evicted_) ray.evictions.push_back(hit);
   ++ray.counters.any_hit_rejected;
+  if (delayed_) return {LeafOutcome::rejected, 0};
   // A hit of an instance that is finished (BelowInstance) may lie beyond t_max.
   ray.t_max = std::min(ray.t_max, kth_ ? buffer.back().t : hit.t);
   return {LeafOutcome::rejected, 0};

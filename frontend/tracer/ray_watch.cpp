@@ -61,6 +61,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
       return hits.back().t;
     case LeafOutcome::rejected:
       if (options_.checkpoint) return state_.evictions.back().t;
+      if (options_.any_hit == AnyHit::delayed) return kUnknown;  // t_max does not tell
       return options_.tmax_update == TmaxUpdate::reported ? state_.t_max : kUnknown;
     case LeafOutcome::beyond:
       return checkpointed ? state_.checkpoints.written().back().t : kUnknown;

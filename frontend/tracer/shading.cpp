@@ -45,11 +45,12 @@ void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, 
     state.transmittance *= 1.0f - alpha;
     ++state.counters.blended;
     if (blended_ids_ != nullptr) blended_ids_->push_back(entry.id);
-    if (state.transmittance < options_.ert) {
+    if (options_.ert_check == ErtCheck::hit && state.transmittance < options_.ert) {
       round.terminated = true;
       break;
     }
   }
+  if (options_.ert_check == ErtCheck::round) round.terminated = state.transmittance < options_.ert;
   if (round.terminated) state.counters.skipped_dead_colours += state.k_buffer.size() - round.processed_count;
 }
 

@@ -88,6 +88,8 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.checkpoint_bins = options.checkpoint ? options.checkpoint_bins : 0;
   header.child_order = options.child_order;
   header.pop_test = options.pop_test;
+  header.any_hit = options.any_hit;
+  header.ert_check = options.ert_check;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;
@@ -287,6 +289,8 @@ std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera,
                          const RenderOptions& render) {
   TracerOptions all = options;
   all.ert = 0.0f;
+  all.ert_check = ErtCheck::hit;
+  all.any_hit = AnyHit::immediate;
   all.tracing = Tracing::single;  // one round collects up to k hits
   all.k = kMaxK;
   all.checkpoint = false;

@@ -15,8 +15,10 @@
 namespace grtx::frontend {
 
 // Modes that also concern the hardware model; the trace's header names them.
+using traces::AnyHit;
 using traces::CheckpointOrder;
 using traces::ChildOrder;
+using traces::ErtCheck;
 using traces::PopTest;
 using traces::Tracing;
 
@@ -56,6 +58,7 @@ struct TracerOptions {
   unsigned checkpoint_bins = 0;  ///< near bins by distance (and a far one) of checkpoint_capacity; 0: two buffers
   BelowInstance below_instance = BelowInstance::checkpoint;  ///< with checkpoint
   float ert = 0.001f;                                        ///< stop when transmittance falls below
+  ErtCheck ert_check = ErtCheck::hit;                        ///< round: the image depends on k; not for tracing = list
   SortKey sort_key = SortKey::entry;
   Resume resume = Resume::exact;
   InsideRule inside = InsideRule::skip;
@@ -64,6 +67,7 @@ struct TracerOptions {
   ReplayTmax replay_tmax = ReplayTmax::infinity;
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
+  AnyHit any_hit = AnyHit::immediate;  ///< delayed needs tracing = multi without checkpoint
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< kernel of the traced Gaussians
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1

@@ -82,6 +82,8 @@ def walk(rng, proxy="icosahedron", tracing=True):
         else:
             options += ["--checkpoint-order", rng.choice(["fifo", "lifo", "nearest"])]
         options += ["--below-instance", rng.choice(["checkpoint", "finish"])]
+    else:
+        options += ["--any-hit", rng.choice(["immediate", "delayed"])]
     return options
 
 

@@ -34,10 +34,22 @@ RandomTrace overflowing() {
 }
 RandomTrace restarting() { return testing::random_trace({.seed = 7, .groups = 6, .k = 3, .checkpoint = false}); }
 
+/// Whose stack entries hold no t.
+RandomTrace stale_nodes() {
+  return testing::random_trace({.seed = 7, .groups = 6, .k = 3, .checkpoint = false, .pop_test = PopTest::off});
+}
+
 /// Whose children are popped in Vulkan-Sim's order.
 RandomTrace following() {
   return testing::random_trace(
       {.seed = 9, .groups = 6, .k = 3, .checkpoint = false, .child_order = ChildOrder::vulkan_sim});
+}
+
+RandomTrace delayed() {
+  return testing::random_trace({.seed = 7, .groups = 6, .k = 3, .checkpoint = false, .any_hit = AnyHit::delayed});
+}
+RandomTrace tested_once_a_round() {
+  return testing::random_trace({.seed = 7, .groups = 6, .k = 3, .ert_check = ErtCheck::round});
 }
 
 RandomTrace single_round() {
@@ -387,6 +399,38 @@ std::vector<Case> cases() {
          set_leaf(p.event, LeafOutcome::displaced, 0);
          return true;
        })},
+      // When any-hit shaders run, and when a ray's end is tested
+      {"CullWithDelayedAnyHitShaders", delayed, "nothing that was pushed lies beyond it", on_event([](EventPlace p) {
+         return is_leaf(p.event, LeafOutcome::miss) && (p.event.kind_shifts = Event::pack(EventKind::cull), true);
+       })},
+      {"ImmediateTraceThatSaysDelayed", restarting, "with delayed any-hit shaders",
+       [](RandomTrace& trace) { return (trace.header.any_hit = AnyHit::delayed, true); }},
+      {"ImmediateTraceWithoutPopTestThatSaysDelayed", stale_nodes, "with delayed any-hit shaders",
+       [](RandomTrace& trace) { return (trace.header.any_hit = AnyHit::delayed, true); }},
+      {"HitBeyondTheTmaxOfThisRoundsHits", delayed, "is so in all later rounds", on_round([](RoundPlace p) {
+         // A hit that falls out of the first round and comes back in the second is lost instead.
+         if (p.index != 0 || p.last) return false;
+         for (std::uint32_t e = 0; e < p.round.event_count; ++e) {
+           Event& event = p.ray.events[p.first_event + e];
+           if (!is_leaf(event, LeafOutcome::rejected)) continue;
+           set_leaf(event, LeafOutcome::beyond);
+           return true;
+         }
+         return false;
+       })},
+      {"MoreNodesThanInTheRoundBefore", delayed, "no round may visit more nodes", on_round([](RoundPlace p) {
+         if (p.index == 0) return false;
+         Event first = p.ray.events[p.first_event];
+         p.ray.events.insert(p.ray.events.begin() + static_cast<std::ptrdiff_t>(p.first_event), first);
+         return ++p.round.event_count != 0;
+       })},
+      {"EntryBehindTheEndOfARayLeftOut", tested_once_a_round, "when termination is tested once a round",
+       on_round([](RoundPlace p) {
+         if (!p.round.terminated) return false;
+         --p.round.processed_count;
+         p.ray.processed.erase(p.ray.processed.begin() + static_cast<std::ptrdiff_t>(p.first_processed));
+         return true;
+       })},
       // Group
       {"PixelOutsideTheImage", restarting, "the pixel must lie in the image",
        on_round([](RoundPlace p) { return p.ray.pixel = 640 * 480; })},
@@ -446,7 +490,8 @@ std::string fault_in_file(const RandomTrace& trace, std::string& place) {
 }
 
 TEST(Check, SoundTracesPass) {
-  for (auto* base : {replaying, placed, overflowing, restarting, single_round, list, closest_hit}) {
+  for (auto* base : {replaying, placed, overflowing, restarting, delayed, stale_nodes, tested_once_a_round,
+                     single_round, list, closest_hit}) {
     const RandomTrace trace = base();
     std::string place;
     EXPECT_EQ(fault_in_memory(trace, place), "") << place;

@@ -27,6 +27,8 @@ TEST(Modes, AreSpeltAsInTraceFiles) {
   expect_spelling<CheckpointOrder>({"fifo", "lifo", "nearest"});
   expect_spelling<ChildOrder>({"near_first", "slot", "vulkan_sim"});
   expect_spelling<PopTest>({"on", "off"});
+  expect_spelling<AnyHit>({"immediate", "delayed"});
+  expect_spelling<ErtCheck>({"hit", "round"});
   expect_spelling<WarpMapping>({"tile8x4", "linear"});
 }
 

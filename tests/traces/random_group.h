@@ -36,7 +36,9 @@ struct RandomOptions {
   unsigned objects = 0;  ///< with two_level: TLASes below a scene TLAS; 0: there is none
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
-  Tracing tracing = Tracing::multi;  ///< all but multi need checkpoint = false; closest k = 1
+  Tracing tracing = Tracing::multi;    ///< all but multi need checkpoint = false; closest k = 1
+  AnyHit any_hit = AnyHit::immediate;  ///< delayed needs multi and checkpoint = false; half of the rays then end early
+  ErtCheck ert_check = ErtCheck::hit;
 };
 
 struct RandomTrace {
@@ -184,6 +186,7 @@ class RandomRay {
     destination_.clear();
     overflow_ = false;
     t_max_ = ~std::uint64_t{0};
+    if (options_.any_hit == AnyHit::delayed && seed_ % 2 == 0) t_max_ = 1000 * (options_.depth - 1);
     k_buffer_.clear();
     std::sort(evictions_.begin(), evictions_.end());
     const std::size_t preload = std::min<std::size_t>(options_.k, evictions_.size());
@@ -229,7 +232,8 @@ class RandomRay {
     round.k_count = static_cast<std::uint16_t>(k_buffer_.size());
     round.terminated = !k_buffer_.empty() && random_() % 6 == 0;
     round.processed_count = round.k_count;
-    if (round.terminated) round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
+    if (round.terminated && options_.ert_check == ErtCheck::hit)
+      round.processed_count = static_cast<std::uint16_t>(1 + random_() % round.k_count);
     for (std::size_t i = 0; i < round.processed_count; ++i) {
       Processed entry{.gaussian = k_buffer_[i].gaussian & 0x7FFFFFFFU, .blended = random_() % 4 != 0};
       ray_.processed.push_back(entry);
@@ -372,7 +376,7 @@ class RandomRay {
     }
     if (place == k_buffer_.end()) {
       if (options_.checkpoint) evictions_.push_back(hit);
-      t_max_ = t_hit;
+      if (options_.any_hit == AnyHit::immediate) t_max_ = t_hit;
       return leaf(top, LeafOutcome::rejected);
     }
     --shifts;  // the last one does not move, it falls out
@@ -460,6 +464,8 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.checkpoint_bins = options.bins;
   header.child_order = options.child_order;
   header.pop_test = options.pop_test;
+  header.any_hit = options.any_hit;
+  header.ert_check = options.ert_check;
   header.width = 640;
   header.height = 480;
   header.warp_size = options.warp_size;
@@ -505,7 +511,8 @@ inline std::string describe(const RandomOptions& o) {
          (o.checkpoint ? " checkpoint " : " restart ") + std::string(grtx::name_of(o.checkpoint_order)) + " capacity " +
          std::to_string(o.capacity) + (o.bins != 0 ? " in " + std::to_string(o.bins) + " bins" : "") + " " +
          std::string(grtx::name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
-         std::string(grtx::name_of(o.tracing));
+         std::string(grtx::name_of(o.tracing)) + (o.any_hit == AnyHit::delayed ? " delayed" : "") +
+         (o.ert_check == ErtCheck::round ? " tested once a round" : "");
 }
 
 /// Every combination that changes how a group is coded.
@@ -593,6 +600,22 @@ inline std::vector<RandomOptions> all_random_options() {
       o.tracing = Tracing::list;
       o.k = capacity;
       all.push_back(o);
+    }
+  }
+  // Delayed any-hit shaders, likewise, and rays whose end is tested once a round.
+  for (const bool two_level : {false, true}) {
+    for (const unsigned k : {1U, 3U, 8U}) {
+      for (const ErtCheck check : {ErtCheck::hit, ErtCheck::round}) {
+        RandomOptions o{.seed = ++seed, .two_level = two_level, .objects = two_level && k == 3 ? 2u : 0u};
+        o.depth = o.objects != 0 ? 2 : 3;
+        o.child_order = static_cast<ChildOrder>(o.seed % 3);
+        o.pop_test = o.seed % 2 == 0 ? PopTest::on : PopTest::off;
+        o.k = k;
+        o.ert_check = check;
+        o.checkpoint = check == ErtCheck::round && k == 3;
+        if (!o.checkpoint) o.any_hit = AnyHit::delayed;
+        all.push_back(o);
+      }
     }
   }
   return all;

@@ -149,6 +149,56 @@ TEST(Versions, ListsNeedTheTenth) {
               HasSubstr("key 'tracing' holds a value that version 9 does not have"));
 }
 
+TEST(Versions, DelayedAnyHitShadersAndATestOnceARoundNeedTheEleventh) {
+  for (const auto& [any_hit, ert_check] : {std::pair(AnyHit::delayed, ErtCheck::hit),
+                                           {AnyHit::immediate, ErtCheck::round},
+                                           {AnyHit::delayed, ErtCheck::round}}) {
+    testing::RandomOptions options{.checkpoint = false, .any_hit = any_hit, .ert_check = ert_check};
+    const auto trace = testing::random_trace(options);
+    const testing::TraceFile file(trace.header, trace.groups);
+    EXPECT_EQ(version_of(file), 11u);
+    const Reader reader(file.path());
+    EXPECT_EQ(reader.header().any_hit, any_hit);
+    EXPECT_EQ(reader.header().ert_check, ert_check);
+    EXPECT_NO_THROW(check(reader, true));
+    EXPECT_THAT(fault_of(header_to_json(trace.header), 10), HasSubstr("key 'any_hit' is unknown"));
+  }
+  Header header;
+  header.pop_test = PopTest::off;
+  EXPECT_THAT(fault_of(header_to_json(header), 11), HasSubstr("is missing"));
+}
+
+TEST(Versions, RefuseModesThatDoNotGoTogether) {
+  const auto fault = [](auto&& set) {
+    Header header;
+    set(header);
+    return header_fault(header);
+  };
+  const auto delayed = HasSubstr("any_hit may be delayed only when tracing is multi and checkpoint is false");
+  const auto by_round = HasSubstr("ert_check must be hit when tracing is list");
+  EXPECT_EQ(fault([](Header& h) { h.any_hit = AnyHit::delayed; }), "");
+  EXPECT_EQ(fault([](Header& h) { h.ert_check = ErtCheck::round; }), "");
+  for (const Tracing tracing : {Tracing::single, Tracing::closest, Tracing::list}) {
+    const auto with = [tracing](Header& h) {
+      h.tracing = tracing;
+      h.k = 1;
+    };
+    EXPECT_THAT(fault([&](Header& h) { with(h), h.any_hit = AnyHit::delayed; }), delayed);
+    const std::string once_a_round = fault([&](Header& h) { with(h), h.ert_check = ErtCheck::round; });
+    if (tracing == Tracing::list) {
+      EXPECT_THAT(once_a_round, by_round);
+    } else {
+      EXPECT_EQ(once_a_round, "");
+    }
+  }
+  EXPECT_THAT(fault([](Header& h) {
+                h.checkpoint = true;
+                h.checkpoint_capacity = 8;
+                h.any_hit = AnyHit::delayed;
+              }),
+              delayed);
+}
+
 TEST(Versions, HaveTheirOwnKeys) {
   Header header;
   const std::string four = header_to_json(header);

@@ -1,8 +1,10 @@
 #include "grtx/traces/codec/check_group.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <memory>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -29,6 +31,7 @@ class GroupChecker {
     read_order_ = ReadOrder(header.checkpoint_order);
     multi_ = header.tracing == Tracing::multi;
     closest_ = header.tracing == Tracing::closest;
+    delayed_ = header.any_hit == AnyHit::delayed;
     has_bins_ = header.checkpoint_bins != 0;
     binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
@@ -63,6 +66,7 @@ class GroupChecker {
     destination_.clear();
     bins_ = ray.bins;
     evictions_ = 0;
+    beyond_end_.clear();
     std::size_t next_event = 0;
     std::size_t next_processed = 0;
     for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
@@ -97,6 +101,8 @@ class GroupChecker {
       require(before->overflow, "a checkpoint written must be read: only an overflow lets a round restart at the root");
     }
     require(header_->checkpoint || !round.overflow, "only checkpointing can overflow");
+    require(!delayed_ || before == nullptr || round.event_count <= before->event_count,
+            "with delayed any-hit shaders no round may visit more nodes than the one before");
     const std::uint64_t preload = header_->checkpoint ? std::min<std::uint64_t>(header_->k, evictions_) : 0;
     require(round.preloaded == preload,
             "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
@@ -110,6 +116,8 @@ class GroupChecker {
     require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
     require(round.terminated || round.processed_count == round.k_count,
             "all entries must be processed unless the ray terminates");
+    require(header_->ert_check == ErtCheck::hit || round.processed_count == round.k_count,
+            "all entries must be processed when termination is tested once a round");
     require(!last || round.terminated || round.k_count < header_->k,
             "the ray must go on: its k-buffer was full and it was not terminated");
     totals_.max_checkpoints_per_round = std::max(totals_.max_checkpoints_per_round, written_);
@@ -258,6 +266,7 @@ class GroupChecker {
 
   void check_cull(const Event& event, const NodeReference& popped) {
     require(header_->pop_test == PopTest::on, "without pop_test no stack entry holds a t to be culled by");
+    require(!delayed_, "with delayed any-hit shaders t_max stays, so nothing that was pushed lies beyond it");
     require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
     ++totals_.culls;
     check_dropped_or_written(event, popped);
@@ -334,6 +343,7 @@ class GroupChecker {
     require(inserts || event.shifts() == 0, "only an insertion shifts");
     require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
     check_collection(event, outcome);
+    if (delayed_) check_end_of_ray(event, outcome, popped.path);
     switch (outcome) {
       case LeafOutcome::beyond:
         require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
@@ -375,6 +385,17 @@ class GroupChecker {
             "single-round tracing appends without moving entries, unless the buffer is then full");
     require(outcome != LeafOutcome::displaced || event.shifts() < static_cast<unsigned>(std::bit_width(header_->k)),
             "a heap of k entries moves at most log2(k) of them");
+  }
+
+  // With delayed any-hit shaders t_max is the end of the ray in all of its rounds, so what lies beyond it in one round
+  // is hit in none.
+  void check_end_of_ray(const Event& event, LeafOutcome outcome, const InstancePath& path) {
+    const std::array<std::uint32_t, 3> leaf = {path.scene, path.instance, event.node};
+    if (outcome == LeafOutcome::beyond) beyond_end_.insert(leaf);
+    if (calls_any_hit(outcome) && !beyond_end_.empty()) {
+      require(!beyond_end_.contains(leaf),
+              "with delayed any-hit shaders a leaf beyond t_max is so in all later rounds");
+    }
   }
 
   void require_in_image(std::uint32_t address, NodeKind kind) const {
@@ -430,10 +451,13 @@ class GroupChecker {
   ReadOrder read_order_;
   bool multi_ = false;
   bool closest_ = false;
+  bool delayed_ = false;
   bool has_bins_ = false;
   BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
   std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
   bool lossless_ = false;                ///< this round must keep every node beyond t_max
+  std::set<std::array<std::uint32_t, 3>>
+      beyond_end_;  ///< delayed: leaves beyond the ray's end: instances above, address
 };
 
 }  // namespace

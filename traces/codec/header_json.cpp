@@ -46,6 +46,10 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   }
   if (version >= 7) visit("frame_groups", h.frame_groups);
   if (version >= 9) visit("checkpoint_bins", h.checkpoint_bins);
+  if (version >= 11) {
+    visit("any_hit", h.any_hit);
+    visit("ert_check", h.ert_check);
+  }
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -203,6 +207,12 @@ std::string header_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
   if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
   if (h.tracing != Tracing::multi && h.checkpoint) return "checkpoint must be false unless tracing is multi";
+  if (h.any_hit == AnyHit::delayed && (h.tracing != Tracing::multi || h.checkpoint)) {
+    return "any_hit may be delayed only when tracing is multi and checkpoint is false";
+  }
+  if (h.ert_check == ErtCheck::round && h.tracing == Tracing::list) {
+    return "ert_check must be hit when tracing is list, whose batches are tested one by one";
+  }
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
   if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";

@@ -188,8 +188,9 @@ std::string facts(const RayPage& page) {
   std::string of = input("scene");
   if (!input("camera").empty()) of += (of.empty() ? "view " : ", view ") + input("camera");
   std::string text = fmt::format(
-      "<p>{}: {}structure {}, tracing {}, k = {}, checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
+      "<p>{}: {}structure {}, tracing {}, k = {}, {}checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
       escape(file_name(page.trace)), of.empty() ? "" : escape(of) + ", ", name_of(h.accel), name_of(h.tracing), h.k,
+      h.any_hit == traces::AnyHit::delayed ? "any-hit shaders delayed to the end of the warp's traversal, " : "",
       h.checkpoint ? fmt::format("on ({}, up to {} entries)", name_of(h.checkpoint_order), h.checkpoint_capacity)
                    : "off",
       h.width, h.height, number(static_cast<double>(h.gaussians)));

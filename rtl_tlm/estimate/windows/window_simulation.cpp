@@ -203,6 +203,7 @@ SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& c
     throw Error("windows mode", "dram.model", "must be built_in: the windows' bias was measured with it");
   }
   const traces::Reader reader(trace_path);
+  require_modelled(reader);
   return WindowedRun(reader, config, options).run();
 }
 

@@ -168,6 +168,33 @@ TEST(ChildOrders, GiveTheEventsOfASecondImplementation) {
   }
 }
 
+// Any-hit shaders that run behind a round's traversal: a second implementation that queues the hits and takes them
+// then.
+TEST(ChildOrders, DelayedAnyHitShadersGiveTheEventsOfASecondImplementation) {
+  const Scene scene = crowded();
+  const PreparedGaussians gaussians(scene, true);
+  const Camera camera = test::front_camera(12, 8, 1.2);
+  unsigned variant = 0;
+  Sums sums;
+  for (const AccelKind kind : kOrderedKinds) {
+    const AccelerationStructure accel(gaussians, {kind, kind == AccelKind::tri20 ? 8u : 6u, false});
+    for (const auto& order : enum_names(ChildOrder{})) {
+      ++variant;
+      TracerOptions options;
+      options.any_hit = AnyHit::delayed;
+      options.k = 1u << variant % 5;
+      options.child_order = order.value;
+      options.pop_test = variant % 2 == 0 ? PopTest::on : PopTest::off;
+      options.tmax_update = variant % 3 == 0 ? TmaxUpdate::kth : TmaxUpdate::reported;
+      SCOPED_TRACE(text(options, kind));
+      Comparison(scene, gaussians, accel, camera, options).run(sums);
+      if (HasFailure()) return;
+    }
+  }
+  EXPECT_GT(sums.visits, 1000u);
+  EXPECT_EQ(sums.culls, 0u) << "t_max stays";
+}
+
 // Nothing is lost and nothing processed twice, whatever the order and whether stale nodes are fetched: image and
 // sequence of blended Gaussians are those of the defaults.
 TEST(ChildOrders, ChangeNoImage) {

@@ -96,6 +96,10 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     if (!options.checkpoint && variant % 9 > 5) options.tracing = variant % 9 == 6 ? Tracing::single : Tracing::closest;
     if (options.tracing == Tracing::single && variant % 4 == 1) options.tracing = Tracing::list;
     if (options.tracing == Tracing::closest) options.k = 1;
+    if (!options.checkpoint && options.tracing == Tracing::multi) {
+      options.any_hit = variant % 2 == 0 ? AnyHit::delayed : AnyHit::immediate;
+    }
+    if (options.tracing != Tracing::list && variant % 5 == 2) options.ert_check = ErtCheck::round;
     RenderOptions render{.linear_mapping = variant % 5 == 1, .warp_size = kWarps[variant % 3]};
     // From within the scene, and from where a part of the rays miss it.
     const Camera camera = test::front_camera(12, 12, variant % 4 == 2 ? 30.0 : 1.2);

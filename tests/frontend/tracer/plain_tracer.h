@@ -9,6 +9,7 @@
 #include <limits>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "grtx/frontend/accel/acceleration_structure.h"
@@ -78,6 +79,8 @@ class PlainTracer {
         walk(node);
       }
     }
+    for (const auto& [event, entry] : queue_) round_.events[event].detail = static_cast<unsigned>(any_hit(entry));
+    queue_.clear();
     round_.overflow = overflow_;
     if (overflow_) {
       evicted_.clear();
@@ -214,22 +217,31 @@ class PlainTracer {
     if (hit.kind != frontend::HitKind::hit || hit.face != face) return outcome(LeafOutcome::miss);
     const HitEntry entry{hit.t, gaussian};
     if (entry.first < last_.first) return outcome(LeafOutcome::behind);
-    if (entry <= last_) return outcome(LeafOutcome::ignored);
-    if (hit.t > t_max_)
+    if (entry > last_ && hit.t > t_max_)
       return outcome(LeafOutcome::beyond, checkpoint({node.address, node.kind, hit.t, node.instance}));
+    if (options_.any_hit == frontend::AnyHit::delayed) {
+      queue_.emplace_back(round_.events.size(), entry);
+      return outcome(LeafOutcome::miss);  // until its turn comes
+    }
+    outcome(any_hit(entry));
+  }
+
+  traces::LeafOutcome any_hit(const HitEntry& entry) {
+    using traces::LeafOutcome;
+    if (entry <= last_) return LeafOutcome::ignored;
     if (nearest_.size() < options_.k) {
       nearest_.insert(std::upper_bound(nearest_.begin(), nearest_.end(), entry), entry);
-      return outcome(LeafOutcome::inserted);
+      return LeafOutcome::inserted;
     }
     if (entry < nearest_.back()) {
       if (options_.checkpoint) evicted_.push_back(nearest_.back());
       nearest_.pop_back();
       nearest_.insert(std::upper_bound(nearest_.begin(), nearest_.end(), entry), entry);
-      return outcome(LeafOutcome::displaced);
+      return LeafOutcome::displaced;
     }
     if (options_.checkpoint) evicted_.push_back(entry);
-    t_max_ = hit.t;
-    outcome(LeafOutcome::rejected);
+    t_max_ = entry.first;
+    return LeafOutcome::rejected;
   }
 
   const frontend::PreparedGaussians& gaussians_;
@@ -240,6 +252,7 @@ class PlainTracer {
   float limit_ = 0.0f, t_max_ = 0.0f;
   HitEntry last_;  ///< blended last
   std::vector<HitEntry> nearest_, evicted_;
+  std::vector<std::pair<std::size_t, HitEntry>> queue_;  ///< hits of delayed any-hit shaders, and their events
   std::vector<Node> destination_;
   bool overflow_ = true;
   Round round_;

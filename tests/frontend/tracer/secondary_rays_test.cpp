@@ -91,6 +91,30 @@ TEST(SecondaryRays, EverySettingGivesTheSameImage) {
   }
 }
 
+// Primary rays end at the objects, where what lies beyond is beyond in every round.
+TEST(SecondaryRays, DelayedAnyHitShadersGiveTheSameImageAndSoundTraces) {
+  const test::TemporaryFolder folder;
+  const Scene scene = surroundings();
+  TracerOptions options;
+  options.k = 4;
+  for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere}) {
+    for (const PopTest pop_test : {PopTest::on, PopTest::off}) {
+      options.pop_test = pop_test;
+      options.any_hit = AnyHit::immediate;
+      const Traced immediate = trace_with(both(), scene, camera(16, 12), kind, options);
+      options.any_hit = AnyHit::delayed;
+      const std::string file = folder.path() + "/delayed.grtx";
+      const Traced delayed = trace_with(both(), scene, camera(16, 12), kind, options, 1, file);
+      EXPECT_TRUE(compare(immediate.result.image, delayed.result.image).identical()) << accel_name(kind);
+      EXPECT_TRUE(immediate.result.sequences == delayed.result.sequences) << accel_name(kind);
+      EXPECT_GT(delayed.result.secondary.rays, 40u);
+      const traces::Reader reader(file);
+      EXPECT_EQ(reader.header().any_hit, AnyHit::delayed);
+      EXPECT_EQ(traces::check(reader, true).culls, 0u);
+    }
+  }
+}
+
 TEST(SecondaryRays, AgreeWithTheReference) {
   const Scene scene = surroundings();
   for (const bool peak : {false, true}) {

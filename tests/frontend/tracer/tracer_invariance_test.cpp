@@ -23,8 +23,8 @@ constexpr std::array<unsigned, 3> kCapacities{1, 9, 1024};  // the first two ove
 constexpr std::array<unsigned, 4> kBins{0, 2, 8, 32};
 
 /// Numbers of choices: k, checkpointing, child order, t_max update, checkpoint order, replay t_max, capacity, pop test,
-/// checkpoint bins, what lies below an instance, structure.
-constexpr std::array<unsigned, 11> kChoices{6, 2, 3, 2, 3, 2, 3, 2, 4, 2, 2};
+/// checkpoint bins, what lies below an instance, when any-hit shaders run, structure.
+constexpr std::array<unsigned, 12> kChoices{6, 2, 3, 2, 3, 2, 3, 2, 4, 2, 2, 2};
 using Setting = std::array<unsigned, kChoices.size()>;
 
 TracerOptions options_of(const Setting& s) {
@@ -39,20 +39,23 @@ TracerOptions options_of(const Setting& s) {
   options.pop_test = static_cast<PopTest>(s[7]);
   options.checkpoint_bins = kBins[s[8]];
   options.below_instance = static_cast<BelowInstance>(s[9]);
+  options.any_hit = static_cast<AnyHit>(s[10]);
   return options;
 }
 
 std::string text(const Setting& s) {
   std::string result =
       "k, checkpoint, child order, t_max update, checkpoint order, replay t_max, capacity, "
-      "pop test, bins, below instance, structure:";
+      "pop test, bins, below instance, any hit, structure:";
   for (const unsigned choice : s) result += " " + std::to_string(choice);
   return result;
 }
 
-/// Without checkpointing five choices mean nothing, and bins have an order of their own.
+/// Without checkpointing five choices mean nothing, bins have an order of their own, and delayed any-hit shaders leave
+/// nothing to checkpoint.
 bool redundant(const Setting& s) {
   if (s[8] != 0 && s[4] != 0) return true;
+  if (s[10] != 0 && s[1] != 0) return true;
   return s[1] == 0 && (s[4] != 0 || s[5] != 0 || s[6] != 0 || s[8] != 0 || s[9] != 0);
 }
 

@@ -126,6 +126,8 @@ TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
   EXPECT_EQ(format("s.ply", {{"tracer.accel", "box"}}), 8U);
   EXPECT_EQ(format("s.ply", {{"tracer.checkpoint_bins", 4}}), 9U);
   EXPECT_EQ(format("s.ply", {{"tracer.tracing", "list"}}), 10U);
+  EXPECT_EQ(format("s.ply", {{"tracer.any_hit", "delayed"}}), 11U);
+  EXPECT_EQ(format("s.ply", {{"tracer.ert_check", "round"}}), 11U);
 }
 
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
