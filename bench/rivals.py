@@ -31,6 +31,7 @@ def design(at):
         return "one round, ellipsoids"
     if at.get("rt.any_hit_unit.enabled"):
         name = "gautracer" if at["tracer.accel"] == "ellipsoid" else "spheres in heaps"
+        name += ", by entry" if at.get("tracer.sort_key") == "entry" else ""
         return name + ("" if wide else ", port of one sector") + (", checkpoints" if checkpoints == "on" else "")
     if at["tracer.accel"] == "tlas-sphere":
         return "spheres, checkpoints"

@@ -16,7 +16,6 @@
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/lab/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/study/design_results.h"
 #include "grtx/study/simulate_designs.h"
@@ -104,19 +103,14 @@ ordered_json write_run_images(const std::string& folder, const std::vector<front
 }  // namespace
 
 GpuConfig design_config(const RunPlan& plan, const Design& design) {
-  GpuConfig config = plan.config;
-  const std::vector<modules::Parameter> keys = config_keys(config);
-  for (const auto& [key, value] : design.keys) {
-    if (!plan.named.contains(key)) apply_setting(key + "=" + value, keys);
-  }
-  return config;
+  return with_keys_of(design, plan.config, plan.named);
 }
 
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
   RunPlan plan;
   plan.machine = machine;
   plan.config = load_machine_config(machine, "", settings);
-  for (const std::string& setting : settings) plan.named.insert(setting.substr(0, setting.find('=')));
+  plan.named = keys_of(settings);
   apply_machine_tracer(plan.tracer, machine);
   return plan;
 }

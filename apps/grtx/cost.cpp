@@ -14,6 +14,7 @@
 #include "grtx/lab/cost/run_energy.h"
 #include "grtx/lab/cost/run_machine.h"
 #include "grtx/lab/cost/technology.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/study/machine.h"
@@ -77,11 +78,16 @@ int cost(const CostArguments& options, bool json) {
     return 0;
   }
   technology(options.cost.nm);  // throws for an unknown node before anything is built
-  const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
+  GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
   MachineUse use = options.statistics.empty()
                        ? options.use
                        : machine_of_run(read_statistics(options.statistics).at("inputs"), options.statistics);
-  if (options.statistics.empty()) choose_for(options, use);
+  if (options.statistics.empty()) {
+    const Design& design = design_of(use.design);
+    config = with_keys_of(design, std::move(config), keys_of(options.settings));
+    if (options.command->count("--leaves") == 0) use.leaves = leaf_test_of(design.accel);
+    choose_for(options, use);
+  }
   const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
   MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
@@ -113,7 +119,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command->add_option("--design", options->use.design, "Which units the machine has")
-      ->check(one_of({"baseline", "sw", "hw", "grtx"}));
+      ->check(one_of(design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,

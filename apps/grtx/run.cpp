@@ -110,7 +110,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   RunPlan& plan = options.plan;
   apply_machine_tracer(plan.tracer, plan.machine, *options.command);
   plan.config = load_machine_config(plan.machine, options.config, options.settings);
-  for (const std::string& setting : options.settings) plan.named.insert(setting.substr(0, setting.find('=')));
+  plan.named = keys_of(options.settings);
   for (const TracerOptionName& option : tracer_option_names()) {
     if (options.command->count(flag_of(option.key)) > 0) plan.named.insert(option.key);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "grtx/rtl_tlm/config/config_file.h"
+
 namespace grtx::sim {
 
 const std::vector<Design>& designs() {
@@ -37,6 +39,20 @@ const Design& design_of(const std::string& name) {
       std::find_if(designs().begin(), designs().end(), [&](const Design& design) { return design.name == name; });
   if (found == designs().end()) throw std::out_of_range("no design: " + name);
   return *found;
+}
+
+GpuConfig with_keys_of(const Design& design, GpuConfig config, const std::set<std::string>& named) {
+  const std::vector<modules::Parameter> keys = config_keys(config);
+  for (const auto& [key, value] : design.keys) {
+    if (!named.contains(key)) apply_setting(key + "=" + value, keys);
+  }
+  return config;
+}
+
+std::set<std::string> keys_of(const std::vector<std::string>& settings) {
+  std::set<std::string> keys;
+  for (const std::string& setting : settings) keys.insert(setting.substr(0, setting.find('=')));
+  return keys;
 }
 
 }  // namespace grtx::sim

@@ -2,9 +2,12 @@
 // it. A machine is what all designs have in common.
 #pragma once
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
 
@@ -23,5 +26,9 @@ const std::vector<Design>& designs();
 const std::vector<std::string>& design_names();
 /// Throws std::out_of_range for an unknown name.
 const Design& design_of(const std::string& name);
+/// The configuration with the design's keys, except those in `named`.
+GpuConfig with_keys_of(const Design& design, GpuConfig config, const std::set<std::string>& named);
+/// The keys of settings, each "key=value".
+std::set<std::string> keys_of(const std::vector<std::string>& settings);
 
 }  // namespace grtx::sim

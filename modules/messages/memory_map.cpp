@@ -15,6 +15,9 @@ constexpr std::uint64_t kAlignment = 4096;
 // not in the header, so the default is the capacity of a checkpoint buffer (the paper sizes both together).
 constexpr std::uint64_t kMinimumEvictions = 256;
 
+// The same region holds a ray's list of delayed hits. What lies behind wraps around.
+constexpr std::uint64_t kDelayedHits = 1024;
+
 constexpr std::uint64_t kCacheLine = 128;
 
 constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< 128 GiB, the limit of AddressIndex for sectors
@@ -70,8 +73,11 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     checkpoint_lists_ = header.checkpoint_bins != 0 ? traces::CheckpointBins::rings_of(header.checkpoint_bins) : 2;
     checkpoint_stride_ = spread_stride(checkpoint_capacity_ * checkpoint_entry_bytes_);
     checkpoint_ = place("checkpoint", rays * checkpoint_lists_ * checkpoint_stride_);
+  }
+  if (header.checkpoint || header.any_hit == traces::AnyHit::delayed) {
     eviction_capacity_ = config.eviction_capacity != 0 ? config.eviction_capacity
                                                        : std::max(header.checkpoint_capacity, kMinimumEvictions);
+    if (!header.checkpoint) eviction_capacity_ = kDelayedHits;
     checked_entries(eviction_capacity_, "eviction");
     const unsigned together = config.evictions == RayArrayLayout::by_ray ? 1 : header.warp_size;
     eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes * together);

@@ -7,6 +7,7 @@
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
+#include "grtx/modules/rt_unit/delayed_hits.h"
 
 namespace grtx::modules {
 
@@ -87,6 +88,9 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
     any_hit_ = made(parts.any_hit_unit, "any_hit_unit", context_, [&](const char* name) {
       return std::make_unique<AnyHitUnit>(name, config_.any_hit_unit, entries, header.k, header.checkpoint);
     });
+  } else if (header.any_hit == traces::AnyHit::delayed) {
+    any_hit_ = made(parts.delayed_hits, "delayed_hits", context_,
+                    [&](const char* name) { return std::make_unique<DelayedHits>(name, entries); });
   } else {
     any_hit_ = made(parts.any_hit_collector, "any_hit_collector", context_, [&](const char* name) {
       return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries);

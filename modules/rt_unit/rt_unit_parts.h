@@ -42,8 +42,9 @@ struct RtUnitParts {
   Factory<IntersectionModule> ray_gaussian;
   Factory<IntersectionModule> ray_transform;
   Factory<AnyHitModule> any_hit_collector;
-  // Called only if the configuration has the part.
+  // Called only if the configuration or the trace has the part.
   Factory<AnyHitModule> any_hit_unit;
+  Factory<AnyHitModule> delayed_hits;
   Factory<CheckpointModule> checkpoint_unit;
   Factory<PrefetchModule> sibling_prefetcher;
   Factory<StackModule> stack_unit;
@@ -53,7 +54,7 @@ struct RtUnitParts {
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
   auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_gaussian, ray_transform,
-         any_hit_collector, any_hit_unit, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
+         any_hit_collector, any_hit_unit, delayed_hits, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
   f("warp_buffer", warp_buffer);
   f("rt_scheduler", rt_scheduler);
   f("memory_scheduler", memory_scheduler);
@@ -64,6 +65,7 @@ void for_each_factory(RtUnitParts& parts, F&& f) {
   f("ray_transform", ray_transform);
   f("any_hit_collector", any_hit_collector);
   f("any_hit_unit", any_hit_unit);
+  f("delayed_hits", delayed_hits);
   f("checkpoint_unit", checkpoint_unit);
   f("sibling_prefetcher", sibling_prefetcher);
   f("stack_unit", stack_unit);

@@ -25,7 +25,7 @@ inline LeafTest leaf_test_of(const std::string& accel) {
 
 /// The properties that decide which units a machine has.
 struct MachineUse {
-  std::string design = "grtx";  ///< baseline, sw (two levels), hw (checkpointing) or grtx (both)
+  std::string design = "grtx";  ///< sw (two levels), hw (checkpointing), grtx (both), or another: neither
   LeafTest leaves = LeafTest::triangles;
   traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;

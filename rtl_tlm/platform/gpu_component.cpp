@@ -41,7 +41,6 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   for (const std::string& path : options_.traces) {
     readers_.push_back(std::make_unique<traces::Reader>(path));
     readers_.back()->verify_content();
-    require_modelled(*readers_.back());
     if (!same_hardware(readers_.back()->header(), readers_.front()->header())) {
       throw Error(path, "header", "is for other hardware than " + options_.traces.front());
     }

@@ -12,11 +12,6 @@
 
 namespace grtx::sim {
 
-void require_modelled(const traces::Reader& reader) {
-  if (reader.header().any_hit == traces::AnyHit::immediate) return;
-  throw Error(reader.path(), "header", "traces of any-hit delayed are not simulated yet");
-}
-
 void check_group(const traces::RayGroup& group, const traces::Header& header, const std::string& file) {
   const auto refuse = [&](std::size_t lane, std::size_t round, const std::string& rule) {
     throw Error(file, fmt::format("group {} lane {} round {}", group.index, lane, round), rule);
@@ -51,7 +46,6 @@ TraceSource::TraceSource(const traces::Reader& reader, unsigned decode_ahead)
 
 TraceSource::TraceSource(const traces::Reader& reader, std::vector<std::uint64_t> indices, unsigned decode_ahead)
     : reader_(reader), indices_(std::move(indices)), depth_(decode_ahead) {
-  require_modelled(reader);
   for (const std::uint64_t index : indices_) {
     if (index >= reader.group_count()) {
       throw Error(reader.path(), fmt::format("group {}", index), fmt::format("has {} groups", reader.group_count()));

@@ -21,13 +21,10 @@ inline constexpr unsigned kDecodeAhead = 32;
 /// Limit of their bytes. A larger group is still decoded ahead, alone.
 inline constexpr std::uint64_t kDecodeAheadBytes = std::uint64_t{64} << 20;
 
-/// Throws Error for a trace of a mode that the hardware model does not have.
-void require_modelled(const traces::Reader& reader);
-
 class TraceSource final : public modules::GroupSource {
  public:
   /// All groups of the trace, in file order. decode_ahead: groups that a thread of its own decodes before they are
-  /// asked for; 0 decodes in acquire(). Results never depend on it. Throws Error as require_modelled() does.
+  /// asked for; 0 decodes in acquire(). Results never depend on it.
   explicit TraceSource(const traces::Reader& reader, unsigned decode_ahead = 0);
   /// The groups `indices` of the trace, in that order (windows mode). Throws Error if one is not in the file.
   TraceSource(const traces::Reader& reader, std::vector<std::uint64_t> indices, unsigned decode_ahead = 0);

@@ -52,16 +52,16 @@ TEST_F(AnyHit, DelayedGivesTheSameImageAndASoundTraceOfTheEleventhVersion) {
   }
 }
 
-TEST_F(AnyHit, TheHardwareModelRefusesDelayedTracesInOneLine) {
-  trace("delayed", "--any-hit delayed --accel ellipsoid");
-  trace("warm", "--accel ellipsoid");
-  for (const std::string how : {"sim delayed.grtx", "sim delayed.grtx --mode windows",
-                                "sim delayed.grtx --mode sampled", "sim warm.grtx --warm delayed.grtx"}) {
-    const Outcome outcome = folder_.run(how + small() + "--stats none.json");
-    EXPECT_EQ(outcome.code, 2) << how;
-    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("delayed.grtx: header: traces of any-hit delayed are not simulated yet"));
-    EXPECT_EQ(folder_.read("none.json"), "");
+// Shaders run behind the traversal of their round: nothing is pruned, and a call is a call of the same work.
+TEST_F(AnyHit, DelayedTracesRunInEveryMode) {
+  for (const std::string accel : {"ellipsoid", "box"}) {
+    trace("delayed", "--any-hit delayed --accel " + accel);
+    for (const std::string mode : {"", "--mode windows", "--mode sampled --set sample.stride=4"}) {
+      must("sim delayed.grtx " + mode + small() + "--stats s.json");
+      EXPECT_EQ(stat("s.json", "gpu.rt.node_visits"), stat("delayed.json", "tracer.visits.total")) << mode;
+      EXPECT_EQ(stat("s.json", "gpu.simt.any_hit.calls"), stat("delayed.json", "tracer.any_hit.calls")) << mode;
+      EXPECT_GT(stat("s.json", "gpu.simt.lsu.loads.eviction"), 0.0) << "the lists of hits";
+    }
   }
 }
 

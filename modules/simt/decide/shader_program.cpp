@@ -43,6 +43,7 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       list_(header.tracing == traces::Tracing::list),
       closest_(header.tracing == traces::Tracing::closest),
       boxes_(traces::has_box_leaves(header.accel)),
+      delayed_(header.any_hit == traces::AnyHit::delayed && !heap.enabled),
       two_level_(header.two_level),
       sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
       gaussian_bytes_(header.gaussian_record_bytes),
@@ -88,6 +89,7 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   warp.sort_pass = warp.batch = 0;
   warp.fill.fill(0);
   warp.evictions.fill(0);
+  warp.listed.fill(0);
   warp.first_processed.fill(0);
   find_active(warp);
 }
@@ -149,6 +151,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
 
   const Insertions hits = insert_hits(warp, batch);
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * hits.most_shifts);
+  if (delayed_ && !boxes_) read_list(batch, phase);
   for_each_entry(
       warp_slot, batch.lanes, hits.reads, [&](unsigned lane, std::uint32_t i) { return hits.last_read[lane] - i; },
       false, phase, [this](std::uint32_t) { return costs_.dependent_loads; });
@@ -157,6 +160,14 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
       warp_slot, batch.lanes, hits.writes, [&](unsigned lane, std::uint32_t i) { return hits.last_written[lane] - i; },
       true, phase);
   if (hits.evicting != 0) evict(batch.slot, hits.evicting, phase);
+}
+
+void ShaderProgram::read_list(const AnyHitBatch& batch, ShaderPhase& phase) {
+  Warp& warp = warps_[batch.slot];
+  const auto next = [&](unsigned lane) { return warp.listed[lane]; };
+  access_evictions(batch.slot, batch.lanes, next, true, phase);  // the RT unit's write, charged here
+  access_evictions(batch.slot, batch.lanes, next, false, phase);
+  for_each_bit(batch.lanes, [&](unsigned lane) { ++warp.listed[lane]; });
 }
 
 void ShaderProgram::store_evicted(const AnyHitBatch& batch, ShaderPhase& phase) {
@@ -205,6 +216,7 @@ void ShaderProgram::intersection(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.intersection_batches;
   counters_.intersection_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
   phase.reset(PhaseKind::intersection, costs_.intersection_fixed);
+  if (delayed_) read_list(batch, phase);
   if (two_level_) return;
   phase.instructions += costs_.intersection_transform;
   load(Region::gaussian, phase);
@@ -296,6 +308,7 @@ void ShaderProgram::end_round(Warp& warp) {
     warp.evictions[lane] -= std::min(warp.evictions[lane], round.eviction_dropped);
   });
   warp.sort_pass = warp.batch = 0;
+  warp.listed.fill(0);
   ++warp.round;
   find_active(warp);
 }

@@ -191,6 +191,7 @@ class ShaderProgram {
     unsigned batch = 0;                                      ///< list: batches blended in this round
     std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
+    std::array<std::uint32_t, kMaxLanes> listed{};           ///< delayed hits read in this round
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< index in Ray::processed of the round's first entry
   };
   using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
@@ -209,6 +210,8 @@ class ShaderProgram {
   Insertions insert_hits(Warp& warp, const AnyHitBatch& batch) const;
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
   void evict(unsigned slot, LaneMask lanes, ShaderPhase& phase);
+  /// The next delayed hit of each lane of the batch: a list in memory, which the RT unit has written.
+  void read_list(const AnyHitBatch& batch, ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
   /// Whether the round has a batch with this number.
@@ -246,6 +249,7 @@ class ShaderProgram {
   bool list_;
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is returned in registers
   bool boxes_;
+  bool delayed_;  ///< hits wait in lists until the traversal of their round ends
   bool two_level_;
   unsigned sh_coefficients_;
   std::uint64_t gaussian_bytes_;

@@ -203,7 +203,6 @@ SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& c
     throw Error("windows mode", "dram.model", "must be built_in: the windows' bias was measured with it");
   }
   const traces::Reader reader(trace_path);
-  require_modelled(reader);
   return WindowedRun(reader, config, options).run();
 }
 

@@ -21,13 +21,14 @@ namespace grtx::sim::test {
 
 class ObservedRun {
  public:
-  /// procedural: leaves are spheres, or ellipsoids without a BLAS; boxes: they are boxes.
+  /// procedural: leaves are spheres, or ellipsoids without a BLAS; boxes: they are boxes. delayed: any-hit shaders are.
   explicit ObservedRun(bool checkpoint = true, bool two_level = true, unsigned objects = 0, bool procedural = false,
-                       bool boxes = false) {
+                       bool boxes = false, bool delayed = false) {
     traces::testing::RandomOptions random{
         .seed = 11, .groups = 12, .warp_size = 32, .two_level = two_level, .objects = objects};
     if (objects != 0) random.depth = 2;  // three trees deep, a ray visits many nodes
     random.checkpoint = checkpoint;
+    if (delayed) random.any_hit = traces::AnyHit::delayed;
     random.capacity = checkpoint ? 1000 : 0;
     auto trace = traces::testing::random_trace(random);
     if (procedural) make_procedural(trace, boxes);

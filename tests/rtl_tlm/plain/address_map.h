@@ -37,6 +37,10 @@ class AddressMap {
       checkpoint_stride_ = odd_lines(header.checkpoint_capacity * entry_bytes);
       checkpoint_ = place(rays * lists_ * checkpoint_stride_);
       evictions_ = std::max<std::uint64_t>({header.checkpoint_capacity, 256, most_evictions});
+    } else if (header.any_hit == traces::AnyHit::delayed) {
+      evictions_ = 1024;
+    }
+    if (evictions_ > 0) {
       eviction_stride_ = odd_lines(evictions_ * 8 * (evictions_by_lane_ ? header.warp_size : 1));
       eviction_ = place((evictions_by_lane_ ? warps : rays) * eviction_stride_);
     }

@@ -61,6 +61,10 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
     trace.capacity = bins.one_of({3U, 8U, 1000U});
     trace.checkpoint_order = traces::CheckpointOrder::fifo;
   }
+  Random delayed = bins;  // likewise
+  if (trace.tracing == traces::Tracing::multi && !trace.checkpoint && delayed.coin()) {
+    trace.any_hit = traces::AnyHit::delayed;
+  }
   return trace;
 }
 

@@ -167,6 +167,7 @@ class RtUnit {
     std::size_t next = 0, end = 0;  // events of the round
     Cycle waiting_since = 0;        // any-hit
     unsigned heap = 0;              // entries of its heap
+    std::deque<AnyHitBatch::Call> delayed;
     // checkpoint unit
     unsigned to_write = 0;  // entries submitted, not yet taken
     bool flush = false;     // the open sector is an item behind them
@@ -319,6 +320,10 @@ class RtUnit {
     }
     if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       if (config_.any_hit_unit.enabled) return to_heap(name);
+      if (delayed()) {
+        lane.delayed.push_back({name.second, e.outcome(), e.shifts(), e.node * std::uint64_t{64}});
+        return finish_event(name, e.checkpoints);
+      }
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
       return;
@@ -373,9 +378,10 @@ class RtUnit {
       lane.state = State::write;
       submitted_.push_back(name);
     } else {
-      lane.state = last ? State::finished : State::ready;
+      lane.state = !last ? State::ready : lane.delayed.empty() ? State::finished : State::any_hit_wait;
     }
   }
+  bool delayed() const { return header_.any_hit == traces::AnyHit::delayed; }
 
   // --- 2 start -----------------------------------------------------------------------------------------------------
   void start_operations(Unit& unit) {
@@ -651,6 +657,7 @@ class RtUnit {
   // --- 6 any-hit ---------------------------------------------------------------------------------------------------
   void any_hit() {
     if (config_.any_hit_unit.enabled) return serve_heaps();
+    if (delayed()) return serve_delayed();
     if (messages_.shaded.front(now_) != nullptr) {
       const AnyHitDone done = messages_.shaded.pop(now_);
       for (unsigned w = 0; w < warps_.size(); ++w) {
@@ -681,6 +688,43 @@ class RtUnit {
     }
     if (fires != nullptr) fire(*fires, fires_late);
   }
+  // Delayed hits: when all lanes of a warp have traversed, a batch has the next hit of each lane that has one left.
+  void serve_delayed() {
+    if (messages_.shaded.front(now_) != nullptr) {
+      const AnyHitDone done = messages_.shaded.pop(now_);
+      for (Warp& warp : warps_) {
+        if (!warp.used || warp.slot != done.slot) continue;
+        for (const auto& call : done.calls) {
+          Lane& lane = warp.lanes[call.lane];
+          lane.state = lane.delayed.empty() ? State::finished : State::any_hit_wait;
+        }
+      }
+    }
+    if (!messages_.batches.has_room(now_)) return;
+    Warp* oldest = nullptr;
+    for (Warp& warp : warps_) {
+      bool waits = false, traversed = true;
+      for (const Lane& lane : warp.lanes) {
+        waits = waits || lane.state == State::any_hit_wait;
+        traversed = traversed && (lane.state == State::any_hit_wait || lane.state == State::finished ||
+                                  lane.state == State::absent);
+      }
+      if (warp.used && waits && traversed && (oldest == nullptr || warp.age < oldest->age)) oldest = &warp;
+    }
+    if (oldest == nullptr) return;
+    AnyHitBatch batch{oldest->slot, oldest->round, {}};
+    for (Lane& lane : oldest->lanes) {
+      if (lane.state != State::any_hit_wait) continue;
+      lane.state = State::any_hit_run;
+      batch.calls.push_back(lane.delayed.front());
+      lane.delayed.pop_front();
+      any_hit_calls_ += traces::calls_any_hit(batch.calls.back().outcome) ? 1 : 0;
+    }
+    ++any_hit_batches_;
+    any_hit_lanes_ += batch.calls.size();
+    messages_.batches.push(now_, batch);
+  }
+
   // docs/model/any_hit_unit.md: a hit waits for the heap logic of its lane, and then takes cycles by what it does
   // there.
   void to_heap(LaneName name) {

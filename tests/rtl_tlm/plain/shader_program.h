@@ -98,9 +98,10 @@ class ShaderProgram {
   }
 
   /// Boxes: each lane's ray against what lies in its box, whose matrix is read unless an instance has been entered.
-  Phase intersection(const AnyHitBatch& batch, ShaderCounts& counts) const {
+  Phase intersection(const AnyHitBatch& batch, ShaderCounts& counts) {
     Phase phase{PhaseKind::intersection, costs_.intersection_fixed, {}, {}, 0, 0, {}, 0};
     counts.intersections += batch.calls.size();
+    if (delayed()) read_list(batch.calls, phase);
     if (header_.two_level) return phase;
     phase.instructions += costs_.intersection_transform;
     Instruction matrix(phase.loads, phase.load_instructions, Region::gaussian, false);
@@ -215,6 +216,7 @@ class ShaderProgram {
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
       lanes_[l].processed += r.processed_count;
+      lanes_[l].listed = 0;
       lanes_[l].evicted -= r.eviction_dropped;
     });
     return phase;
@@ -236,6 +238,7 @@ class ShaderProgram {
     std::uint64_t filled = 0;     ///< k-buffer entries
     std::uint64_t evicted = 0;    ///< eviction buffer entries
     std::uint64_t processed = 0;  ///< entries of the rounds before
+    std::uint64_t listed = 0;     ///< delayed hits of the round that have been read
   };
   /// A memory instruction of the warp: each sector that its lanes touch is asked for once, in order of first touch.
   class Instruction {
@@ -297,6 +300,16 @@ class ShaderProgram {
     }
     return cycles;
   }
+  bool delayed() const { return header_.any_hit == traces::AnyHit::delayed && !heap_.enabled; }
+  /// Each call's hit is the next of its lane's list in memory, which the RT unit has written.
+  void read_list(const std::vector<AnyHitBatch::Call>& calls, Phase& phase) {
+    for (const bool write : {true, false}) {
+      evictions(phase, write, [&](auto&& touch) {
+        for (const AnyHitBatch::Call& call : calls) touch(call.lane, lanes_[call.lane].listed);
+      });
+    }
+    for (const AnyHitBatch::Call& call : calls) ++lanes_[call.lane].listed;
+  }
   unsigned batches(unsigned processed) const { return (processed + costs_.list_batch - 1) / costs_.list_batch; }
   static unsigned passes(unsigned n) { return n < 2 ? 0 : static_cast<unsigned>(std::bit_width(n - 1)); }
 
@@ -310,6 +323,11 @@ class ShaderProgram {
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
     Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0};
+    if (delayed() && header_.accel != traces::AccelKind::box && header_.accel != traces::AccelKind::tlas_box) {
+      std::vector<AnyHitBatch::Call> calls;
+      for (const Walk& w : walks) calls.push_back({w.lane, {}, 0, 0});
+      read_list(calls, phase);
+    }
     for (const bool store : {false, true}) {
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
