@@ -118,8 +118,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command->add_option("--design", options->use.design, "Which units the machine has")
-      ->check(one_of(design_names()));
+  command->add_option("--design", options->use.design, "Which units the machine has")->check(one_of(design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,

@@ -7,8 +7,8 @@ from . import views
 from .case import relation
 
 # Units of which more is better, and less.
-MORE = {"SMs", "MHz", "warps", "units", "entries", "fetches", "sectors/cycle", "entries/cycle", "sectors", "pipelines", "schedulers",
-        "banks", "slices", "requests", "packets", "replies", "lines", "bursts"}
+MORE = {"SMs", "MHz", "warps", "units", "heaps", "entries", "fetches", "sectors/cycle", "entries/cycle", "sectors", "pipelines",
+        "schedulers", "banks", "slices", "requests", "packets", "replies", "lines", "bursts"}
 LESS = {"cycles", "instructions", "clocks"}
 CAPACITIES = {"l1.bytes", "l2.bytes"}
 # Of which neither is better; a shape: other addresses meet.

@@ -126,7 +126,7 @@ class Frames(unittest.TestCase):
 
     def test_results_have_the_file_s_values(self):
         results, document = grtx_tlm.read_results(self.path("run")), self.document("run/results.json")
-        self.assertEqual(list(results.statistics.columns), ["baseline", "sw", "hw", "grtx"])
+        self.assertEqual(list(results.statistics.columns), ["baseline", "sw", "hw", "grtx", "gautracer"])
         for design, stats in document["designs"].items():
             for name in ("gpu.cycles", "tracer.rays", "gpu.l1.node.hit_rate"):
                 self.assertEqual(results.statistics.loc[name, design], stats[name]["value"])

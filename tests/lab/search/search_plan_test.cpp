@@ -145,7 +145,7 @@ TEST_F(SearchPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {whole + "[[parameter]]\nkey = 'tracer.k'\nvalues = [4]\n", "line 13", "tracer.k: needs two values or more"},
       {whole + "[[parameter]]\nkey = 'tracer.k'\nvalues = [4, 8, 4]\n", "line 13",
        "tracer.k: the value 4 is there twice"},
-      {whole + "[[parameter]]\nkey = 'tracer.k'\nvalues = [4, 99]\n", "line 13", "tracer.k: k: must be 1 to 64"},
+      {whole + "[[parameter]]\nkey = 'tracer.k'\nvalues = [4, 9999]\n", "line 13", "tracer.k: k: must be 1 to 2048"},
       {whole + "[[parameter]]\nkey = 'tracer.k'\nmin = 4\n", "line 11", "tracer.k: needs either values, or min, max"},
       {whole + "[[parameter]]\nkey = 'tracer.k'\nmin = 9\nmax = 4\nstep = 1\n", "line 11", "tracer.k: min must not be"},
       {whole + "[[parameter]]\nkey = 'tracer.k'\nmax = 4\nvalues = [4, 8]\n", "line 11",

@@ -706,8 +706,8 @@ class RtUnit {
       bool waits = false, traversed = true;
       for (const Lane& lane : warp.lanes) {
         waits = waits || lane.state == State::any_hit_wait;
-        traversed = traversed && (lane.state == State::any_hit_wait || lane.state == State::finished ||
-                                  lane.state == State::absent);
+        traversed = traversed &&
+                    (lane.state == State::any_hit_wait || lane.state == State::finished || lane.state == State::absent);
       }
       if (warp.used && waits && traversed && (oldest == nullptr || warp.age < oldest->age)) oldest = &warp;
     }

@@ -126,11 +126,11 @@ TEST(OwnParts, EveryFactoryIsCalledAndOneThatMakesNothingIsRefusedByName) {
                                          {false, true, {}},
                                          {true, false, {"rt.warp_buffer.spill=true", "rt.prefetch.enabled=true"}},
                                          {false, true, {"rt.gaussian.enabled=true", "rt.any_hit_unit.enabled=true"}},
-      {false, true, {}, true}};
+                                         {false, true, {}, true}};
   std::vector<std::unique_ptr<test::ObservedRun>> runs;
   for (const Machine& machine : machines) {
     runs.push_back(std::make_unique<test::ObservedRun>(!machine.delayed, machine.two_level, 0, machine.procedural,
-                                                        false, machine.delayed));
+                                                       false, machine.delayed));
   }
   GpuParts parts;
   for_each_factory(parts, [&](const char* name, const auto&) {
