@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""One version in all places: project() of CMakeLists.txt, python/pyproject.toml, CITATION.cff, CHANGELOG.md.
+
+CHANGELOG.md has a section for it, below [Unreleased], and each of its versions has a link to compare it with the one
+before. Once released, CITATION.cff has the date of that section.
+
+Usage: check_version.py [--tag vX.Y.Z] [--notes] [FOLDER]   (default: the folder above this script)
+--tag: the tree must be that version, with a date. --notes: prints that version's section, for the release.
+Exit code 1 and one line a fault: file, rule.
+"""
+import argparse
+import os
+import re
+import sys
+
+SECTION = re.compile(r"^## \[([^\]]+)\](?: - (.*))?$", re.M)
+DATE = re.compile(r"\d{4}-\d\d-\d\d$")
+
+
+def read(top, name):
+    with open(os.path.join(top, name), encoding="utf-8") as file:
+        return file.read()
+
+
+def first(pattern, text):
+    found = re.search(pattern, text, re.M)
+    return found.group(1) if found else None
+
+
+def sections(text):
+    """Version -> (date or what stands there, text below)."""
+    marks = list(SECTION.finditer(text))
+    ends = [mark.start() for mark in marks[1:]] + [len(text)]
+    return {mark.group(1): (mark.group(2) or "", text[mark.end():end].strip()) for mark, end in zip(marks, ends)}
+
+
+def faults(top, tag=None):
+    version = first(r"^project\(grtx_tlm VERSION (\S+)", read(top, "CMakeLists.txt"))
+    if version is None:
+        return ["CMakeLists.txt: project() has no version"]
+    found = []
+    for name, pattern in (("python/pyproject.toml", r'^version = "([^"]+)"'), ("CITATION.cff", r"^version: (\S+)")):
+        other = first(pattern, read(top, name))
+        if other != version:
+            found.append(f"{name}: version {other}, CMakeLists.txt has {version}")
+    text = read(top, "CHANGELOG.md")
+    known = sections(text)
+    order = list(known)
+    if order[:1] != ["Unreleased"]:
+        found.append("CHANGELOG.md: must begin with ## [Unreleased]")
+    if order[1:2] != [version]:
+        found.append(f"CHANGELOG.md: the first section below [Unreleased] must be [{version}]")
+    for name in order:
+        if not re.search(rf"^\[{re.escape(name)}\]: ", text, re.M):
+            found.append(f"CHANGELOG.md: no link for [{name}]")
+    dates = [known[name][0] for name in order[1:]]
+    for name, date in zip(order[2:], dates[1:]):
+        if not DATE.match(date):
+            found.append(f"CHANGELOG.md: [{name}] has no date")
+    date = known.get(version, ("", ""))[0]
+    cited = first(r"^date-released: (\S+)", read(top, "CITATION.cff"))
+    if DATE.match(date) and cited != date:
+        found.append(f"CITATION.cff: date-released {cited}, CHANGELOG.md has {date}")
+    if tag is not None:
+        if tag != "v" + version:
+            found.append(f"CMakeLists.txt: version {version} is not that of the tag {tag}")
+        if not DATE.match(date):
+            found.append(f"CHANGELOG.md: [{version}] has no date yet")
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default=os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+    parser.add_argument("--tag", help="vX.Y.Z")
+    parser.add_argument("--notes", action="store_true")
+    arguments = parser.parse_args()
+    found = faults(arguments.folder, arguments.tag)
+    for line in found:
+        print(line, file=sys.stderr if arguments.notes else sys.stdout)
+    if not found and arguments.notes:
+        version = first(r"^project\(grtx_tlm VERSION (\S+)", read(arguments.folder, "CMakeLists.txt"))
+        body = sections(read(arguments.folder, "CHANGELOG.md"))[version][1]
+        print(re.sub(r"\n\[[^\]]+\]: .*", "", "\n" + body).strip())
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
