@@ -5,9 +5,9 @@ list(JOIN grtx_installed ", " grtx_installed_words)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/grtx_tlm-config.cmake.in
                               ${PROJECT_BINARY_DIR}/package/grtx_tlm-config.cmake
                               INSTALL_DESTINATION ${GRTX_PACKAGE_FOLDER})
-# Below version 1 a minor version may change the interfaces.
+# Minor versions keep the public interfaces (docs/api.md).
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/grtx_tlm-config-version.cmake
-                                 COMPATIBILITY SameMinorVersion)
+                                 COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/package/grtx_tlm-config.cmake
               ${PROJECT_BINARY_DIR}/package/grtx_tlm-config-version.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/dependencies.cmake RENAME grtx_tlm-dependencies.cmake

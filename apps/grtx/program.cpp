@@ -18,6 +18,7 @@
 #include <systemc>
 #include <vector>
 
+#include "grtx/apps/grtx/build_stamp.h"
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/next_step.h"
@@ -97,7 +98,8 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
 
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
-  app.set_version_flag("--version", fmt::format("grtx {}, model version {}", GRTX_VERSION, grtx::sim::kModelVersion));
+  app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
+                                                grtx::sim::kModelVersion, grtx::kCommit, grtx::kCompiler));
   CommonOptions common;
   app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
   grtx::sim::add_synth(app, common);

@@ -6,6 +6,7 @@ import hashlib
 import json
 import lzma
 import os
+import re
 import shutil
 import signal
 import sqlite3
@@ -69,8 +70,9 @@ class Results:
         self.database = os.path.join(folder, "runs.sqlite")
         self.keys = {}      # Point -> its key in the database
         self.documents = {}
-        # Of "grtx 0.1.0, model version 7": which model the figures are of.
-        self.model = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split()[-1]
+        # Of "grtx 1.0.0, model version 7, commit 4cb9e62b, GNU 12.2.0": which model the figures are of.
+        printed = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
+        self.model = re.search(r"model version (\d+)", printed).group(1)
         for name in ("scenes", "plans", "measures", "runs"):
             os.makedirs(os.path.join(folder, name), exist_ok=True)
 

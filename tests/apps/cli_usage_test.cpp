@@ -54,7 +54,8 @@ TEST(CliUsage, VersionIsPrinted) {
   const Folder folder;
   const Outcome outcome = folder.run("--version");
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+, model version [0-9]+\n"));
+  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+, model version [0-9]+, "
+                                                   "commit ([0-9a-f]+(-dirty)?|unknown), [A-Za-z]+ [0-9.]+\n"));
 }
 
 TEST(CliUsage, WithoutACommandTheStepsOfAFirstSessionGoToStderr) {
