@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""scripts/check_version.py finds each place that has another version, and prints a version's notes."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_version.py")
+TREE = {
+    "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(grtx_tlm VERSION 1.2.0 LANGUAGES CXX)\n",
+    "python/pyproject.toml": '[project]\nversion = "1.2.0"\n',
+    "CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.0\ndate-released: 2027-01-02\n",
+    "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.0] - 2027-01-02\n\n* A thing.\n\n## [1.1.0] - 2026-12-01\n\n"
+                    "[Unreleased]: ../../c\n\n[1.2.0]: ../../b\n\n[1.1.0]: ../../a\n",
+}
+
+
+class CheckVersion(unittest.TestCase):
+    def run_on(self, changes, *arguments):
+        with tempfile.TemporaryDirectory() as top:
+            for name, text in {**TREE, **changes}.items():
+                os.makedirs(os.path.dirname(os.path.join(top, name)), exist_ok=True)
+                with open(os.path.join(top, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            return subprocess.run([sys.executable, "-B", SCRIPT, top, *arguments], capture_output=True, text=True, check=False)
+
+    def faults(self, changes, *arguments):
+        run = self.run_on(changes, *arguments)
+        self.assertEqual(run.returncode, 1 if run.stdout else 0, run.stderr)
+        return run.stdout.splitlines()
+
+    def test_nothing_in_a_tree_of_one_version(self):
+        self.assertEqual(self.faults({}), [])
+        self.assertEqual(self.faults({}, "--tag", "v1.2.0"), [])
+
+    def test_each_place_of_another_version(self):
+        self.assertEqual(self.faults({"python/pyproject.toml": 'version = "1.1.0"\n'}),
+                         ["python/pyproject.toml: version 1.1.0, CMakeLists.txt has 1.2.0"])
+        self.assertEqual(self.faults({"CITATION.cff": "version: 1.0.0\ndate-released: 2027-01-02\n"}),
+                         ["CITATION.cff: version 1.0.0, CMakeLists.txt has 1.2.0"])
+        self.assertEqual(self.faults({"CITATION.cff": "version: 1.2.0\ndate-released: 2027-01-03\n"}),
+                         ["CITATION.cff: date-released 2027-01-03, CHANGELOG.md has 2027-01-02"])
+
+    def test_the_changelog(self):
+        text = TREE["CHANGELOG.md"]
+        self.assertEqual(self.faults({"CHANGELOG.md": text.replace("## [Unreleased]\n", "")})[0],
+                         "CHANGELOG.md: must begin with ## [Unreleased]")
+        self.assertEqual(self.faults({"CHANGELOG.md": text.replace("[1.1.0]: ../../a\n", "")}), ["CHANGELOG.md: no link for [1.1.0]"])
+        undated = {"CHANGELOG.md": text.replace("[1.2.0] - 2027-01-02", "[1.2.0] - soon")}
+        self.assertEqual(self.faults(undated), [])
+        self.assertEqual(self.faults(undated, "--tag", "v1.2.0"), ["CHANGELOG.md: [1.2.0] has no date yet"])
+
+    def test_a_tag_of_another_version(self):
+        self.assertEqual(self.faults({}, "--tag", "v1.3.0"), ["CMakeLists.txt: version 1.2.0 is not that of the tag v1.3.0"])
+
+    def test_notes_of_the_release(self):
+        run = self.run_on({}, "--notes")
+        self.assertEqual((run.returncode, run.stdout), (0, "* A thing.\n"))
+        run = self.run_on({}, "--notes", "--tag", "v1.3.0")
+        self.assertEqual((run.returncode, run.stdout), (1, ""))
+
+
+if __name__ == "__main__":
+    unittest.main()
