@@ -7,7 +7,7 @@
 * Pages of docs/ that share a name.
 * Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
 * Figures of an older model that do not say so, and golden records that are not those of the model's version
-  (model_version.py); tables of README.md that are not those of their data (readme_tables.py).
+  (model_version.py); tables that are not those of their data (readme_tables.py).
 * With --program: commands and options of `grtx` in Markdown.
 
 Usage: check_docs.py [--program GRTX] [FOLDER]   (default: the folder above this script)

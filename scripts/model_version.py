@@ -9,7 +9,8 @@ The version is one constant (rtl_tlm/run/model_version.h). docs/results/data/mod
 and holds a hash of the golden records: of the statistics that pages quote, in tests/rtl_tlm/run/golden.tsv and
 data/traces/records.tsv. A page of docs/results begins with a table, its stamp: command, date, model version, machine,
 assumes. `model version` is the present one, or says `measured with version N`, or `none` and why no model is in it. In
-README.md a paragraph that quotes figures of an older page says `measured with version N`, too. check_docs.py asks.
+README.md and docs/results/README.md a paragraph that quotes figures of an older page says `measured with version N`, too.
+check_docs.py asks.
 """
 import csv
 import datetime
@@ -27,6 +28,7 @@ QUOTED = {"gpu.cycles", "gpu.dram.bytes", "gpu.energy_nj", "gpu.l1.accesses", "g
           "gpu.rt.node_fetch_latency"}
 STAMP = ("command", "date", "model version", "machine", "assumes")
 CONSTANT = re.compile(r"(kModelVersion = )(\d+)")
+QUOTING = ("README.md", "docs/results/README.md")  # pages that quote figures of pages of results
 MEASURED = re.compile(r"measured with version (\d+)", re.I)
 
 
@@ -80,15 +82,18 @@ def blocks(text):
         yield block.start(), block.end()
 
 
-def old_quotations(top):
-    """Place of the end, and version, of each paragraph of README.md that quotes an older page and does not say so."""
-    text, now = read(top, "README.md"), current(top)
+def old_quotations(top, quoting):
+    """Place of the end, and version, of each paragraph of a page that quotes an older page and does not say so."""
+    if not os.path.exists(os.path.join(top, quoting)):
+        return
+    text, now = read(top, quoting), current(top)
     for start, end in blocks(text):
         block = text[start:end]
         if not re.search(r"\d", re.sub(r"\]\([^)]*\)", "", block)):
             continue
-        for page in re.findall(r"\]\((docs/results/[\w/-]+\.md)", block):
-            if not os.path.exists(os.path.join(top, page)):
+        for link in re.findall(r"\]\(([\w./-]+\.md)", block):
+            page = os.path.normpath(os.path.join(os.path.dirname(quoting), link))
+            if not page.startswith("docs/results/") or page == "docs/results/README.md" or not os.path.exists(os.path.join(top, page)):
                 continue
             of = version_of(read(top, page), now)
             if of < now and str(of) not in MEASURED.findall(block):
@@ -117,10 +122,10 @@ def faults(top):
             yield f"{page}:1: model version {cell}: must be {now}, 'measured with version N', or 'none' and why"
         if any(int(n) > now for n in MEASURED.findall(text)):
             yield f"{page}:1: names a version of the model that is not there yet"
-    if os.path.exists(os.path.join(top, "README.md")):
-        text = read(top, "README.md")
-        for end, of, page in old_quotations(top):
-            yield f"README.md:{text.count(chr(10), 0, end) + 1}: quotes {page}: must say 'measured with version {of}'"
+    for quoting in QUOTING:
+        for end, of, page in old_quotations(top, quoting):
+            line = read(top, quoting).count("\n", 0, end) + 1
+            yield f"{quoting}:{line}: quotes {page}: must say 'measured with version {of}'"
 
 
 def add(top, version, what):
@@ -143,10 +148,11 @@ def rise(top, what):
     for page in pages(top):
         text = read(top, page)
         write(top, page, re.sub(rf"^(\| model version \| )({before}\b)", r"\1measured with version \2", text, count=1, flags=re.M))
-    for end, of, _ in sorted(old_quotations(top), reverse=True):
-        text = read(top, "README.md")
-        if str(of) not in MEASURED.findall(text[text.rfind("\n\n", 0, end) + 1:end].rsplit("\n* ", 1)[-1]):
-            write(top, "README.md", text[:end] + f"\n  (Measured with version {of}.)" + text[end:])
+    for quoting in QUOTING:
+        for end, of, _ in sorted(old_quotations(top, quoting), reverse=True):
+            text = read(top, quoting)
+            if str(of) not in MEASURED.findall(text[text.rfind("\n\n", 0, end) + 1:end].rsplit("\n* ", 1)[-1]):
+                write(top, quoting, text[:end] + f"\n  (Measured with version {of}.)" + text[end:])
 
 
 def main():

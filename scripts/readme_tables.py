@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of README.md and docs/results/README.md from recorded data, and the headers of folders into their
+"""Writes the tables of docs/results/README.md from recorded data, and the headers of folders into their
 READMEs: readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
@@ -68,7 +68,7 @@ def headers(top, page):
 
 def first_sentence(text):
     lines = itertools.takewhile(lambda line: line.startswith("//"), text.splitlines())
-    said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines))[0]
+    said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines if "SPDX-" not in line))[0]
     return said.replace("|", "\\|")
 
 

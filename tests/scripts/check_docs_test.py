@@ -87,6 +87,14 @@ class CheckDocs(unittest.TestCase):
         [fault] = self.faults(self.results(cell="measured with version 1", said=", measured with version 1"))
         self.assertIn("is not what scripts/readme_tables.py makes of docs/results/data", fault)
 
+    def test_the_page_of_results_quotes_an_older_page(self):
+        tree = self.results(cell="measured with version 1", said=", measured with version 1",
+                            table=TABLE + "(Measured with version 1 of the model.)\n\n")
+        page = "# R\n\n* A room gains 3.4 ([r](readings.md)){}.\n"
+        self.assertEqual(self.faults(tree | {"docs/results/README.md": page.format("")}),
+                         ["docs/results/README.md:3: quotes docs/results/readings.md: must say 'measured with version 1'"])
+        self.assertEqual(self.faults(tree | {"docs/results/README.md": page.format(", measured with version 1")}), [])
+
     def test_a_figure_of_readme_that_is_not_the_datas(self):
         [fault] = self.faults(self.results(grtx="4.5"))
         self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data or of headers: "
