@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the tables of docs/results/README.md from recorded data, and the headers of folders into their
+"""Writes the tables of README.md and docs/results/README.md from recorded data, and the headers of folders into their
 READMEs: readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
-docs/results/data or of the headers below the page. A table whose data are of an older model says `measured with version N` (model_version.py).
+docs/results/data, of docs/results/rivals.md or of the headers below the page. A table whose data are of an older model says `measured with version N` (model_version.py).
 """
 import csv
+import decimal
 import itertools
 import math
 import os
@@ -46,6 +47,47 @@ def headline(top, _page):
     return table(["machine", *DESIGNS, "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines) + said(top, version)
 
 
+WINNERS = "docs/results/rivals.md"
+CONTENDERS = (("baseline", "baseline: a tree of triangles, rounds from its root"),
+              ("grtx", "GRTX: shared tree, checkpoints"),
+              ("grtx, what costs little", "GRTX with what costs little: wide port, leaves of 64 B"),
+              ("list of all hits, spheres", "list of all hits, by shaders alone (as GRay)"),
+              ("gautracer", "GauTracer: units for Gaussians in place of shaders"),
+              ("gautracer, by entry", "GauTracer, hits sorted by entry, not by peak"),
+              ("gautracer, by entry, checkpoints", "GauTracer, sorted by entry, with GRTX's checkpoints"))
+
+
+def markdown_tables(text):
+    """Each table as a list of rows, the first its head, cells without bold."""
+    found = re.findall(r"(?:^\|.*\n)+", text, re.M)
+    return [[[cell.strip().strip("*") for cell in line.strip("|\n").split("|")] for line in table.splitlines() if not line.startswith("|---")]
+            for table in found]
+
+
+def one_digit(text):
+    """As a reader rounds what is printed: 1.45 is 1.5."""
+    return str(decimal.Decimal(text).quantize(decimal.Decimal("0.1"), decimal.ROUND_HALF_UP))
+
+
+def winners(top, _page):
+    """The designs of docs/results/rivals.md beside each other, the fastest in rooms in bold."""
+    text = model_version.read(top, WINNERS)
+    tables = {table[0][0]: table for table in markdown_tables(text)}
+    main = [dict(zip(tables["design"][0], row)) for row in tables["design"][1:]]
+    dense = next(table for name, table in tables.items() if name.startswith("speed over the baseline"))
+    rows = []
+    for name, label in CONTENDERS:
+        row = max((row for row in main if row["design"] == name), key=lambda row: float(row["rooms"]))
+        column = dense[0].index(name) if name in dense[0] else None
+        values = sorted((line[column] for line in dense[1:]), key=float) if column else []
+        span = " to ".join(one_digit(value) for value in (values[0], values[-1])) if column else "1.0"
+        rows.append([label, one_digit(row["rooms"]), one_digit(row["objects"]), span, row["RT unit, mm²"], row["energy of a ray"]])
+    best = max(range(len(rows)), key=lambda number: float(rows[number][1]))
+    rows[best] = [f"**{cell}**" for cell in [rows[best][0] + ": the winner", *rows[best][1:]]]
+    version = model_version.version_of(text, model_version.current(top))
+    return table(["design", "rooms", "objects", "five times as dense", "RT unit, mm²", "energy"], rows) + said(top, version)
+
+
 def versions(top, _page):
     """What changed with each version of the model: docs/results/README.md."""
     return table(["version", "since", "what changed"],
@@ -72,7 +114,7 @@ def first_sentence(text):
     return said.replace("|", "\\|")
 
 
-MADE = {"headline": headline, "versions": versions, "headers": headers}
+MADE = {"headline": headline, "winners": winners, "versions": versions, "headers": headers}
 FOLDERS = ("apps", "base", "frontend", "lab", "rtl_tlm", "rtl_tlm/rtl", "study", "traces", "view",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "simt", "tlm")))
 PAGES = ("README.md", "docs/results/README.md", *(f"{folder}/README.md" for folder in FOLDERS))
