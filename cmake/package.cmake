@@ -16,3 +16,33 @@ install(FILES ${PROJECT_SOURCE_DIR}/cmake/verilator.cmake RENAME grtx_tlm-verila
         DESTINATION ${GRTX_PACKAGE_FOLDER})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. What the
+# program needs is found by dpkg-shlibdeps; who compiles against the libraries also needs the -dev packages of
+# cmake/dependencies.cmake, which are recommended.
+if(PROJECT_IS_TOP_LEVEL)
+  set(CPACK_PACKAGE_NAME grtx-tlm)
+  set(CPACK_PACKAGE_VENDOR "The GRTX-TLM authors")
+  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Transaction-level model of ray-tracing hardware for 3D Gaussians")
+  set(CPACK_PACKAGE_DESCRIPTION
+      "GRTX-TLM renders scenes of 3D Gaussians by ray tracing and writes what every ray
+did into a trace. A SystemC model replays the trace, cycle by cycle, on a GPU of
+ray-tracing units, shader cores, caches and DRAM, and prices it in area and energy.
+The package holds the program grtx, the libraries, their headers and machines.")
+  set(CPACK_PACKAGE_CONTACT "The GRTX-TLM authors <grtx-tlm@invalid>")  # RELEASING.md, "Before the first"
+  set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_GENERATOR DEB)
+  # One name for each distribution, whose libraries it was linked with: grtx-tlm_1.0.0-1~debian12_amd64.deb.
+  cmake_host_system_information(RESULT grtx_system QUERY DISTRIB_ID DISTRIB_VERSION_ID)
+  list(JOIN grtx_system "" grtx_system)
+  set(CPACK_DEBIAN_PACKAGE_RELEASE 1~${grtx_system})
+  set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
+      "libsystemc-dev, libembree-dev, libfmt-dev, libxxhash-dev, libzstd-dev, nlohmann-json3-dev, libtomlplusplus-dev")
+  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-pandas, python3-matplotlib, gtkwave")
+  include(CPack)
+endif()
