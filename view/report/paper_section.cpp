@@ -135,10 +135,10 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
   if (table.rows() == 0) return "";
   const std::string caption = "Ratios of the model (bars) and of the paper (ticks)" + (of.empty() ? of : "; " + of);
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
-         "<p>The paper's means are over six scenes of which no trained copies are public, so its ratios are compared "
-         "with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over views that have "
-         "machine, options, mode and resolution in common; there are none over others. Storage and buffers are of the "
-         "run's own machine; the paper's has 8 warps an RT core and 32 resident warps an SM.</p>\n" +
+         "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
+         "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
+         "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
+         "buffers are of the run's own machine; the paper's has 8 warps an RT core and 32 resident warps an SM.</p>\n" +
          (labels.empty() ? ""
                          : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
          table.html() + "</section>\n";
