@@ -6,8 +6,8 @@ namespace grtx {
 
 /// Short hash of the commit, with "-dirty" behind it where tracked files differ from it. "unknown" where neither git
 /// nor an archive that git made can say.
-extern const char kCommit[];
+extern const char* const kCommit;
 /// "GNU 12.2.0", "Clang 14.0.6".
-extern const char kCompiler[];
+extern const char* const kCompiler;
 
 }  // namespace grtx

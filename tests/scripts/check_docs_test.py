@@ -10,6 +10,7 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_docs.py")
 sys.path.insert(0, os.path.dirname(SCRIPT))
 import docs_prose  # noqa: E402
+import readme_tables  # noqa: E402
 TABLE = """
 | machine | sw | hw | grtx | L2 accesses ÷ | node latency ÷ | node fetches ÷ |
 |---|---|---|---|---|---|---|
@@ -99,6 +100,26 @@ class CheckDocs(unittest.TestCase):
         [fault] = self.faults(self.results(grtx="4.5"))
         self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data or of headers: "
                                 "| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.50 | 5.00 | 2.00 | 3.00 |")
+
+    def test_the_table_of_winners_is_that_of_the_page(self):
+        rivals = ("# W\n\n| | |\n|---|---|\n| command | x |\n| date | y |\n| model version | 2 |\n| machine | any |\n| assumes | z |\n\n"
+                  "| design | k | **rooms** | **objects** | RT unit, mm² | energy of a ray |\n|---|---|---|---|---|---|\n" +
+                  "".join(f"| {name} | 16 | **{number}.25** | 2 | 0.7 | 1 |\n" for number, (name, _) in enumerate(readme_tables.CONTENDERS)) +
+                  "\n| speed over the baseline, k = 16 | grtx |\n|---|---|\n| hall | 1.45 |\n| room | 3 |\n")
+        tree = self.results() | {"docs/results/rivals.md": rivals}
+        readme = "# R\n\n<!-- generated: scripts/readme_tables.py winners -->\n\n{}\n<!-- end of generated -->\n"
+        [fault] = self.faults(tree | {"README.md": readme.format("")})
+        self.assertIn("README.md:5: is not what", fault)
+        with tempfile.TemporaryDirectory() as top:
+            os.makedirs(os.path.join(top, "docs", "results"))
+            os.makedirs(os.path.join(top, "rtl_tlm", "run"))
+            for name in ("docs/results/rivals.md", "rtl_tlm/run/model_version.h"):
+                with open(os.path.join(top, name), "w", encoding="utf-8") as file:
+                    file.write(tree[name])
+            made = readme_tables.winners(top, "README.md")
+        self.assertIn("| GRTX: shared tree, checkpoints | 1.3 | 2.0 | 1.5 to 3.0 | 0.7 | 1 |", made)
+        self.assertRegex(made, r"\*\*.*: the winner\*\* \| \*\*6\.3\*\*")
+        self.assertEqual(self.faults(tree | {"README.md": readme.format(made)}), [])
 
     def test_a_header_that_its_readme_does_not_name(self):
         tree = {"base/README.md": "# base\n\n[a.h](a.h)\n\n<!-- generated: scripts/readme_tables.py headers -->\n\n| header | holds |\n"
