@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes manual pages, grtx.1 and grtx-COMMAND.1, from what `grtx --help` and `grtx COMMAND --help` print.
 
 Usage: man_pages.py GRTX FOLDER

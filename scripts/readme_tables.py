@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the tables of README.md and docs/results/README.md from recorded data, and the headers of folders into their
 READMEs: readme_tables.py [--check].
 

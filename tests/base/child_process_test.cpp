@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work in a forked child: results come back whole, errors come back as what they were.
 #include "grtx/base/child_process.h"
 

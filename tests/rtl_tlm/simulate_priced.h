@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // simulate() as the program calls it: with the energy of the run.
 #pragma once
 

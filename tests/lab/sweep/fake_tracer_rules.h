@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A tracer that knows two options: k (1 to 64), and which k single-round tracing takes.
 #pragma once
 

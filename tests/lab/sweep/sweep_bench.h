@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sweep or a search through the program, in a folder of its own.
 #pragma once
 

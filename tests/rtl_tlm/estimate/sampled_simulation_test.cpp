@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sampled mode: what the interval follows from, and runs of a view that is large enough.
 #include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 

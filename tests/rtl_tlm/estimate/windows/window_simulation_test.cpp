@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sampled mode, on a random trace that is large for a small machine: near cycle mode and honest about its error, exact
 // where all is simulated.
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
