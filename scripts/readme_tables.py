@@ -68,7 +68,8 @@ def headers(top, page):
 
 
 def first_sentence(text):
-    lines = itertools.takewhile(lambda line: line.startswith("//"), text.splitlines())
+    below_licence = text.split("\n", 1)[1] if text.startswith("// SPDX") else text
+    lines = itertools.takewhile(lambda line: line.startswith("//"), below_licence.splitlines())
     said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines))[0]
     return said.replace("|", "\\|")
 

@@ -14,7 +14,8 @@ namespace grtx::study {
 
 /// A named design, with its structure as the tracer knows it.
 struct ComparedDesign : lab::Design {
-  explicit ComparedDesign(const lab::Design& design) : lab::Design(design), kind(frontend::accel_from_name(design.accel)) {}
+  explicit ComparedDesign(const lab::Design& design)
+      : lab::Design(design), kind(frontend::accel_from_name(design.accel)) {}
   frontend::AccelKind kind;
 };
 

@@ -58,7 +58,8 @@ void add_intervals(const std::map<std::string, ordered_json>& documents, const D
   for (const std::string& name : comparison.names()) {
     const sim::SampledEstimate estimate = sim::estimate_from_json(documents.at(name).at("sampled"));
     results["cycles_interval"][name] = json(sim::cycles_interval(estimate));
-    if (name != comparison.reference()) results["speedup_interval"][name] = json(sim::ratio_interval(reference, estimate));
+    if (name != comparison.reference())
+      results["speedup_interval"][name] = json(sim::ratio_interval(reference, estimate));
   }
 }
 

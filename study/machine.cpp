@@ -88,7 +88,7 @@ std::vector<std::string> machine_names() {
 void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
 
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
-                              const std::vector<std::string>& settings) {
+                                   const std::vector<std::string>& settings) {
   sim::GpuConfig resolved;
   if (!machine.empty()) read_machine(path_of(machine), resolved);
   return sim::load_config(std::move(resolved), machine, config, settings);
@@ -106,7 +106,8 @@ std::string machine_name(const std::string& machine) {
 }
 
 std::string machine_name(const std::string& machine, const sim::GpuConfig& config) {
-  const bool own = machine.empty() || sim::config_hash(load_machine_config(machine, "", {})) == sim::config_hash(config);
+  const bool own =
+      machine.empty() || sim::config_hash(load_machine_config(machine, "", {})) == sim::config_hash(config);
   return machine_name(machine) + (own ? "" : ", changed");
 }
 

@@ -29,7 +29,7 @@ std::vector<std::string> machine_names();
 /// and no tracer options. Then applies the file `config` unless it is "", then the settings, each "key=value". Throws
 /// Error for unknown names, keys and values.
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
-                              const std::vector<std::string>& settings);
+                                   const std::vector<std::string>& settings);
 
 /// Line printed before results: "machine: NAME", the changes made on the command line, mode and model version.
 std::string describe_machine(const std::string& machine, const std::string& config,

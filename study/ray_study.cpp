@@ -43,7 +43,7 @@ view::RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
 
 /// Timeline of each group; empty without a timeline.
 std::vector<view::WarpTimeline> timelines_of(const RayPlan& plan, const traces::Reader& reader,
-                                       const std::vector<ChosenRays>& chosen) {
+                                             const std::vector<ChosenRays>& chosen) {
   std::vector<view::WarpTimeline> timelines(chosen.size());
   if (plan.timeline.empty()) return timelines;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -52,8 +52,8 @@ std::vector<view::WarpTimeline> timelines_of(const RayPlan& plan, const traces::
   return timelines;
 }
 
-view::DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane, view::RayNodes& nodes,
-                   RayScene* scene) {
+view::DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
+                         view::RayNodes& nodes, RayScene* scene) {
   view::DrawnRay drawn;
   drawn.group = group.index;
   drawn.frame = group.frame;

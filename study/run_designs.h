@@ -28,13 +28,13 @@ struct RunPlan {
   std::string scene;  ///< file, or list of objects
   ViewOptions view;
   TracerSettings tracer;
-  std::string machine = kDefaultMachine;  ///< its name in results
-  sim::GpuConfig config;                       ///< the hardware of all designs, but for a design's own keys
-  std::vector<std::string> designs;       ///< names; empty: all (lab/sweep/designs.h)
-  std::set<std::string> named;            ///< tracer options and configuration keys that a design leaves as they are
-  std::string output;                     ///< folder
-  bool flatten = false;                   ///< merge a list of objects into one scene
-  std::optional<sim::SimulationMode> mode;     ///< none: chosen by unnamed_mode()
+  std::string machine = kDefaultMachine;    ///< its name in results
+  sim::GpuConfig config;                    ///< the hardware of all designs, but for a design's own keys
+  std::vector<std::string> designs;         ///< names; empty: all (lab/sweep/designs.h)
+  std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
+  std::string output;                       ///< folder
+  bool flatten = false;                     ///< merge a list of objects into one scene
+  std::optional<sim::SimulationMode> mode;  ///< none: chosen by unnamed_mode()
   sim::WindowOptions windows;
   unsigned jobs = 0;   ///< parallel simulations, each a process; 0: one per core, limited by free memory
   bool quiet = false;  ///< no progress on stderr
@@ -51,9 +51,9 @@ struct DesignResults {
   DesignComparison comparison;
   nlohmann::ordered_json json;  ///< results.json, grtx.run/1
   sim::SimulationMode mode = sim::SimulationMode::cycle;
-  frontend::TracerCounters counters;         ///< of one design; how rays end is the same in all
+  frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
   std::map<std::string, sim::ResultNotes> notes;  ///< what limits each design's figures
-  std::vector<std::string> violations;       ///< violated conservation laws, "DESIGN: ..."
+  std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
   /// Whether all designs gave the same image and no conservation law was violated.
   bool sound() const { return images_identical && violations.empty(); }

@@ -55,8 +55,8 @@ std::string simulated_text(const std::string& trace, const sim::GpuConfig& confi
 
 }  // namespace
 
-sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const sim::GpuConfig& config,
-                            const sim::WindowOptions& windows) {
+sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison,
+                                 const sim::GpuConfig& config, const sim::WindowOptions& windows) {
   const traces::Reader reader(traced.designs.at(comparison.reference()).path);
   if (!sim::windows_pay(reader, config, windows)) return sim::SimulationMode::cycle;
   fmt::print(stderr,

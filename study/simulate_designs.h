@@ -16,8 +16,8 @@ namespace grtx::study {
 
 /// Mode of a run without --mode: windows if they save time (reported on stderr), else cycle. All designs have the same
 /// rays.
-sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const sim::GpuConfig& config,
-                            const sim::WindowOptions& windows);
+sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison,
+                                 const sim::GpuConfig& config, const sim::WindowOptions& windows);
 
 struct DesignSimulation {
   std::map<std::string, sim::GpuConfig> configs;  ///< by design

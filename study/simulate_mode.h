@@ -13,6 +13,6 @@ namespace grtx::study {
 /// simulation: options of modes cycle and sampled. windows: options of mode windows; sampled also uses its
 /// target_error. In cycle mode the result is exact (estimate.whole).
 sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
-                               const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
+                                    const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
 
 }  // namespace grtx::study

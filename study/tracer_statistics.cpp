@@ -151,7 +151,7 @@ nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const f
   for (const auto& [name, value] : option_inputs(settings, checkpoint, accel)) config[name] = value;
   nlohmann::ordered_json document =
       sim::statistics_document(config, traced.inputs, view_notes(traced, settings), tracer_statistics(scene, traced),
-                          tracer_host_statistics(scene, traced.result));
+                               tracer_host_statistics(scene, traced.result));
   document["inputs"]["machine"] = machine_name(machine);
   return document;
 }

@@ -80,9 +80,10 @@ int cost(const CostArguments& options, bool json) {
   }
   lab::technology(options.cost.nm);  // throws for an unknown node before anything is built
   sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
-  sim::MachineUse use = options.statistics.empty()
-                       ? options.use
-                       : lab::machine_of_run(sim::read_statistics(options.statistics).at("inputs"), options.statistics);
+  sim::MachineUse use =
+      options.statistics.empty()
+          ? options.use
+          : lab::machine_of_run(sim::read_statistics(options.statistics).at("inputs"), options.statistics);
   if (options.statistics.empty()) {
     const lab::Design& design = lab::design_of(use.design);
     config = lab::with_keys_of(design, std::move(config), lab::keys_of(options.settings));
@@ -119,7 +120,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command->add_option("--design", options->use.design, "Which units the machine has")->check(one_of(lab::design_names()));
+  command->add_option("--design", options->use.design, "Which units the machine has")
+      ->check(one_of(lab::design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,

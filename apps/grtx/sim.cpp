@@ -126,17 +126,18 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.price = lab::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const sim::ResultNotes notes = notes_before(options);
-  sim::SampledResult estimate = study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
+  sim::SampledResult estimate =
+      study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
   study::put_first(notes, result.document);
   result.document["inputs"]["machine"] = study::machine_name(options.machine, config);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
   for (const study::HeatmapRequest& heatmap : heatmaps) {
     study::write_heatmap(heatmap.path, {heatmap.name,
-                                 "of a ray's warp",
-                                 result.width,
-                                 result.height,
-                                 {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
+                                        "of a ray's warp",
+                                        result.width,
+                                        result.height,
+                                        {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
   }
   if (common.json) {
     print_json(result.document);

@@ -110,7 +110,8 @@ class PointList {
     statuses_ = opened.statuses_of(all.points);
     std::unordered_set<std::string> asked;
     for (const std::string& mode : opened.modes()) {
-      for (const lab::SweepPoint& point : all.points) asked.insert(lab::key_in_mode(point, mode, lab::program_version()));
+      for (const lab::SweepPoint& point : all.points)
+        asked.insert(lab::key_in_mode(point, mode, lab::program_version()));
     }
     lab::Sqlite reader(database, lab::Sqlite::Open::read_only);
     earlier_ = lab::read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
@@ -166,8 +167,8 @@ class PointList {
   }
 
   const lab::SweepPoints& all_;
-  std::vector<std::string> statuses_;  ///< one per point; "" for a new one
-  std::vector<lab::StoredPoint> told_;      ///< points of all_; only filled if there are earlier ones
+  std::vector<std::string> statuses_;   ///< one per point; "" for a new one
+  std::vector<lab::StoredPoint> told_;  ///< points of all_; only filled if there are earlier ones
   std::vector<lab::StoredPoint> earlier_;
 };
 

@@ -64,8 +64,9 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  const study::TileView view = study::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
-                                         [&common](const FilesRead& files) { common.files.check(files); });
+  const study::TileView view =
+      study::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
+                              [&common](const FilesRead& files) { common.files.check(files); });
   if (!options.image.empty()) frontend::write_image(options.image, view.result.image);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(view.document));
   if (common.json) print_json(view.document);
@@ -108,11 +109,11 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
     throw Error("--heatmap", "", "is of one view: not with --views");
   FilesRead files;
   const std::vector<frontend::Camera> cameras = study::select_cameras(options.view, files);
-  study::load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras, options.tracer,
-             kind, files, common.quiet);
+  study::load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras,
+                    options.tracer, kind, files, common.quiet);
   common.files.check(files);
-  const frontend::TracedView traced =
-      study::trace_scene(scene, options.tracer, checkpoint, kind, render, options.no_trace ? "" : options.output, files);
+  const frontend::TracedView traced = study::trace_scene(scene, options.tracer, checkpoint, kind, render,
+                                                         options.no_trace ? "" : options.output, files);
   const frontend::RenderResult& result = traced.result;
   if (!options.image.empty()) study::write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);

@@ -43,7 +43,9 @@ void add_secondary_options(CLI::App* command, study::SecondarySettings& settings
   study::visit_secondary(settings, adder(command));
 }
 
-void add_tracer_options(CLI::App* command, study::TracerSettings& settings) { study::visit_options(settings, adder(command)); }
+void add_tracer_options(CLI::App* command, study::TracerSettings& settings) {
+  study::visit_options(settings, adder(command));
+}
 
 void apply_machine_tracer(study::TracerSettings& settings, const std::string& machine, const CLI::App& command) {
   const auto named = [&](const std::string& key) { return command.count(study::flag_of(key)) > 0; };

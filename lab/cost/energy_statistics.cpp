@@ -38,8 +38,8 @@ double nanojoules(std::uint64_t pj) { return static_cast<double>(pj) / 1e3; }
 
 }  // namespace
 
-void describe_energy(const sim::GpuConfig& config, const std::vector<modules::Inventory>& inventories, std::uint64_t rays,
-                     modules::StatisticList& list) {
+void describe_energy(const sim::GpuConfig& config, const std::vector<modules::Inventory>& inventories,
+                     std::uint64_t rays, modules::StatisticList& list) {
   std::unordered_map<std::string, double> counts;
   for (const modules::Statistic& s : list.items()) {
     counts[s.name] = std::visit([](auto value) { return static_cast<double>(value); }, s.value);

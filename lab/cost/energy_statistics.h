@@ -16,7 +16,7 @@ namespace grtx::lab {
 /// (gpu.*). inventories: of the machine that ran. rays: primary plus secondary, at least 1. Process node and prices are
 /// the defaults of CostOptions and EnergyOptions (12 nm, GDDR6). Every part is rounded to whole picojoules so that the
 /// totals do not depend on the compiler.
-void describe_energy(const sim::GpuConfig& config, const std::vector<modules::Inventory>& inventories, std::uint64_t rays,
-                     modules::StatisticList& list);
+void describe_energy(const sim::GpuConfig& config, const std::vector<modules::Inventory>& inventories,
+                     std::uint64_t rays, modules::StatisticList& list);
 
 }  // namespace grtx::lab

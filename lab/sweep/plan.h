@@ -45,11 +45,11 @@ struct SweepPlan {
   std::vector<PlanScene> scenes;
   std::vector<std::string> designs = {"grtx"};  ///< empty if tracer.accel or tracer.checkpoint is set
   std::string mode = "cycle";
-  std::string confirm;   ///< mode for simulating the front again; "" for none
-  NamedMachine on;       ///< base machine, overridden by `base`
-  std::string base;      ///< configuration file; "" for the machine alone
-  sim::GpuConfig machine;     ///< machine and configuration file combined
-  Coordinates settings;  ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
+  std::string confirm;     ///< mode for simulating the front again; "" for none
+  NamedMachine on;         ///< base machine, overridden by `base`
+  std::string base;        ///< configuration file; "" for the machine alone
+  sim::GpuConfig machine;  ///< machine and configuration file combined
+  Coordinates settings;    ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;
 };

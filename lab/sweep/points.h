@@ -34,8 +34,8 @@ struct SweepPoint {
   std::string design;
   nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
   PointConfig config;
-  sim::MachineUse use;      ///< units that the machine needs, for its cost
-  std::string broken;  ///< why it cannot run; "" if it can
+  sim::MachineUse use;  ///< units that the machine needs, for its cost
+  std::string broken;   ///< why it cannot run; "" if it can
 };
 
 struct SweepPoints {

@@ -132,7 +132,8 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
     point.reason = row.text(10);
     point.earlier_plan = row.integer(11) != 0;
     if (!row.null(12)) point.inputs = stored_object(row.text(12), path, where + ": inputs");
-    if (!row.null(13)) point.notes = sim::notes_from(parse_json(row.text(13), path, where + ": notes"), path + ": " + where);
+    if (!row.null(13))
+      point.notes = sim::notes_from(parse_json(row.text(13), path, where + ": notes"), path + ": " + where);
   }
   return points;
 }

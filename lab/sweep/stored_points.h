@@ -27,7 +27,7 @@ struct StoredPoint {
   nlohmann::ordered_json inputs;                        ///< inputs of the simulation; null without a document
   std::string status;                                   ///< pending, running, done, failed, killed or timeout
   std::string reason;
-  sim::ResultNotes notes;          ///< limitations of its values
+  sim::ResultNotes notes;     ///< limitations of its values
   bool earlier_plan = false;  ///< not in the plan that filled the database last
 
   bool done() const { return status == "done"; }

@@ -146,8 +146,8 @@ TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
   };
   const std::string size = "--width 16 --height 8", baseline = "tri20 --checkpoint off";
   const std::string grtx = "tlas-tri20 --checkpoint on";
-  sim::simulate("b.json", baseline, size, "--view 0", "");
-  sim::simulate("g.json", grtx, size, "--view 0", "");
+  simulate("b.json", baseline, size, "--view 0", "");
+  simulate("g.json", grtx, size, "--view 0", "");
   const auto page = [&](const std::string& files) {
     must("report " + files + " -o r.html");
     const std::string whole = folder.read("r.html");
@@ -171,7 +171,7 @@ TEST(Report, StatisticsOfAnotherViewOrModeAreNoSpeedUp) {
     if (std::string(c.simulated).find("--warm") != std::string::npos) {
       must("trace --scene s.ply --cameras s.cameras.json --accel " + grtx + " " + size + " --view 0 -o g.grtx");
     }
-    sim::simulate("other.json", grtx, c.size == nullptr ? size : c.size, c.traced, c.simulated);
+    simulate("other.json", grtx, c.size == nullptr ? size : c.size, c.traced, c.simulated);
     EXPECT_THAT(page("b.json other.json"), AllOf(Not(HasSubstr("times as fast")), HasSubstr(c.difference)))
         << c.traced << c.simulated;
   }

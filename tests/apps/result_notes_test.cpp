@@ -19,7 +19,7 @@ using ::testing::Not;
 
 class ResultNotes : public testing::Test {
  protected:
-  sim::ResultNotes() { must("synth --preset object --count 400 --seed 3 -o s.ply"); }
+  ResultNotes() { must("synth --preset object --count 400 --seed 3 -o s.ply"); }
 
   Outcome must(const std::string& arguments) {
     Outcome outcome = folder_.run(arguments + " --quiet");
@@ -59,14 +59,14 @@ class ResultNotes : public testing::Test {
   Folder folder_;
 };
 
-TEST_F(sim::ResultNotes, ARunThatMeansWhatItSaysHasNone) {
+TEST_F(ResultNotes, ARunThatMeansWhatItSaysHasNone) {
   trace("");
   const Outcome outcome = must(std::string("sim t.grtx --stats n.json ") + kFilled);
   EXPECT_EQ(json("n.json").at("notes"), nlohmann::json::array());
   EXPECT_EQ(outcome.err, "");
 }
 
-TEST_F(sim::ResultNotes, CamerasOfAnotherSceneGiveSpeedUpsOfOneWithoutAWord) {
+TEST_F(ResultNotes, CamerasOfAnotherSceneGiveSpeedUpsOfOneWithoutAWord) {
   look_elsewhere();
   trace("");
   EXPECT_EQ(of_sim(kFilled), std::set<std::string>{"no-hits"});
@@ -81,19 +81,19 @@ TEST_F(sim::ResultNotes, CamerasOfAnotherSceneGiveSpeedUpsOfOneWithoutAWord) {
   EXPECT_THAT(run.err, HasSubstr("grtx: baseline, gautracer, grtx, hw, sw: no ray met a Gaussian"));
 }
 
-TEST_F(sim::ResultNotes, ATailThatIsTheWholeRun) {
+TEST_F(ResultNotes, ATailThatIsTheWholeRun) {
   trace("");
   EXPECT_EQ(of_sim(""), std::set<std::string>{"partial-launch"});
   EXPECT_THAT(json("n.json").at("notes").at(0).at("text").get<std::string>(),
               HasSubstr("a launch of 8 warps does not fill 256 warp slots; "));
 }
 
-TEST_F(sim::ResultNotes, ListsOfOneCheckpointOverflowWithoutAWord) {
+TEST_F(ResultNotes, ListsOfOneCheckpointOverflowWithoutAWord) {
   trace("--checkpoint on --checkpoint-capacity 1");
   EXPECT_EQ(of_sim(std::string(kFilled) + "--machine ''"), std::set<std::string>{"overflow"});
 }
 
-TEST_F(sim::ResultNotes, ClampedRowsAreAnotherScene) {
+TEST_F(ResultNotes, ClampedRowsAreAnotherScene) {
   must("synth --preset stress-params --count 400 --seed 1 -o p.ply");
   trace("", "p");
   EXPECT_TRUE(of_sim(kFilled).contains("clamped"));
@@ -101,13 +101,13 @@ TEST_F(sim::ResultNotes, ClampedRowsAreAnotherScene) {
               HasSubstr("reading the scene changed 12 of 517 rows: exp(scale) < 1e-6, set to 1e-6"));
 }
 
-TEST_F(sim::ResultNotes, AViewThatIsTooSmallToSampleSaysSo) {
+TEST_F(ResultNotes, AViewThatIsTooSmallToSampleSaysSo) {
   trace("--machine blackwell-share");
   EXPECT_EQ(of_sim("--mode sampled --machine blackwell-share"),
             (std::set<std::string>{"partial-launch", "small-view"}));
 }
 
-TEST_F(sim::ResultNotes, ASweepKeepsThemWithThePoint) {
+TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {
   folder_.write("plan.toml", "[[scene]]\nfile = 's.ply'\ncameras = 's.cameras.json'\nwidth = 16\nheight = 16\n");
   must("sweep plan.toml -o db.sqlite --jobs 1");
   const std::string document = first_value(folder_.path("db.sqlite"), "SELECT document FROM point");
@@ -117,7 +117,7 @@ TEST_F(sim::ResultNotes, ASweepKeepsThemWithThePoint) {
 }
 
 // +11 % cycles on paper-lean against its own trace, without a word.
-TEST_F(sim::ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
+TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   trace("--checkpoint on");
   for (const std::string machine : {"paper", "paper-charged"}) {
     EXPECT_FALSE(of_sim("--machine " + machine).contains("tracer-options")) << machine;
@@ -144,20 +144,20 @@ TEST_F(sim::ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   }
 }
 
-TEST_F(sim::ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
+TEST_F(ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
   trace("--checkpoint on");
   folder_.write("seed.toml", "[tracer]\nsecondary_seed = 3\n");
   must("sim t.grtx --machine seed.toml");
 }
 
-TEST_F(sim::ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
+TEST_F(ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
   const std::string run = "run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --mode sampled -o out ";
   EXPECT_THAT(must(run).err, Not(HasSubstr("tracer options")));
   EXPECT_THAT(must(run + "--child-order near_first").err, HasSubstr("child_order is near_first, not slot"));
 }
 
 // 651,112 cycles by --config, 713,312 by --machine and load_config().
-TEST_F(sim::ResultNotes, AFileStartsFromAnotherMachineByEachOfThreeDoors) {
+TEST_F(ResultNotes, AFileStartsFromAnotherMachineByEachOfThreeDoors) {
   folder_.write("own.toml", "[l1]\nlatency = 25\n");
   trace("--checkpoint on");
   const double by_config = cycles("--config own.toml");
@@ -175,7 +175,7 @@ TEST_F(sim::ResultNotes, AFileStartsFromAnotherMachineByEachOfThreeDoors) {
 }
 
 // A cache of 48 KB acted as one of 32 KB.
-TEST_F(sim::ResultNotes, ACacheThatHasNoWholeSetsIsMadeSmaller) {
+TEST_F(ResultNotes, ACacheThatHasNoWholeSetsIsMadeSmaller) {
   trace("");
   for (const auto& [set, rule] :
        {std::pair("l1.bytes=49152", "l1.bytes: must be a multiple of l1.ways x l1.line_bytes, as 32768 or 65536"),

@@ -9,7 +9,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx {
 namespace {
 
 TEST(ChildProcess, ReturnsATextLargerThanAPipeHolds) {
@@ -57,4 +57,4 @@ TEST(ChildProcess, DeathByASignalIsAnError) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx

@@ -33,7 +33,7 @@ const std::vector<InputReader>& lab_readers() {
        [] { return Seeds{source_file("configs/table1.toml")}; }},
       {"plan", "p.toml",
        [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
+         static const lab::test::FakeTracerRules tracer;
          (void)lab::load_plan(path, tracer);
        },
        nullptr,
@@ -47,7 +47,7 @@ const std::vector<InputReader>& lab_readers() {
        }},
       {"search_plan", "q.toml",
        [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
+         static const lab::test::FakeTracerRules tracer;
          (void)lab::load_search_plan(path, tracer);
        },
        nullptr,

@@ -25,7 +25,7 @@ inline GpuConfig in_mode(GpuConfig config, SimulationMode mode) {
 
 inline SimulationResult simulate_priced(const std::string& trace, const GpuConfig& config,
                                         SimulationOptions options = {}, SimulationMode mode = SimulationMode::cycle) {
-  options.price = describe_energy;
+  options.price = lab::describe_energy;
   return simulate(trace, in_mode(config, mode), options);
 }
 

@@ -99,7 +99,8 @@ class Matcher {
       const double value = point.value(m.quantity);
       if (!point.done() || point.design != design || !std::isfinite(value) || value <= 0.0) continue;
       const bool fits = std::all_of(m.coordinates.begin(), m.coordinates.end(), [&](const auto& wanted) {
-        return point.coordinates.contains(wanted.first) && lab::text_of(point.coordinates.at(wanted.first)) == wanted.second;
+        return point.coordinates.contains(wanted.first) &&
+               lab::text_of(point.coordinates.at(wanted.first)) == wanted.second;
       });
       if (!fits) continue;
       if (!found.emplace(point.scene, value).second) {

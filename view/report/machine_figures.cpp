@@ -27,7 +27,8 @@ ordered_json energy_of(const ordered_json& statistics, const sim::GpuConfig& con
     return counted ? std::optional(found->at("value").get<double>()) : std::nullopt;
   };
   ordered_json energy = ordered_json::array();
-  for (const lab::EnergyPart& part : lab::run_energy(value, config, inventories, lab::CostOptions(), lab::EnergyOptions())) {
+  for (const lab::EnergyPart& part :
+       lab::run_energy(value, config, inventories, lab::CostOptions(), lab::EnergyOptions())) {
     if (part.actions == 0.0) continue;
     energy.push_back(
         {{"name", part.name},

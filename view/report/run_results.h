@@ -33,7 +33,7 @@ struct DesignResult {
   nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
   nlohmann::ordered_json inputs;      ///< name -> text
   std::string binding_bound;          ///< "" when not recorded
-  sim::ResultNotes notes;                  ///< limitations of its results
+  sim::ResultNotes notes;             ///< limitations of its results
 
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;

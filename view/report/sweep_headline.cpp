@@ -42,7 +42,8 @@ std::string machines_of(const SweepResults& results) {
 std::string subject_html(const SweepResults& results) {
   std::string out;
   if (const std::string of = machines_of(results); !of.empty()) out = "<p class=\"subject\">" + escape(of) + ".</p>\n";
-  std::vector<std::pair<sim::ResultNote, std::vector<std::int64_t>>> notes;  // {first note of each id, ids of its points}
+  std::vector<std::pair<sim::ResultNote, std::vector<std::int64_t>>>
+      notes;  // {first note of each id, ids of its points}
   std::size_t done = 0;
   for (const ReportedPoint& p : results.points) {
     done += p.done() ? 1 : 0;

@@ -19,7 +19,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-void select(lab::Sqlite& database, const std::string& query, const std::function<void(const lab::SqliteStatement&)>& each) {
+void select(lab::Sqlite& database, const std::string& query,
+            const std::function<void(const lab::SqliteStatement&)>& each) {
   lab::SqliteStatement row(database, query);
   while (row.step()) each(row);
 }
@@ -59,15 +60,17 @@ SweepResults read_sweep_results(const std::string& path) {
   }
 
   std::map<std::int64_t, ReportedPoint> points;
-  for (lab::StoredPoint& point : lab::read_points(database)) static_cast<lab::StoredPoint&>(points[point.id]) = std::move(point);
+  for (lab::StoredPoint& point : lab::read_points(database))
+    static_cast<lab::StoredPoint&>(points[point.id]) = std::move(point);
   std::vector<lab::StoredPoint*> all;
   for (auto& [id, point] : points) all.push_back(&point);
   lab::tell_apart(all);
-  select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name", [&](const lab::SqliteStatement& row) {
-    const auto point = points.find(row.integer(0));
-    if (point == points.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
-    point->second.values[row.text(1)] = row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
-  });
+  select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name",
+         [&](const lab::SqliteStatement& row) {
+           const auto point = points.find(row.integer(0));
+           if (point == points.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
+           point->second.values[row.text(1)] = row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
+         });
   for (auto& [id, point] : points) {
     if (point.earlier_plan) {
       sweep.earlier.push_back(std::move(point));
@@ -86,9 +89,10 @@ SweepResults read_sweep_results(const std::string& path) {
                                    static_cast<std::uint64_t>(row.integer(5))});
          });
   std::string content;  // hashed instead of the file, whose bytes depend on the order of writing
-  select(database, "SELECT key, status, reason, document FROM point ORDER BY key", [&](const lab::SqliteStatement& row) {
-    content += row.text(0) + ' ' + row.text(1) + ' ' + row.text(2) + ' ' + hex(xxh3(row.text(3))) + '\n';
-  });
+  select(database, "SELECT key, status, reason, document FROM point ORDER BY key",
+         [&](const lab::SqliteStatement& row) {
+           content += row.text(0) + ' ' + row.text(1) + ' ' + row.text(2) + ' ' + hex(xxh3(row.text(3))) + '\n';
+         });
   sweep.hash = hex(xxh3(content));
   return sweep;
 }

@@ -29,7 +29,7 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
   for (const traces::RayGroup& group : trace.groups) rays += group.rays.size();
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   ChildProcess child("simulation", [&] {
-    return test::simulate_priced(file.path(), sim::load_config("", {}), {}).document.at("stats").dump();
+    return sim::test::simulate_priced(file.path(), sim::load_config("", {}), {}).document.at("stats").dump();
   });
   const auto stats = nlohmann::json::parse(child.result());
 

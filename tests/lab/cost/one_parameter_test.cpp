@@ -246,7 +246,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
-      if (kind == "ellipsoid" || kind == "box") test::make_procedural(made, kind == "box");
+      if (kind == "ellipsoid" || kind == "box") sim::test::make_procedural(made, kind == "box");
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -257,7 +257,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const std::string path = trace(kind);
     const std::string file = grtx::paths::source_dir() + "/configs/small.toml";
     ChildProcess simulation("simulation", [&] {
-      return test::simulate_priced(path, sim::load_config(file, settings), {}).document.at("stats").dump();
+      return sim::test::simulate_priced(path, sim::load_config(file, settings), {}).document.at("stats").dump();
     });
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {

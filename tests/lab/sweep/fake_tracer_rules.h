@@ -8,7 +8,7 @@
 #include "grtx/base/files_read.h"
 #include "grtx/lab/sweep/plan.h"
 
-namespace grtx::sim::test {
+namespace grtx::lab::test {
 
 class FakeTracerRules final : public TracerRules {
  public:
@@ -38,4 +38,4 @@ class FakeTracerRules final : public TracerRules {
   }
 };
 
-}  // namespace grtx::sim::test
+}  // namespace grtx::lab::test

@@ -20,7 +20,7 @@
 #include "shell.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim::test {
+namespace grtx::lab::test {
 
 using grtx::test::Outcome;
 using grtx::test::shell;
@@ -82,4 +82,4 @@ class SweepBench : public testing::Test {
   std::string command = "sweep";
 };
 
-}  // namespace grtx::sim::test
+}  // namespace grtx::lab::test

@@ -69,7 +69,7 @@ class SampledSimulation : public ::testing::Test {
   ordered_json run(const std::vector<std::string>& settings, double target_error) const {
     ChildProcess child("simulation", [&] {
       SimulationOptions options;
-      options.price = describe_energy;
+      options.price = lab::describe_energy;
       const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", settings);
       const SampledResult r = simulate_sampled(trace(), config, options, target_error);
       EXPECT_LE(r.cycles.low, r.cycles.value);

@@ -25,7 +25,7 @@ struct Edit {
   const char* differs;                ///< the coordinate that tells the points apart
 };
 
-class EditedPlan : public test::SweepBench {
+class EditedPlan : public lab::test::SweepBench {
  protected:
   /// Two designs with two warp buffers; in scene: further lines of the scene.
   void write(const std::string& in_scene, const std::string& more = "") {

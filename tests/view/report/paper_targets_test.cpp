@@ -39,8 +39,8 @@ TEST(PaperTargets, ASpeedUpIsCyclesOfTheBaselineOverThoseOfTheDesign) {
 }
 
 TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
-  const MachineFigures figures =
-      machine_figures(sim::config_json(sim::load_config("", {})), {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
+  const MachineFigures figures = machine_figures(sim::config_json(sim::load_config("", {})),
+                                                 {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
   ASSERT_EQ(figures.problem, "");
   ASSERT_EQ(cost_targets().size(), 3u);
   EXPECT_EQ(cost_targets()[0].of_machine(figures.cost), 1074.0);
