@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Atomic file output: a file appears under its final name only when complete, so a killed run leaves the old or the new
 // file.
 #pragma once

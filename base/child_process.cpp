@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/base/child_process.h"
 
 #include <fcntl.h>
@@ -18,7 +19,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx {
 namespace {
 
 // First byte of the child's message.
@@ -121,4 +122,4 @@ std::string ChildProcess::result() {
   throw Error(rest.substr(0, place), rest.substr(place + 1, rule - place - 1), rest.substr(rule + 1));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx

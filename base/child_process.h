@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs work in a forked child process. SystemC can elaborate only once per process, so each further simulation needs
 // its own.
 #pragma once
@@ -8,7 +9,7 @@
 #include <functional>
 #include <string>
 
-namespace grtx::sim {
+namespace grtx {
 
 /// A child process that computes a text. A grtx::Error in the child is rethrown here as the same grtx::Error; any other
 /// exception, and death by a signal, as std::runtime_error.
@@ -33,4 +34,4 @@ class ChildProcess {
   int pipe_ = -1;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/base/end_by_signal.h"
 
 #include <pthread.h>

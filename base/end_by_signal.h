@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clean end by a signal: when the user stops the program, partly written files are removed, and one line says so.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exception type for bad input: names the file, the place in it and the broken rule. Thrown at the boundary,
 // printed as one line by main, which then exits with code 2.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lock file that keeps other processes from writing the same output. Released when the process ends, in whatever way.
 #pragma once
 

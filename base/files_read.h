@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // List of the input files of a result, each with the hash of the bytes read. Readers pass it on and add to it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks of free memory before large allocations: a small file may claim, or decode to, more memory than the machine
 // has, and a system that overcommits memory kills the process that uses it.
 #pragma once

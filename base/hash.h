@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // XXH3 hashes, which identify inputs and protect file chunks.
 #pragma once
 

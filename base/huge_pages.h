@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory in 2 MiB pages for large arrays with random accesses: with small pages a tree walk spends its time on TLB
 // misses. Falls back to ordinary pages if the system has no others.
 #pragma once

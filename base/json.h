@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON input with errors that name file and place, and output that is always valid UTF-8, even for paths that are not.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records what memory is being allocated for, so that an out-of-memory message can say it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/base/nearest_name.h"
 
 #include <algorithm>

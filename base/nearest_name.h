@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suggests the nearest known name for a mistyped option, key or value.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Escapes foreign text for messages and documents, so that it cannot break lines, send terminal control sequences or
 // make the output invalid UTF-8.
 #pragma once

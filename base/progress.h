@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress of long work: a bar with rate and time left on a terminal, otherwise plain lines every few seconds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Model state as bytes, to be continued by another process: little-endian numbers and texts, read in the order in which
 // they were written.
 #pragma once

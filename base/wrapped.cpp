@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/base/wrapped.h"
 
 #include <algorithm>

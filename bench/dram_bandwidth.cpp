@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bandwidth and latency of a DRAM model alone, against the peak that its data buses allow: the built-in one, or one of
 // the DRAM simulators that the build was linked with. Readers without computation stand in for the L2 slices.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Render time against error, over acceleration structure, k, checkpointing, termination threshold, kernel radius,
 // precision of the stored boxes and precision of the response. Prints the Pareto front, writes NAME.csv.
 //

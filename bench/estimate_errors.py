@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The page of estimate errors: what sampled and windows mode say against cycle mode, over every case of sweep databases.
 
     grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle

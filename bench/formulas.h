@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Six published ways to meet a Gaussian with a ray, as templates over the arithmetic: F1 to F6 of
 // docs/model/numerics.md.
 #pragma once

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """GauTracer's steps from its baseline to its design, on scenes of a folder: python3 bench/gautracer_steps.py SCENES
 
 SCENES: as scripts/scenes.sh fills it, with the two objects beside (configs/sweeps/rivals.toml names the files). Traces

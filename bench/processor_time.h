@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Processor time: other work of the host lengthens it less than wall time.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What the paper leaves open, judged on its printed figures; from databases of configs/sweeps/readings.toml and those beside it.
 
     python3 bench/readings.py readings.sqlite readings_more.sqlite [--csv F.csv]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Who wins: the proposals of both papers and what lies between them, from a database of configs/sweeps/rivals.toml.
 
     python3 bench/rivals.py rivals.sqlite [--binds]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Of which class a scene is: the statistics by which whole rooms and buildings differ from objects (docs/results/scene-classes.md).
 
     bench/scene_class.py [--program GRTX] [--size 128] [--fov-scale 1] [--csv F.csv] [--range F.csv] [--speedups | --rounds] SCENE.ply[:VIEW,VIEW...]...

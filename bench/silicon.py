@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Structures and checkpoints on shipped cards, from databases of configs/sweeps/silicon*.toml.
 
     python3 bench/silicon.py structures ada.sqlite blackwell.sqlite ... [--chart data/measured/rtx-6000-ada.csv]

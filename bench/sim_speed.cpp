@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast the simulator is, as a ratio to a fixed loop measured in the same run, so that runs on a busy or a different
 // machine compare. One command measures and appends to a history file; --compare judges the last entry.
 //
@@ -72,10 +73,10 @@ double value(const ordered_json& stats, const char* name) { return stats.at(name
 
 /// The statistics of one run, in a process of its own.
 ordered_json simulate_once(const std::string& trace, const grtx::sim::GpuConfig& config) {
-  grtx::sim::ChildProcess child(trace, [&] {
+  grtx::ChildProcess child(trace, [&] {
     grtx::sim::SimulationOptions options;
     options.quiet = true;
-    options.price = grtx::sim::describe_energy;
+    options.price = grtx::lab::describe_energy;
     return grtx::json_text(grtx::sim::simulate(trace, config, options).document);
   });
   return grtx::parse_json(child.result(), "simulation").at("stats");

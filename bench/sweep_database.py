@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Databases of `grtx sweep`, for the tables of this folder."""
 import sqlite3
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Windows mode against whole traces: statistics for bench/estimate_errors.py --windows FOLDER.
 #   bench/windows.sh GRTX SCENES FOLDER
 # SCENES holds the public rooms (scripts/scenes.sh) and the unpacked objects. Six scenes, three designs, four seeds:

@@ -18,6 +18,6 @@ endif()
 file(CONFIGURE OUTPUT ${OUTPUT} @ONLY CONTENT [[
 #include "grtx/apps/grtx/build_stamp.h"
 
-const char* const grtx::kCommit = "@commit@";
-const char* const grtx::kCompiler = "@COMPILER@";
+const char* const grtx::apps::kCommit = "@commit@";
+const char* const grtx::apps::kCompiler = "@COMPILER@";
 ]])

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Run with cmake -P: installs the packages that WEB/package-lock.json names into FOLDER and joins the chart library's
 # files, each under its licence, into OUTPUT. Scripts of packages are not run.
 file(COPY ${WEB}/package.json ${WEB}/package-lock.json DESTINATION ${FOLDER})

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What each library of the project needs. The build includes this file, and so does the installed package
 # (grtx_tlm-config.cmake), so that both look things up alike. All of it are Debian packages
 # (scripts/install_dependencies.sh); what a library that is not built needs is not looked for.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # DRAM simulators of others, linked only when a build of them is named (docs/guide/dram-backends.md). Nothing of them is
 # part of this project; without the two variables nothing changes.
 #   GRTX_DRAMSYS    build directory of DRAMSys 5.1, configured with the SystemC that this build uses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A library of the project: all .cpp files of its folder, the aliases and what installing it takes.
 include(GNUInstallDirs)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The installed package: find_package(grtx_tlm), see grtx_tlm-config.cmake.in.
 include(CMakePackageConfigHelpers)
 get_property(grtx_installed GLOBAL PROPERTY grtx_installed_libraries)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What `grtx report` and `grtx ray` put into their pages, linked into grtx_view (report_assets): style, script, the paper's
 # figures and, unless GRTX_REPORT_CHARTS=OFF, the chart library. npm fetches that once a build folder; a page needs no
 # network.

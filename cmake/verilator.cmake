@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Blocks of the RT unit as RTL (docs/model/rtl_bridge.md): with Debian's Verilator where it is found; without it nothing
 # changes but that rt.checkpoint.implementation = rtl is refused. Installed with the package, for blocks of others:
 # include(${grtx_tlm_DIR}/grtx_tlm-verilator.cmake) (docs/guide/own-rtl.md).

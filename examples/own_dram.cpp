@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that simulates a trace with a memory of its own in place of the built-in DRAM:
 //   own_dram TRACE.grtx [LATENCY_NS [BYTES_PER_NS [WAVES.vcd]]]
 // Anything with TLM-2.0 base-protocol target sockets of 32 bits can take the place of SimpleDram below (requests of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A ray-box unit of a user's: a pipeline that starts a node an edge and has its result LATENCY edges later.
 module own_ray_box #(
     parameter LATENCY = 13,

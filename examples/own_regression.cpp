@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that runs a regression with a unit of its own:
 //   own_regression DIR [--update REASON]
 // The L2 slices are made here, with a hit latency that the configuration does not have. A case on record with the

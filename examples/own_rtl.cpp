@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that simulates a trace with a ray-box unit in SystemVerilog in place of the project's:
 //   own_rtl TRACE.grtx [tlm]
 // own_ray_box.sv is the block, OwnRayBox its bridge: each call of the interface becomes a transfer at the pins, each

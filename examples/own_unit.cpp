@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `grtx` with a ray-box unit of its own, which tests one node at a time and rests after each (docs/add-a-module.md).
 //   own_unit sim TRACE.grtx --set rt.resting_box.rest=3 --stats S.json --vcd W.vcd
 #include <deque>

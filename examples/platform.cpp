@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small virtual platform: a processor, a bus, a memory and two of our GPUs, each of which the processor launches
 // twice. docs/guide/platform.md.
 //   platform MACHINE.toml A.grtx B.grtx

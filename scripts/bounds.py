@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Cycles against the largest lower bound, and what the RT units waited for: a Markdown table over scenes and designs.
 
   scripts/bounds.py --size 64 [--machine configs/table1.toml] [--set gpu.sms=2] SCENE.ply:CAMERAS.json[:VIEW] ...

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Configures and builds a preset (release unless named): scripts/build.sh [PRESET] [TARGET...]
 # Without npm the reports get tables only.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Holds the arrows between the folders: who may include whom.
 
 * Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- lab <- view <- study <- apps; study and

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Finds places of the documentation that name what does not exist.
 
 * Links of every Markdown file: the file they lead to, and the heading behind a '#'.

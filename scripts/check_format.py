@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Finds sources that clang-format would write otherwise (.clang-format).
 
 Usage: check_format.py [--fix] [FILE...]   (default: every .h and .cpp of the project)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs clang-tidy (.clang-tidy) over a part of the sources.
 
 Usage: check_tidy.py [--base REVISION] [FILE...]

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Builds grtx with g++ -O3, g++ -O0 and clang++ -O2, traces and simulates the same small scene with each, and compares
 # traces, images and statistics byte for byte (host.* aside: wall time, memory). Exit code 1 at the first difference.
 #   scripts/compare_builds.sh [FOLDER]      builds in FOLDER (default build/compare) and keeps it for the next time

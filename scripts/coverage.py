@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Which lines the tests run, from a build of preset `fuzz` (clang, -fcoverage-mapping).
 
     LLVM_PROFILE_FILE=$PWD/build/fuzz/profile/%m_%p.profraw ctest --preset fuzz      # or single test programs

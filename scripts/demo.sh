@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # From a fresh Debian 12 to simulated GPUs: installs what is missing, builds, makes a scene and a picture, runs the designs
 # on three machines and says what the numbers mean.
 # Usage: scripts/demo.sh [--count GAUSSIANS] [-o FOLDER] [--program GRTX]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """One table of runs on several machines, and what its numbers mean: demo_table.py GRTX RESULTS.json..."""
 import json
 import sys

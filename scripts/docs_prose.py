@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Sentences and lines of the documentation: how long they may be, and how many words there are.
 
 Looked at are the pages of docs/ outside code, tables and generated parts. A sentence has at most 40 words, those of a page

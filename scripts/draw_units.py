@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws the figures of the unit pages, one SVG each in docs/images/units/: boxes, arrows, and bars of bytes or bits to scale.
 
 Usage: draw_units.py [--check]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Two ways to damage the inputs of every reader for long:
 #   scripts/fuzz.sh [MINUTES [BUILD_FOLDER [FIRST_SEED]]]    the seeded mutations of the tests, seed after seed (also the traces
 #                                                          that are simulated afterwards)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Packs what libFuzzer found into the corpora that tests replay, and back.
 
     scripts/fuzz_corpus.py pack [--build build/fuzz] [--bytes 12000] [READER...]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs random legal machines on random small traces, in cycle mode, and some in sampled mode.
 
     scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--large-every N]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the generated parts of the documentation anew.
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in

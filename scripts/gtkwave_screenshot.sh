@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Takes a picture of GTKWave showing a save file that `grtx sim --vcd` wrote, on an X server without a screen.
 #   scripts/gtkwave_screenshot.sh SAVE.gtkw OUT.png [WIDTHxHEIGHT]
 # Needs gtkwave, xvfb, x11-apps (xwd) and imagemagick (convert). Exit code 3: one of them is missing.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Lets each system call, allocation and SQLite call of grtx fail once; kills it; takes its power away.
 
     scripts/inject_faults.py [--program build/release/grtx] [--library build/release/tests/libfault_injector.so]

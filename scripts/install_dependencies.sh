@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
 # As root, or with sudo. Debian 12 (bookworm) and 13 (trixie), which has no clang-format 14: the checks of layout skip there.
 # Usage: scripts/install_dependencies.sh [--minimal]   (--minimal: only what the build, grtx and scripts/reproduce.sh need)

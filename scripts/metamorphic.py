@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Relations that hold without knowing what is right: the same thing asked in two ways gives the same answer.
 
     scripts/metamorphic.py [--program build/release/grtx] [--seed S] [--cases N] [--only NAME,...] [--keep FOLDER] [--list]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Which model the figures of the documentation are of.
 
     model_version.py               the version, and which pages are older

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Changes constants and comparisons of modules/, one at a time, and counts which changes the tests notice.
 
     scripts/mutate_model.py [--count 200] [--seed 1] [--folder build/mutation] [--jobs 2] [--last units,dumps,machines,traces]

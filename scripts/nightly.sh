@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The long jobs, one after the other: scripts/nightly.sh [JOB...]; a whole night on few cores.
 #   asan       everything under AddressSanitizer and UndefinedBehaviorSanitizer (preset asan)
 #   tsan       the tracer and the trace reader's threads under ThreadSanitizer (preset tsan)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the tables of README.md and docs/results/README.md from recorded data, and the headers of folders into their
 READMEs: readme_tables.py [--check].
 
@@ -109,8 +110,9 @@ def headers(top, page):
 
 
 def first_sentence(text):
-    lines = itertools.takewhile(lambda line: line.startswith("//"), text.splitlines())
-    said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines if "SPDX-" not in line))[0]
+    below_licence = text.split("\n", 1)[1] if text.startswith("// SPDX") else text
+    lines = itertools.takewhile(lambda line: line.startswith("//"), below_licence.splitlines())
+    said = re.split(r"(?<=[a-z)\d])[.:](?: |$)", " ".join(line[2:].strip() for line in lines))[0]
     return said.replace("|", "\\|")
 
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Longest path of a step of the intersection units when it has several registers, which synthesis moves into the operators.
 
     rtl_depth.py [--units fp_add,fp_mul,...] [--depths 1,2,3,...]

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Clock at which fp32 operators of rtl_tlm/rtl close, placed and routed on an iCE40 HX8K (40 nm), each between two registers.
 # The units themselves have more logic than that device. Seed 1.
 #   scripts/rtl_fmax.sh [OPERATOR...]      default: all; apt-get install yosys nextpnr-ice40

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Gates and longest paths of the RTL of the intersection units and of its fp32 operators, beside the cost model's.
 
     rtl_gates.py [--units fp_add,fp_mul,...] [--set KEY=VALUE ...] [--stages N,N,...] [--sized] [GRTX]   default build/release/grtx

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Storage and gates of the checkpoint unit's RTL (rtl_tlm/rtl/checkpoint_unit.sv) beside the cost model's.
 
     rtl_synthesis.py [--storage] [--lanes 1,4,8,32] [--machine M] [--set KEY=VALUE ...] [--sized] [GRTX]      default build/release/grtx

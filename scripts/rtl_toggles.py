@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Energy of an action of the RTL's fp32 operators by toggle counts, beside the cost model's table.
 
     rtl_toggles.py [--units fp_add,fp_mul,...] [--count N] [GRTX]      default build/release/grtx

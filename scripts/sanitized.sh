@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # AddressSanitizer and UndefinedBehaviorSanitizer over what reads files and knows no SystemC, with the tests that damage them:
 # scripts/sanitized.sh [BUILD_FOLDER]. Three minutes on two cores without ccache; everything else under sanitizers: scripts/nightly.sh.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Brings the public whole scenes of configs/scenes/scenes.txt as .ply with their cameras into a folder: each from its
 # repository at a pinned commit, one level of detail, and only if the result has the SHA-256 on record.
 # Usage: scripts/scenes.sh FOLDER [--clones FOLDER] [--only NAME] [--program GRTX] [--list FILE]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """How far can our ignorance move the answer? The four designs with every parameter that the paper leaves open (confidence
 B or C in docs/model/configuration.md) halved and doubled, switches flipped and policies exchanged, one at a time: a plan of
 `grtx sweep`, and the table of its database. With --pairs 8 the plan has the pairs of the eight strongest parameters of a

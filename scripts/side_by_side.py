@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Two processes of run, sweep and search side by side in one folder: one is refused by name, or the results are equal.
 
   scripts/side_by_side.py --program build/release/grtx --tries 50

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # A Slurm of one node for tests and first steps: munged, slurmctld and slurmd from Debian, all files in DIR, no systemd.
 #   scripts/slurm_local.sh start DIR    prints how to use it:  export SLURM_CONF=DIR/slurm.conf
 #   scripts/slurm_local.sh stop DIR

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds everything, runs all tests, those of the readers with sanitizers, too, and says at the end
 # what ran and what was skipped and why.
 set -euo pipefail

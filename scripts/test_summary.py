@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What a run of the tests was: a line a label, every test that was skipped with its reason, every test that failed.
 
     test_summary.py RESULTS.xml TESTS.json      as ctest --output-junit and ctest --show-only=json-v1 write them

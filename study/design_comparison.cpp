@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/design_comparison.h"
 
 #include <algorithm>
@@ -6,14 +7,14 @@
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 DesignComparison::DesignComparison(const std::vector<std::string>& names, bool several_objects) {
   for (const std::string& name : names) {
-    if (std::find(design_names().begin(), design_names().end(), name) != design_names().end()) continue;
-    throw Error("--designs", name, "is no design, the nearest is '" + nearest_name(name, design_names()) + "'");
+    if (std::find(lab::design_names().begin(), lab::design_names().end(), name) != lab::design_names().end()) continue;
+    throw Error("--designs", name, "is no design, the nearest is '" + nearest_name(name, lab::design_names()) + "'");
   }
-  for (const Design& design : sim::designs()) {
+  for (const lab::Design& design : lab::designs()) {
     const bool asked = names.empty() || std::find(names.begin(), names.end(), design.name) != names.end();
     const ComparedDesign compared(design);
     if (!asked || (several_objects && !traces::is_two_level(compared.kind))) continue;
@@ -25,4 +26,4 @@ DesignComparison::DesignComparison(const std::vector<std::string>& names, bool s
                    [](const ComparedDesign& a, const ComparedDesign& b) { return a.kind < b.kind; });
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The designs that a run compares: those asked for, or of these the ones with two levels for a scene of several
 // objects.
 #pragma once
@@ -9,11 +10,12 @@
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/lab/sweep/designs.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// A named design, with its structure as the tracer knows it.
-struct ComparedDesign : Design {
-  explicit ComparedDesign(const Design& design) : Design(design), kind(frontend::accel_from_name(design.accel)) {}
+struct ComparedDesign : lab::Design {
+  explicit ComparedDesign(const lab::Design& design)
+      : lab::Design(design), kind(frontend::accel_from_name(design.accel)) {}
   frontend::AccelKind kind;
 };
 
@@ -34,4 +36,4 @@ class DesignComparison {
   std::vector<std::string> names_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

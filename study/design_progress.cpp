@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/design_progress.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 std::atomic<std::uint64_t>* shared_counts(std::size_t count) {
@@ -43,4 +44,4 @@ void DesignProgress::look() {
   progress_.set(sum);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

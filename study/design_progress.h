@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress of simulations that run in child processes: one bar for all of them, with the share done of each running
 // one.
 #pragma once
@@ -12,7 +13,7 @@
 #include "grtx/base/strong.h"
 #include "grtx/modules/simt/work_distributor.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// Counts finished warps in memory shared by the parent and its children.
 class DesignProgress {
@@ -46,4 +47,4 @@ class DesignProgress {
   Progress progress_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

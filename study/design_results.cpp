@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/design_results.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "grtx/study/machine_notes.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 using nlohmann::ordered_json;
@@ -50,14 +51,15 @@ void add_frames(ordered_json& results, const DesignComparison& comparison, const
 /// Confidence intervals of cycles and speed-ups. Speed-ups are paired: all designs simulate the same sample.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const DesignComparison& comparison,
                    ordered_json& results) {
-  const auto json = [](const ConfidenceInterval& interval) {
-    return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", kConfidence}};
+  const auto json = [](const sim::ConfidenceInterval& interval) {
+    return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", sim::kConfidence}};
   };
-  const SampledEstimate reference = estimate_from_json(documents.at(comparison.reference()).at("sampled"));
+  const sim::SampledEstimate reference = sim::estimate_from_json(documents.at(comparison.reference()).at("sampled"));
   for (const std::string& name : comparison.names()) {
-    const SampledEstimate estimate = estimate_from_json(documents.at(name).at("sampled"));
-    results["cycles_interval"][name] = json(cycles_interval(estimate));
-    if (name != comparison.reference()) results["speedup_interval"][name] = json(ratio_interval(reference, estimate));
+    const sim::SampledEstimate estimate = sim::estimate_from_json(documents.at(name).at("sampled"));
+    results["cycles_interval"][name] = json(sim::cycles_interval(estimate));
+    if (name != comparison.reference())
+      results["speedup_interval"][name] = json(sim::ratio_interval(reference, estimate));
   }
 }
 
@@ -72,7 +74,7 @@ void add_design(DesignResults& run, const std::string& name, const std::string& 
   // The user may have overridden tracer options of the machine.
   put_first(tracer_notes(machine, traces::Reader(own.path).header()), document);
   results["notes"][name] = document.at("notes");
-  run.notes[name] = notes_from(results["notes"][name], name);
+  run.notes[name] = sim::notes_from(results["notes"][name], name);
   const ordered_json& inputs = results["inputs"][name] = document.at("inputs");
   if (inputs.value(std::string("trace.") + kFilesHash, "") != traced.files_hash) {
     throw Error(own.path, "", "was replaced by another trace while the run was under way");
@@ -94,11 +96,11 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   ordered_json& results = run.json;
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
-  results["model_version"] = kModelVersion;
+  results["model_version"] = sim::kModelVersion;
   results["machine"] = machine_name(plan.machine, plan.config);
-  results["config"] = config_json(plan.config);
+  results["config"] = sim::config_json(plan.config);
   // Without this entry, readers take the baseline.
-  if (comparison.reference() != design_names().front()) results["speedup_over"] = comparison.reference();
+  if (comparison.reference() != lab::design_names().front()) results["speedup_over"] = comparison.reference();
   for (const ComparedDesign& design : comparison.designs()) {
     for (const auto& [key, value] : design.keys) {
       if (!plan.named.contains(key)) results["design_config"][design.name][key] = value;
@@ -109,8 +111,8 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   for (const std::string& name : comparison.others()) {
     results["speedup"][name] = reference / statistic(results["designs"][name], "gpu.cycles");
   }
-  if (run.mode != SimulationMode::cycle) add_intervals(documents, comparison, results);
-  if (run.mode != SimulationMode::windows && plan.tracer.secondary.what != "none") {
+  if (run.mode != sim::SimulationMode::cycle) add_intervals(documents, comparison, results);
+  if (run.mode != sim::SimulationMode::windows && plan.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
   }
   results["images"] = images;
@@ -123,4 +125,4 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   return run;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

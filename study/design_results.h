@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds the content of results.json for a comparison of designs.
 #pragma once
 
@@ -8,7 +9,7 @@
 #include "grtx/study/run_designs.h"
 #include "grtx/study/trace_designs.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// documents: statistics by design, as returned by simulate_designs(). images: list of pictures as in results.json.
 /// plan.mode: must be set to the mode that was simulated. Throws Error if a document belongs to another trace than
@@ -17,4 +18,4 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
                              std::map<std::string, nlohmann::ordered_json> documents,
                              const nlohmann::ordered_json& images);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

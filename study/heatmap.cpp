@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/heatmap.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/study/pixel_font.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 constexpr unsigned kSmallest = 384;  // pixels of the longer side of the map in the picture
@@ -121,4 +122,4 @@ void write_heatmap(const std::string& path, const Heatmap& map) {
   frontend::write_image(heatmap_values_path(path), raw);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heat map of one number per pixel: a PNG in false colours with a colour bar, and the values as EXR.
 #pragma once
 
@@ -6,7 +7,7 @@
 
 #include "grtx/frontend/image/image.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct Heatmap {
   std::string name;  ///< what is counted
@@ -34,4 +35,4 @@ frontend::Image draw_heatmap(const Heatmap& map);
 /// Writes `path` (.png) and, beside it, the same name with .exr: all three channels hold the value, as 32-bit floats.
 void write_heatmap(const std::string& path, const Heatmap& map);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/machine.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,13 +62,13 @@ void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::st
 }
 
 /// Loads `paper`, then the file on top: hardware keys into `config`; returns the tracer options by name.
-std::map<std::string, std::string> read_machine(const std::string& path, GpuConfig& config) {
+std::map<std::string, std::string> read_machine(const std::string& path, sim::GpuConfig& config) {
   std::map<std::string, std::string> tracer;
   modules::ParameterList list;
   config.parameters(list);
   add_tracer_keys(list, tracer);
-  load_config_file(path_of(kDefaultMachine), list.items());
-  load_config_file(path, list.items());
+  sim::load_config_file(path_of(kDefaultMachine), list.items());
+  sim::load_config_file(path, list.items());
   std::erase_if(tracer, [](const auto& entry) { return entry.second.empty(); });
   return tracer;
 }
@@ -86,31 +87,32 @@ std::vector<std::string> machine_names() {
 
 void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
 
-GpuConfig load_machine_config(const std::string& machine, const std::string& config,
-                              const std::vector<std::string>& settings) {
-  GpuConfig resolved;
+sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
+                                   const std::vector<std::string>& settings) {
+  sim::GpuConfig resolved;
   if (!machine.empty()) read_machine(path_of(machine), resolved);
-  return load_config(std::move(resolved), machine, config, settings);
+  return sim::load_config(std::move(resolved), machine, config, settings);
 }
 
 std::string describe_machine(const std::string& machine, const std::string& config,
-                             const std::vector<std::string>& settings, SimulationMode mode) {
+                             const std::vector<std::string>& settings, sim::SimulationMode mode) {
   return fmt::format("machine: {}{}{}; mode {}, model version {}", machine, config.empty() ? "" : ", with " + config,
                      settings.empty() ? "" : fmt::format(", {}", fmt::join(settings, ", ")), name_of(mode),
-                     kModelVersion);
+                     sim::kModelVersion);
 }
 
 std::string machine_name(const std::string& machine) {
   return machine.ends_with(".toml") ? fs::path(machine).stem().string() : machine;
 }
 
-std::string machine_name(const std::string& machine, const GpuConfig& config) {
-  const bool own = machine.empty() || config_hash(load_machine_config(machine, "", {})) == config_hash(config);
+std::string machine_name(const std::string& machine, const sim::GpuConfig& config) {
+  const bool own =
+      machine.empty() || sim::config_hash(load_machine_config(machine, "", {})) == sim::config_hash(config);
   return machine_name(machine) + (own ? "" : ", changed");
 }
 
 std::map<std::string, std::string> machine_tracer(const std::string& machine) {
-  GpuConfig unused;
+  sim::GpuConfig unused;
   return machine.empty() ? std::map<std::string, std::string>() : read_machine(path_of(machine), unused);
 }
 
@@ -127,4 +129,4 @@ void apply_machine_tracer(TracerSettings& settings, const std::string& machine,
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

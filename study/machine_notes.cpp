@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/machine_notes.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "grtx/study/machine.h"
 #include "grtx/study/tracer_settings.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 using Options = std::map<std::string, std::string>;
@@ -35,7 +36,7 @@ Options resolved(const Options& own, const std::string& machine, const traces::H
 
 }  // namespace
 
-ResultNotes tracer_notes(const std::string& machine, const traces::Header& header) {
+sim::ResultNotes tracer_notes(const std::string& machine, const traces::Header& header) {
   if (machine.empty() || !header.inputs.contains("child_order")) return {};
   const Options own = machine_tracer(machine), wanted = resolved(own, machine, header), usual = option_texts({});
   std::vector<std::string> others;
@@ -55,10 +56,10 @@ ResultNotes tracer_notes(const std::string& machine, const traces::Header& heade
                                          machine_name(machine), fmt::join(others, ", "))}};
 }
 
-void put_first(ResultNotes notes, nlohmann::ordered_json& document) {
-  const ResultNotes behind = notes_from(document.at("notes"), "result");
+void put_first(sim::ResultNotes notes, nlohmann::ordered_json& document) {
+  const sim::ResultNotes behind = sim::notes_from(document.at("notes"), "result");
   notes.insert(notes.end(), behind.begin(), behind.end());
-  document["notes"] = notes_json(notes);
+  document["notes"] = sim::notes_json(notes);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

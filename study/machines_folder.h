@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Source folder of the project's machines, for programs that link with its libraries; CMake defines it for their
 // target.
 #pragma once

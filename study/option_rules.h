@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rules for the values of options beyond their type, shared by the command line, machines, plans and trace headers.
 #pragma once
 
@@ -5,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::study {
 
 template <typename Number>
 struct InRange {
@@ -29,4 +30,4 @@ std::string flag_of(std::string key);
 /// Key of an option's name: pop-test gives pop_test.
 std::string key_of(std::string name);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

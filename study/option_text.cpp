@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/option_text.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 std::string flag_of(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
@@ -66,4 +67,4 @@ std::string take(const std::string& flag, const std::string& text, std::vector<d
   return {};
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

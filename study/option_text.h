@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parses texts as option values and checks their rules, with the same error messages as the command line.
 #pragma once
 
@@ -12,7 +13,7 @@
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/study/option_rules.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// Parses the whole text as a number; integers may be hexadecimal (0x1F). Returns false if it is none or out of range.
 template <typename Number>
@@ -82,4 +83,4 @@ std::string take(const std::string& flag, const std::string& text, Value& value,
 /// The same for a list of numbers.
 std::string take(const std::string& flag, const std::string& text, std::vector<double>& value, const ListOf& rule);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

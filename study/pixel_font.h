@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 5 x 7 pixel font for labels in pictures: letters (lower case is shown as capitals), digits and some punctuation.
 #pragma once
 
@@ -5,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace grtx::sim {
+namespace grtx::study {
 
 inline constexpr unsigned kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;
 
@@ -49,4 +50,4 @@ constexpr std::array<std::uint8_t, kGlyphHeight> glyph(char c) {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/ray_choice.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/tracer/tracer.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 void choose(const traces::Reader& reader, std::uint64_t index, std::optional<std::uint32_t> pixel,
@@ -69,4 +70,4 @@ std::vector<ChosenRays> chosen_rays(const std::string& trace, const traces::Read
   return chosen;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Selects rays of a trace: those of a pixel, or of a warp.
 #pragma once
 
@@ -9,7 +10,7 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct RayChoice {
   std::vector<unsigned> pixel;        ///< x, y; empty if a warp is chosen
@@ -28,4 +29,4 @@ struct ChosenRays {
 /// are none.
 std::vector<ChosenRays> chosen_rays(const std::string& trace, const traces::Reader& reader, const RayChoice& choice);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

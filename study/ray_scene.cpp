@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/ray_scene.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/study/scene_trace.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 using namespace frontend;
 
@@ -121,7 +122,7 @@ void RayScene::require_same_events(const traces::RayGroup& group, const traces::
   if (recorded.processed != found.processed) throw differs(recorded.rounds.size(), 0);
 }
 
-RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
+view::RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   const traces::Ray& recorded = group.rays[lane];
   const Start start = start_of(group, lane);
   const TracedStructure traced = scene_.structure();
@@ -132,7 +133,7 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   WatchedRay watched = watch.watched();
   require_same_events(group, recorded, watched.ray);
 
-  RayValues values;
+  view::RayValues values;
   values.t_max = std::move(watched.t_max);
   values.times = std::move(watched.times);
   values.transmittance = std::move(watched.transmittance);
@@ -146,12 +147,12 @@ RayValues RayScene::trace(const traces::RayGroup& group, unsigned lane) {
   return values;
 }
 
-void RayScene::describe(std::vector<RayNode>& nodes) const {
+void RayScene::describe(std::vector<view::RayNode>& nodes) const {
   const TracedStructure traced = scene_.structure();
   const NodeImage& image = traced.image;
   const std::uint64_t unit = image.sizes().unit();
   const std::uint64_t objects_end = header_.objects_base();
-  for (RayNode& node : nodes) {
+  for (view::RayNode& node : nodes) {
     const std::uint64_t address = node.units * unit;
     if (node.kind == traces::NodeKind::instance) {
       const std::uint32_t index = image.leaf_index(node.units);
@@ -166,7 +167,7 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
     if (scene_.world() && address >= objects_end && address < header_.blas_base) continue;  // box is in object space
     const DecodedInternal decoded = image.decode_internal(address);
     for (unsigned slot = 0; slot < decoded.child_count; ++slot) {
-      RayNode& child = nodes[node.first_child - 1 + slot];
+      view::RayNode& child = nodes[node.first_child - 1 + slot];
       const Box& box = decoded.boxes[slot];
       child.boxed = true;
       child.box = {box.lower.x, box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z};
@@ -174,8 +175,8 @@ void RayScene::describe(std::vector<RayNode>& nodes) const {
   }
 }
 
-DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
-  DrawnGaussian drawn;
+view::DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
+  view::DrawnGaussian drawn;
   drawn.number = number;
   const PlacedObject* const placed = scene_.world() ? &scene_.world()->owner(number) : nullptr;
   const std::uint32_t local = placed != nullptr ? number - placed->first_gaussian : number;
@@ -198,4 +199,4 @@ DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
   return drawn;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scene of a trace, for tracing single rays again with the tracer options recorded in the trace's header.
 #pragma once
 
@@ -15,7 +16,7 @@
 #include "grtx/traces/header.h"
 #include "grtx/view/ray/ray_page.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 class RayScene {
  public:
@@ -25,10 +26,10 @@ class RayScene {
            FilesRead& files);
 
   /// Traces a ray again. Throws Error naming the trace if any event differs from the recorded one.
-  RayValues trace(const traces::RayGroup& group, unsigned lane);
+  view::RayValues trace(const traces::RayGroup& group, unsigned lane);
   /// Fills in Gaussians and boxes of the nodes.
-  void describe(std::vector<RayNode>& nodes) const;
-  DrawnGaussian gaussian(std::uint32_t number) const;
+  void describe(std::vector<view::RayNode>& nodes) const;
+  view::DrawnGaussian gaussian(std::uint32_t number) const;
 
  private:
   /// State of a ray at its start.
@@ -51,4 +52,4 @@ class RayScene {
   frontend::SecondaryPlan plan_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

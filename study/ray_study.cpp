@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/ray_study.h"
 
 #include <fmt/format.h>
@@ -15,7 +16,7 @@
 #include "grtx/traces/reader.h"
 #include "grtx/view/ray/ray_page.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 /// Index of the view whose camera is recorded in the trace; `view.view` if none matches.
@@ -27,8 +28,8 @@ unsigned recorded_view(const traces::Header& header, const ViewOptions& view) {
   return found == cameras.end() ? view.view : static_cast<unsigned>(found - cameras.begin());
 }
 
-RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
-  RayPage page;
+view::RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
+  view::RayPage page;
   page.trace = plan.trace;
   page.trace_hash = reader.content_hash();
   page.header = &reader.header();
@@ -41,27 +42,27 @@ RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
 }
 
 /// Timeline of each group; empty without a timeline.
-std::vector<WarpTimeline> timelines_of(const RayPlan& plan, const traces::Reader& reader,
-                                       const std::vector<ChosenRays>& chosen) {
-  std::vector<WarpTimeline> timelines(chosen.size());
+std::vector<view::WarpTimeline> timelines_of(const RayPlan& plan, const traces::Reader& reader,
+                                             const std::vector<ChosenRays>& chosen) {
+  std::vector<view::WarpTimeline> timelines(chosen.size());
   if (plan.timeline.empty()) return timelines;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    timelines[i] = read_warp_timeline(plan.timeline, reader.content_hash(), chosen[i].group.index);
+    timelines[i] = view::read_warp_timeline(plan.timeline, reader.content_hash(), chosen[i].group.index);
   }
   return timelines;
 }
 
-DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane, RayNodes& nodes,
-                   RayScene* scene) {
-  DrawnRay drawn;
+view::DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
+                         view::RayNodes& nodes, RayScene* scene) {
+  view::DrawnRay drawn;
   drawn.group = group.index;
   drawn.frame = group.frame;
   drawn.lane = lane;
   drawn.pixel = group.rays[lane].pixel;
   drawn.kind = group.kind;
-  std::optional<RayValues> values;
+  std::optional<view::RayValues> values;
   if (scene != nullptr) values = scene->trace(group, lane);
-  drawn.replayed = replay_ray(header, group, lane, nodes, values ? &*values : nullptr);
+  drawn.replayed = view::replay_ray(header, group, lane, nodes, values ? &*values : nullptr);
   if (values) {
     drawn.traced_again = true;
     drawn.transmittance = values->transmittance;
@@ -79,9 +80,9 @@ RayStudy study_rays(const RayPlan& plan) {
   const traces::Reader reader(plan.trace);
   const traces::Header& header = reader.header();
   const std::vector<ChosenRays> chosen = chosen_rays(plan.trace, reader, plan.rays);
-  RayPage page = empty_page(plan, reader);
+  view::RayPage page = empty_page(plan, reader);
   for (const ChosenRays& rays : chosen) traces::check_group(plan.trace, header, rays.group);
-  std::vector<WarpTimeline> timelines = timelines_of(plan, reader, chosen);
+  std::vector<view::WarpTimeline> timelines = timelines_of(plan, reader, chosen);
   if (!plan.timeline.empty()) page.timeline_config = timelines.front().config_hash;
   FilesRead files;
   std::optional<RayScene> scene;
@@ -97,10 +98,10 @@ RayStudy study_rays(const RayPlan& plan) {
   std::set<std::uint32_t> met;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const traces::RayGroup& group = chosen[i].group;
-    DrawnWarp warp{RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
+    view::DrawnWarp warp{view::RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
     if (scene) scene->describe(warp.nodes.nodes());
     for (const unsigned lane : chosen[i].lanes) {
-      DrawnRay drawn = drawn_ray(header, group, lane, warp.nodes, scene ? &*scene : nullptr);
+      view::DrawnRay drawn = drawn_ray(header, group, lane, warp.nodes, scene ? &*scene : nullptr);
       met.insert(drawn.replayed.met.begin(), drawn.replayed.met.end());
       ++study.rays;
       study.rounds += group.rays[lane].rounds.size();
@@ -110,8 +111,8 @@ RayStudy study_rays(const RayPlan& plan) {
     page.warps.push_back(std::move(warp));
   }
   for (const std::uint32_t number : met) page.gaussians.push_back(scene->gaussian(number));
-  study.page = ray_page(page);
+  study.page = view::ray_page(page);
   return study;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `grtx ray` as a function: makes an HTML page that shows how rays of a trace were traced.
 #pragma once
 
@@ -9,7 +10,7 @@
 #include "grtx/study/ray_choice.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct RayPlan {
   std::string trace;  ///< file
@@ -30,4 +31,4 @@ struct RayStudy {
 /// Throws Error if there are no such rays or the scene is not the one of the trace.
 RayStudy study_rays(const RayPlan& plan);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

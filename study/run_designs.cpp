@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/run_designs.h"
 
 #include <fmt/format.h>
@@ -22,7 +23,7 @@
 #include "grtx/study/trace_designs.h"
 #include "grtx/view/report/report.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 using nlohmann::ordered_json;
@@ -49,22 +50,22 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   }
   for (const ComparedDesign& design : comparison.designs()) {
     tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
-    check_config(design_config(plan, design), "design " + design.name);
+    sim::check_config(design_config(plan, design), "design " + design.name);
   }
   check_one_k(plan, comparison);
-  if (!plan.view.views.empty() && plan.mode == SimulationMode::windows) {
+  if (!plan.view.views.empty() && plan.mode == sim::SimulationMode::windows) {
     throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
   }
 }
 
 /// Keys that are set and have no effect in any of the designs.
-std::vector<IdleKey> idle_in_all(const RunPlan& plan, const DesignComparison& comparison) {
-  const SimulationMode mode = plan.mode.value_or(SimulationMode::cycle);
-  std::vector<IdleKey> idle = idle_keys(plan.config, mode);
+std::vector<sim::IdleKey> idle_in_all(const RunPlan& plan, const DesignComparison& comparison) {
+  const sim::SimulationMode mode = plan.mode.value_or(sim::SimulationMode::cycle);
+  std::vector<sim::IdleKey> idle = sim::idle_keys(plan.config, mode);
   for (const ComparedDesign& design : comparison.designs()) {
-    const std::vector<IdleKey> own = idle_keys(design_config(plan, design), mode);
-    std::erase_if(idle, [&](const IdleKey& key) {
-      return std::none_of(own.begin(), own.end(), [&](const IdleKey& other) { return other.key == key.key; });
+    const std::vector<sim::IdleKey> own = sim::idle_keys(design_config(plan, design), mode);
+    std::erase_if(idle, [&](const sim::IdleKey& key) {
+      return std::none_of(own.begin(), own.end(), [&](const sim::IdleKey& other) { return other.key == key.key; });
     });
   }
   return idle;
@@ -102,15 +103,15 @@ ordered_json write_run_images(const std::string& folder, const std::vector<front
 
 }  // namespace
 
-GpuConfig design_config(const RunPlan& plan, const Design& design) {
-  return with_keys_of(design, plan.config, plan.named);
+sim::GpuConfig design_config(const RunPlan& plan, const lab::Design& design) {
+  return lab::with_keys_of(design, plan.config, plan.named);
 }
 
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
   RunPlan plan;
   plan.machine = machine;
   plan.config = load_machine_config(machine, "", settings);
-  plan.named = keys_of(settings);
+  plan.named = lab::keys_of(settings);
   apply_machine_tracer(plan.tracer, machine);
   return plan;
 }
@@ -119,7 +120,7 @@ DesignResults run_designs(RunPlan plan) {
   const bool objects = frontend::is_object_list(plan.scene) && !plan.flatten;
   const DesignComparison comparison(plan.designs, objects);
   check_plan(plan, comparison);
-  warn_of(idle_in_all(plan, comparison));
+  sim::warn_of(idle_in_all(plan, comparison));
   std::error_code failed;
   std::filesystem::create_directories(plan.output, failed);
   if (failed) throw Error(plan.output, "", "cannot be made a folder: " + failed.message());
@@ -129,9 +130,9 @@ DesignResults run_designs(RunPlan plan) {
       {plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened}, comparison);
   remove_earlier_run(plan.output);
   const ordered_json images = write_run_images(plan.output, traced.images);
-  plan.windows.price = describe_energy;
+  plan.windows.price = lab::describe_energy;
   if (!plan.mode) plan.mode = unnamed_mode(traced, comparison, plan.config, plan.windows);
-  std::map<std::string, GpuConfig> configs;
+  std::map<std::string, sim::GpuConfig> configs;
   for (const ComparedDesign& design : comparison.designs()) configs[design.name] = design_config(plan, design);
   const DesignSimulation simulation{std::move(configs), *plan.mode, plan.windows, plan.jobs, plan.quiet};
   DesignResults results =
@@ -139,17 +140,17 @@ DesignResults run_designs(RunPlan plan) {
 
   const std::string path = plan.output + "/results.json";
   write_file(path, json_text(results.json, 1) + "\n");
-  ReportOptions report;
+  view::ReportOptions report;
   report.inputs = {path};
-  write_file(plan.output + "/report.html", report_page(report));
+  write_file(plan.output + "/report.html", view::report_page(report));
   return results;
 }
 
 std::vector<std::string> run_files(const std::string& folder, const std::string& views) {
   std::vector<std::string> files = frame_paths(folder + "/image.png", views);
-  for (const std::string& design : design_names()) files.push_back(fmt::format("{}/{}.grtx", folder, design));
+  for (const std::string& design : lab::design_names()) files.push_back(fmt::format("{}/{}.grtx", folder, design));
   for (const char* name : {"results.json", "report.html", kLock}) files.push_back(folder + "/" + name);
   return files;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `grtx run` as a function: traces one view with each design, simulates and compares them, and writes results.json,
 // report.html, pictures and traces into a folder.
 #pragma once
@@ -21,26 +22,26 @@
 #include "grtx/study/tracer_settings.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct RunPlan {
   std::string scene;  ///< file, or list of objects
   ViewOptions view;
   TracerSettings tracer;
-  std::string machine = kDefaultMachine;  ///< its name in results
-  GpuConfig config;                       ///< the hardware of all designs, but for a design's own keys
-  std::vector<std::string> designs;       ///< names; empty: all (lab/sweep/designs.h)
-  std::set<std::string> named;            ///< tracer options and configuration keys that a design leaves as they are
-  std::string output;                     ///< folder
-  bool flatten = false;                   ///< merge a list of objects into one scene
-  std::optional<SimulationMode> mode;     ///< none: chosen by unnamed_mode()
-  WindowOptions windows;
+  std::string machine = kDefaultMachine;    ///< its name in results
+  sim::GpuConfig config;                    ///< the hardware of all designs, but for a design's own keys
+  std::vector<std::string> designs;         ///< names; empty: all (lab/sweep/designs.h)
+  std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
+  std::string output;                       ///< folder
+  bool flatten = false;                     ///< merge a list of objects into one scene
+  std::optional<sim::SimulationMode> mode;  ///< none: chosen by unnamed_mode()
+  sim::WindowOptions windows;
   unsigned jobs = 0;   ///< parallel simulations, each a process; 0: one per core, limited by free memory
   bool quiet = false;  ///< no progress on stderr
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
 /// Configuration of a design: the plan's, with the design's own keys.
-GpuConfig design_config(const RunPlan& plan, const Design& design);
+sim::GpuConfig design_config(const RunPlan& plan, const lab::Design& design);
 /// Returns a plan for a machine, with its tracer options. machine: a name (set_machines_folder()) or a file. settings:
 /// "key=value". Throws Error for unknown names, keys or values.
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings = {});
@@ -49,10 +50,10 @@ struct DesignResults {
   explicit DesignResults(const DesignComparison& of) : comparison(of) {}
   DesignComparison comparison;
   nlohmann::ordered_json json;  ///< results.json, grtx.run/1
-  SimulationMode mode = SimulationMode::cycle;
-  frontend::TracerCounters counters;         ///< of one design; how rays end is the same in all
-  std::map<std::string, ResultNotes> notes;  ///< what limits each design's figures
-  std::vector<std::string> violations;       ///< violated conservation laws, "DESIGN: ..."
+  sim::SimulationMode mode = sim::SimulationMode::cycle;
+  frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
+  std::map<std::string, sim::ResultNotes> notes;  ///< what limits each design's figures
+  std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
   /// Whether all designs gave the same image and no conservation law was violated.
   bool sound() const { return images_identical && violations.empty(); }
@@ -65,4 +66,4 @@ DesignResults run_designs(RunPlan plan);
 /// Paths of all files that run_designs() may write into `folder`. views: as ViewOptions::views.
 std::vector<std::string> run_files(const std::string& folder, const std::string& views);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/scene_trace.h"
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 /// Throws Error for options that need a scene of one object.
@@ -40,4 +41,4 @@ frontend::TracedView trace_scene(frontend::SceneTracer& scene, const TracerSetti
   return scene.trace(tracer_options(settings, checkpoint, accel), render, trace_file, inputs);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

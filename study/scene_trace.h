@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Loads and traces a scene, either of one object or a list of objects.
 #pragma once
 
@@ -9,7 +10,7 @@
 #include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/study/tracer_settings.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// Loads `path` for an acceleration structure of kind `accel`. several_objects: keep objects apart, do not merge them.
 /// files: records the files opened. quiet: no progress on stderr. Throws Error if the scene cannot be read or an option
@@ -24,4 +25,4 @@ frontend::TracedView trace_scene(frontend::SceneTracer& scene, const TracerSetti
                                  frontend::AccelKind accel, const frontend::RenderOptions& render,
                                  const std::string& trace_file, const FilesRead& files);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

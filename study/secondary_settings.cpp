@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/secondary_settings.h"
 
 #include <fmt/format.h>
@@ -5,7 +6,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 using namespace frontend;
 
@@ -67,4 +68,4 @@ std::string describe(const OpticalObjects& objects) {
   return fmt::format("{}", fmt::join(parts, " "));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options for glass and mirror objects, which cause secondary rays.
 #pragma once
 
@@ -11,7 +12,7 @@
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/study/option_rules.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct SecondarySettings {
   std::string what = "none";
@@ -48,4 +49,4 @@ std::map<std::string, std::string> object_inputs(const frontend::OpticalObjects&
 /// The same as a line of text for the user.
 std::string describe(const frontend::OpticalObjects& objects);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/simulate_designs.h"
 
 #include <fmt/format.h>
@@ -20,32 +21,32 @@
 #include "grtx/study/simulate_mode.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 constexpr std::chrono::milliseconds kLook{200};                    ///< polling interval of the parent
 constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< memory of one simulation, without decoded groups
 
 /// Number of parallel simulations: one per core, fewer if free memory does not suffice.
-unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const GpuConfig& config) {
+unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const sim::GpuConfig& config) {
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   const std::optional<std::uint64_t> free = free_memory();
   if (!free) return cores;
   std::uint64_t groups = 0;
   for (const auto& [name, design] : traced) {
     const std::uint64_t resident = std::uint64_t{config.sms} * config.resident() * design.file.largest_group;
-    groups = std::max(groups, std::min(design.file.decoded_bytes, resident + kDecodeAheadBytes));
+    groups = std::max(groups, std::min(design.file.decoded_bytes, resident + sim::kDecodeAheadBytes));
   }
   return static_cast<unsigned>(std::clamp<std::uint64_t>(*free / (kMachineBytes + groups), 1, cores));
 }
 
 /// What a child process reports for its design.
-std::string simulated_text(const std::string& trace, const GpuConfig& config, const DesignSimulation& asked,
+std::string simulated_text(const std::string& trace, const sim::GpuConfig& config, const DesignSimulation& asked,
                            modules::WarpObserver* observer) {
-  SimulationOptions simulation;
+  sim::SimulationOptions simulation;
   simulation.observer = observer;
-  simulation.price = describe_energy;
-  const SimulationResult result = simulate_in_mode(asked.mode, trace, config, simulation, asked.windows).result;
+  simulation.price = lab::describe_energy;
+  const sim::SimulationResult result = simulate_in_mode(asked.mode, trace, config, simulation, asked.windows).result;
   nlohmann::ordered_json document = result.document;
   document["violations"] = result.violations;
   document["binding_bound"] = result.binding_bound;
@@ -54,15 +55,15 @@ std::string simulated_text(const std::string& trace, const GpuConfig& config, co
 
 }  // namespace
 
-SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const GpuConfig& config,
-                            const WindowOptions& windows) {
+sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison,
+                                 const sim::GpuConfig& config, const sim::WindowOptions& windows) {
   const traces::Reader reader(traced.designs.at(comparison.reference()).path);
-  if (!windows_pay(reader, config, windows)) return SimulationMode::cycle;
+  if (!sim::windows_pay(reader, config, windows)) return sim::SimulationMode::cycle;
   fmt::print(stderr,
              "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
              "simulates all of them\n",
              reader.group_count(), static_cast<double>(reader.totals().visits()) * 1e-6);
-  return SimulationMode::windows;
+  return sim::SimulationMode::windows;
 }
 
 std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
@@ -98,4 +99,4 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
   return documents;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

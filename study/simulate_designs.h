@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulates the traces of a comparison, each in a child process, and chooses the mode where none is named.
 #pragma once
 
@@ -11,17 +12,17 @@
 #include "grtx/study/design_comparison.h"
 #include "grtx/study/trace_designs.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// Mode of a run without --mode: windows if they save time (reported on stderr), else cycle. All designs have the same
 /// rays.
-SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison, const GpuConfig& config,
-                            const WindowOptions& windows);
+sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison,
+                                 const sim::GpuConfig& config, const sim::WindowOptions& windows);
 
 struct DesignSimulation {
-  std::map<std::string, GpuConfig> configs;  ///< by design
-  SimulationMode mode = SimulationMode::cycle;
-  WindowOptions windows;
+  std::map<std::string, sim::GpuConfig> configs;  ///< by design
+  sim::SimulationMode mode = sim::SimulationMode::cycle;
+  sim::WindowOptions windows;
   unsigned jobs = 0;  ///< parallel simulations; 0: one per core, limited by free memory
   bool quiet = false;
 };
@@ -31,4 +32,4 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
                                                                const DesignComparison& comparison,
                                                                const DesignSimulation& simulation);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulates a trace in a given mode.
 #pragma once
 
@@ -7,11 +8,11 @@
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// simulation: options of modes cycle and sampled. windows: options of mode windows; sampled also uses its
 /// target_error. In cycle mode the result is exact (estimate.whole).
-SampledResult simulate_in_mode(SimulationMode mode, const std::string& trace, const GpuConfig& config,
-                               const SimulationOptions& simulation, const WindowOptions& windows);
+sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
+                                    const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/sweep_tracer_rules.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/study/option_text.h"
 #include "grtx/study/tracer_settings.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 using Options = std::map<std::string, std::string>;
@@ -89,7 +90,7 @@ std::string SceneTracerRules::structure(const std::map<std::string, std::string>
                      kernel.adaptive, kernel.degree);
 }
 
-SceneInput SceneTracerRules::input(const std::string& scene, const std::string& cameras) const {
+lab::SceneInput SceneTracerRules::input(const std::string& scene, const std::string& cameras) const {
   const auto [at, is_new] = read_.try_emplace({scene, cameras});
   if (is_new) {
     FilesRead files;
@@ -100,4 +101,4 @@ SceneInput SceneTracerRules::input(const std::string& scene, const std::string& 
   return at->second;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

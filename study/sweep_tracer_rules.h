@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks tracer options in a sweep's plan by the rules of `grtx trace`.
 #pragma once
 
@@ -7,19 +8,19 @@
 
 #include "grtx/lab/sweep/plan.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
-class SceneTracerRules final : public TracerRules {
+class SceneTracerRules final : public lab::TracerRules {
  public:
   void check(const std::string& option, const std::string& value) const override;
   std::map<std::string, std::string> resolve(const std::map<std::string, std::string>& options,
                                              const std::string& accel, bool checkpoint) const override;
   std::string structure(const std::map<std::string, std::string>& options, const std::string& accel) const override;
   /// Each scene and camera file is read only once.
-  SceneInput input(const std::string& scene, const std::string& cameras) const override;
+  lab::SceneInput input(const std::string& scene, const std::string& cameras) const override;
 
  private:
-  mutable std::map<std::pair<std::string, std::string>, SceneInput> read_;
+  mutable std::map<std::pair<std::string, std::string>, lab::SceneInput> read_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/tile_view.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 /// Options of --tracing multi: tile tracing gives the same image.
@@ -32,7 +33,7 @@ nlohmann::ordered_json tile_document(const TileView& view, double build_seconds,
   host.add("tracer.tiles.build_seconds", build_seconds, "s", "host time of building the tiles' BVH");
   modules::StatisticList counted;
   frontend::TileCounters::table().describe(c, counted, "tracer");
-  return statistics_document(config, inputs, {}, counted, host);
+  return sim::statistics_document(config, inputs, {}, counted, host);
 }
 
 }  // namespace
@@ -62,4 +63,4 @@ TileView render_tile_view(const std::string& scene_file, const ViewOptions& view
   return rendered;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

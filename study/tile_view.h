@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Renders a view by tile tracing (no trace), with its statistics.
 #pragma once
 
@@ -12,7 +13,7 @@
 #include "grtx/study/tracer_settings.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct TileView {
   frontend::TileResult result;
@@ -25,4 +26,4 @@ TileView render_tile_view(const std::string& scene_file, const ViewOptions& view
                           const TracerSettings& settings, bool quiet,
                           const std::function<void(const FilesRead&)>& opened = nullptr);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/trace_designs.h"
 
 #include <utility>
@@ -6,7 +7,7 @@
 #include "grtx/study/scene_trace.h"
 #include "grtx/study/tracer_statistics.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 using Images = std::vector<frontend::Image>;
@@ -44,7 +45,7 @@ class ImageComparison {
 
 }  // namespace
 
-TracerSettings design_settings(TracerSettings settings, const Design& design, const std::set<std::string>& named) {
+TracerSettings design_settings(TracerSettings settings, const lab::Design& design, const std::set<std::string>& named) {
   for (const auto& [option, value] : design.tracer) {
     if (!named.contains(option)) set_option(settings, option, value);
   }
@@ -75,12 +76,12 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     frontend::RenderResult& rendered = traced.result;
     if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
     all.counters = rendered.counters;
-    result.statistics = statistics_object(tracer_statistics(scene, traced));
-    result.statistics.update(statistics_object(tracer_host_statistics(scene, rendered)));
+    result.statistics = sim::statistics_object(tracer_statistics(scene, traced));
+    result.statistics.update(sim::statistics_object(tracer_host_statistics(scene, rendered)));
     images.take(all, design.name, order_of(settings, design.kind), traced);
   }
   all.images = images.first();
   return all;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces one view with each design and checks that all give the same image.
 #pragma once
 
@@ -16,7 +17,7 @@
 #include "grtx/study/tracer_settings.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct TracedDesign {
   std::string path;
@@ -52,9 +53,9 @@ struct DesignTracing {
 };
 
 /// The settings with those of a design, except options that are named in `named`.
-TracerSettings design_settings(TracerSettings settings, const Design& design, const std::set<std::string>& named);
+TracerSettings design_settings(TracerSettings settings, const lab::Design& design, const std::set<std::string>& named);
 
 /// Throws Error if the scene, cameras or options are not valid.
 TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

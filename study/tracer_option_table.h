@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Table of the tracer's options: name, value, description and rule of each.
 #pragma once
 
@@ -6,7 +7,7 @@
 #include "grtx/study/tracer_settings.h"
 #include "grtx/traces/checkpoint_bins.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 inline constexpr const char* kKernelDegree =
     "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT trains by default";
@@ -79,4 +80,4 @@ void visit_options(Settings& settings, Visit&& visit) {
   visit("threads", settings.threads, "Threads; 0 takes all");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

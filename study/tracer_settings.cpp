@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/tracer_settings.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 #include "grtx/study/option_text.h"
 #include "grtx/study/tracer_option_table.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 using namespace frontend;
 
@@ -156,4 +157,4 @@ std::map<std::string, std::string> option_inputs(const TracerSettings& settings,
   return inputs;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracer's options by name, as used on the command line, in machines, plans and trace headers.
 #pragma once
 
@@ -14,7 +15,7 @@
 #include "grtx/study/secondary_settings.h"
 #include "grtx/traces/modes.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 enum class KernelRadius : std::uint8_t { adaptive, three_sigma };
 constexpr auto enum_names(KernelRadius) { return names_in_order<KernelRadius>({"adaptive", "3sigma"}); }
@@ -62,4 +63,4 @@ std::map<std::string, std::string> option_inputs(const TracerSettings& settings,
 /// Settings that a trace was made with, from Header::inputs. Throws Error naming the file `trace`.
 TracerSettings traced_settings(const std::string& trace, const std::map<std::string, std::string>& inputs);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/tracer_statistics.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 #include "grtx/study/machine.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 double ratio(std::uint64_t part, std::uint64_t whole) {
@@ -130,7 +131,7 @@ modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene
   return list;
 }
 
-ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings) {
+sim::ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings) {
   traces::Header header;
   header.inputs = traced.inputs;
   header.checkpoint_capacity = settings.options.checkpoint_capacity;
@@ -140,7 +141,7 @@ ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings&
     totals.any_hit_calls += counted->any_hit_calls();
     totals.overflows += counted->checkpoint_overflows;
   }
-  return trace_notes(header, totals);
+  return sim::trace_notes(header, totals);
 }
 
 nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const frontend::TracedView& traced,
@@ -149,10 +150,10 @@ nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const f
   nlohmann::ordered_json config;
   for (const auto& [name, value] : option_inputs(settings, checkpoint, accel)) config[name] = value;
   nlohmann::ordered_json document =
-      statistics_document(config, traced.inputs, view_notes(traced, settings), tracer_statistics(scene, traced),
-                          tracer_host_statistics(scene, traced.result));
+      sim::statistics_document(config, traced.inputs, view_notes(traced, settings), tracer_statistics(scene, traced),
+                               tracer_host_statistics(scene, traced.result));
   document["inputs"]["machine"] = machine_name(machine);
   return document;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

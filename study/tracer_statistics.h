@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracer's statistics, and the statistics document of a traced view.
 #pragma once
 
@@ -10,7 +11,7 @@
 #include "grtx/rtl_tlm/run/result_notes.h"
 #include "grtx/study/tracer_settings.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 /// Text for the user below a table: how the rays of a view end, and how much lies behind their ends.
 std::string describe_end(const frontend::TracerCounters& counters);
@@ -27,10 +28,10 @@ modules::StatisticList tracer_statistics(const frontend::SceneTracer& scene, con
 modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene, const frontend::RenderResult& result);
 
 /// Notes on limitations of a trace's results and of simulations with it.
-ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings);
+sim::ResultNotes view_notes(const frontend::TracedView& traced, const TracerSettings& settings);
 /// All statistics as a grtx.stats/1 document. machine: name as given by the user.
 nlohmann::ordered_json view_document(const frontend::SceneTracer& scene, const frontend::TracedView& traced,
                                      const TracerSettings& settings, bool checkpoint, frontend::AccelKind accel,
                                      const std::string& machine);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/study/view_choice.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 namespace {
 
 constexpr std::uint64_t kMostFrames = 4096;  ///< limit on file names that frame_paths() lists
@@ -76,4 +77,4 @@ std::vector<std::string> frame_paths(const std::string& path, const std::string&
   return paths;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Selects views of a camera file, and names the image files of a sequence.
 #pragma once
 
@@ -8,7 +9,7 @@
 #include "grtx/base/files_read.h"
 #include "grtx/frontend/camera/camera.h"
 
-namespace grtx::sim {
+namespace grtx::study {
 
 struct ViewOptions {
   std::string cameras;     ///< file or COLMAP folder
@@ -29,4 +30,4 @@ std::string frame_path(const std::string& path, std::size_t frame);
 /// Files of all frames of `views`; only `path` if `views` is no sequence.
 std::vector<std::string> frame_paths(const std::string& path, const std::string& views);
 
-}  // namespace grtx::sim
+}  // namespace grtx::study

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Seeded mutations of a file's bytes, for tests that readers refuse what is damaged and never crash. scripts/fuzz.sh
 // runs them for long: GRTX_FUZZ is how many, GRTX_FUZZ_SEED which.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of parameterised tests: what their parameters print (PrintTo), in the characters that GoogleTest allows.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the tests find the source tree and the programs they run. One file knows, so that a compiler cache can serve
 // the others in any folder.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds the trained scenes that are not part of the project: GRTX_SCENES (a folder of .ply or .ply.xz files) or
 // ../shared/scenes beside it. Cameras lie in the same folder or in ../shared/scenes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes a small sweep database (schema grtx.sweep/3, docs/guide/sweep.md) with SQLite itself. Times, areas and energies
 // follow from the coordinates by the formulas below, so that a test knows them.
 #pragma once

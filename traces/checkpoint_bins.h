@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A ray's checkpoint entries sorted into bins by distance: near bins, used cyclically, and one far bin for everything
 // beyond them. Each bin is a ring buffer. A replay round reads the near bins starting with the one that contains the
 // last round's t_max, and the far bin between or after them; in each bin only the entries present when the round began.

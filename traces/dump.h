@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prints a trace as text for people, or as JSON for programs.
 #pragma once
 

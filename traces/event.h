@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The event model: the traversal of each ray as a sequence of events, independent of timing. The hardware model replays
 // nothing else. Node addresses are in units of the acceleration structure (NodeSizes::unit()).
 //

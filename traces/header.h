@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Header of a trace: everything about the run that is not an event. Stored as JSON at the start of the file; Totals
 // are stored in the footer, because they are known only at the end.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The levels of an acceleration structure: which instance leaves lead to a node, and where an instance leaf leads: to
 // the shared BLAS, or, with three levels, from the scene TLAS to an object's TLAS.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Modes of a trace, stored in its header and used by both tracer and hardware model.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Node sizes in a node image, which determine what a node fetch reads. Layout vulkan_sim and all type codes follow the
 // Intel Xe / Vulkan-Sim layout (mesa-vulkan-sim lvp_acceleration_structure.c, gen_rt_pack.h), which reproduces the
 // paper's BVH size table. Layout compact follows the compressed wide BVH of Ylitie, Karras, Laine (HPG 2017).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes a trace file. docs/model/trace-format.md describes the bytes.
 #pragma once
 

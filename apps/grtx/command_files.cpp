@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/command_files.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/study/run_designs.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,14 +36,14 @@ std::vector<std::string> results(const CLI::App& command, const std::string& nam
 std::vector<std::string> written(const CLI::App& command, const CLI::Option& option, const std::string& text) {
   const std::string& name = option.get_name();
   if (name == "--heatmap") {
-    const std::string picture = heatmap_path(text);
-    return {picture, heatmap_values_path(picture)};
+    const std::string picture = study::heatmap_path(text);
+    return {picture, study::heatmap_values_path(picture)};
   }
-  if (name == "--vcd") return {text, save_file_of(text)};
+  if (name == "--vcd") return {text, sim::save_file_of(text)};
   if (command.get_name() == "synth" && name == "--output") return {text, frontend::synth_cameras_path(text)};
   const std::vector<std::string> views = results(command, "--views");
-  if (command.get_name() == "run") return run_files(text, views.empty() ? "" : views.front());
-  if (name == "--image" && !views.empty()) return frame_paths(text, views.front());
+  if (command.get_name() == "run") return study::run_files(text, views.empty() ? "" : views.front());
+  if (name == "--image" && !views.empty()) return study::frame_paths(text, views.front());
   if (command.get_name() == "sweep" || command.get_name() == "search") return {text, text + ".lock", text + ".work"};
   return {text};
 }
@@ -126,4 +127,4 @@ void CommandFiles::check(const FilesRead& read) const {
   for (const FilesRead::File& file : read.files()) check(file.path);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All files that a command reads and writes: those named by its options, and those derived from them. Checks that no
 // output is also an input or another output.
 #pragma once
@@ -11,7 +12,7 @@
 
 #include "grtx/base/files_read.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// Type names of options that name files. --help shows them.
 inline constexpr const char* kInputFile = "INPUT";
@@ -42,4 +43,4 @@ class CommandFiles {
   std::vector<File> files_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands of the `grtx` program, one file per command. Each add_NAME() registers its subcommand with options and
 // defaults; its body is stored in CommonOptions::action and run after the command line is parsed.
 #pragma once
@@ -14,7 +15,7 @@ namespace grtx::frontend {
 class SceneTracer;
 }
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// State shared by main and the commands.
 struct CommonOptions {
@@ -45,4 +46,4 @@ void add_sweep(CLI::App& app, CommonOptions& common);
 void add_search(CLI::App& app, CommonOptions& common);
 void add_regress(CLI::App& app, CommonOptions& common);
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx compare: differences between two images.
 #include <fmt/format.h>
 
@@ -10,7 +11,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/frontend/image/image.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct CompareOptions {
@@ -57,4 +58,4 @@ void add_compare(CLI::App& app, CommonOptions& common) {
   command->add_option("--min-psnr", options->min_psnr, "Exit 1 when the PSNR in dB is below this");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

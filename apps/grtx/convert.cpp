@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx convert: converts a scene of any supported format to .ply or .spz.
 #include <fmt/format.h>
 
@@ -11,7 +12,7 @@
 #include "grtx/frontend/convert/scene_writer.h"
 #include "grtx/frontend/scene/scene_io.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct ConvertArguments {
@@ -64,4 +65,4 @@ void add_convert(CLI::App& app, CommonOptions& common) {
                     "The .spz that is read has the axes of a .ply, as splat-transform writes (default: off)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx correlate: compares measured values of real machines with a sweep.
 #include "grtx/view/report/correlate.h"
 
@@ -12,7 +13,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct CorrelateArguments {
@@ -21,18 +22,18 @@ struct CorrelateArguments {
 };
 
 int correlate_files(const CorrelateArguments& options, const CommonOptions& common) {
-  const SweepResults sweep = read_sweep_results(options.database);
-  const Correlation result = correlate(read_measured(options.measured), sweep, options.database);
+  const view::SweepResults sweep = view::read_sweep_results(options.database);
+  const view::Correlation result = view::correlate(view::read_measured(options.measured), sweep, options.database);
   if (!options.output.empty()) {
     const std::string name = std::filesystem::path(options.measured).filename().string();
-    write_file(options.output, correlation_page(result, name, sweep));
+    write_file(options.output, view::correlation_page(result, name, sweep));
   }
   if (common.json) {
     nlohmann::ordered_json document = json_document("correlate");
-    document.update(correlation_json(result));
+    document.update(view::correlation_json(result));
     print_json(document);
   } else if (options.output.empty() || !common.quiet) {
-    fmt::print("{}", correlation_text(result));
+    fmt::print("{}", view::correlation_text(result));
   }
   return result.mean_error > options.within ? 1 : 0;
 }
@@ -56,4 +57,4 @@ void add_correlate(CLI::App& app, CommonOptions& common) {
       ->check(CLI::NonNegativeNumber);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx cost: storage, area, timing and leakage of the machine that a configuration describes.
 #include <fmt/format.h>
 
@@ -21,30 +22,30 @@
 #include "grtx/study/option_rules.h"
 #include "grtx/traces/checkpoint_bins.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct CostArguments {
-  std::string machine = kDefaultMachine;
+  std::string machine = study::kDefaultMachine;
   std::string config;
   std::vector<std::string> settings;
-  MachineUse use;
-  CostOptions cost;
-  BufferSizes buffers;
+  sim::MachineUse use;
+  lab::CostOptions cost;
+  lab::BufferSizes buffers;
   unsigned depth = 3;
   bool items = false;
   std::string csv;
   std::string statistics;
-  EnergyOptions energy;
+  lab::EnergyOptions energy;
   bool coefficients = false;
   CLI::App* command = nullptr;
 };
 
 // The energy of a run of the configured machine.
-void print_energy(const CostArguments& options, const GpuConfig& config,
+void print_energy(const CostArguments& options, const sim::GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
-  const nlohmann::ordered_json document = read_statistics(options.statistics);
-  if (document.at("inputs").value("config_hash", "") != config_hash(config)) {
+  const nlohmann::ordered_json document = sim::read_statistics(options.statistics);
+  if (document.at("inputs").value("config_hash", "") != sim::config_hash(config)) {
     throw Error(options.statistics, "inputs.config_hash",
                 "is of another configuration than --machine, --config and --set give");
   }
@@ -53,43 +54,44 @@ void print_energy(const CostArguments& options, const GpuConfig& config,
     const bool counted = stats.contains(name) && stats.at(name).at("value").is_number();
     return counted ? std::optional(stats.at(name).at("value").get<double>()) : std::nullopt;
   };
-  const std::vector<EnergyPart> parts =
-      run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
+  const std::vector<lab::EnergyPart> parts =
+      lab::run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
   if (as_json) {
-    print_json(energy_json(parts));
+    print_json(lab::energy_json(parts));
   } else {
-    fmt::print("{}", energy_text(parts));
+    fmt::print("{}", lab::energy_text(parts));
   }
 }
 
 /// Options not given on the command line are taken from the machine's tracer options.
-void choose_for(const CostArguments& options, MachineUse& use) {
-  std::map<std::string, std::string> chosen = machine_tracer(options.machine);
+void choose_for(const CostArguments& options, sim::MachineUse& use) {
+  std::map<std::string, std::string> chosen = study::machine_tracer(options.machine);
   for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
-    if (options.command->count(flag_of(named)) > 0) chosen.erase(named);
+    if (options.command->count(study::flag_of(named)) > 0) chosen.erase(named);
   }
-  choose_nodes_and_lists(chosen, options.machine, use);
+  lab::choose_nodes_and_lists(chosen, options.machine, use);
 }
 
 int cost(const CostArguments& options, bool json) {
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
-    fmt::print("{}", coefficient_reference());
+    fmt::print("{}", lab::coefficient_reference());
     return 0;
   }
-  technology(options.cost.nm);  // throws for an unknown node before anything is built
-  GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  MachineUse use = options.statistics.empty()
-                       ? options.use
-                       : machine_of_run(read_statistics(options.statistics).at("inputs"), options.statistics);
+  lab::technology(options.cost.nm);  // throws for an unknown node before anything is built
+  sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
+  sim::MachineUse use =
+      options.statistics.empty()
+          ? options.use
+          : lab::machine_of_run(sim::read_statistics(options.statistics).at("inputs"), options.statistics);
   if (options.statistics.empty()) {
-    const Design& design = design_of(use.design);
-    config = with_keys_of(design, std::move(config), keys_of(options.settings));
-    if (options.command->count("--leaves") == 0) use.leaves = leaf_test_of(design.accel);
+    const lab::Design& design = lab::design_of(use.design);
+    config = lab::with_keys_of(design, std::move(config), lab::keys_of(options.settings));
+    if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(design.accel);
     choose_for(options, use);
   }
-  const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
-  MachineCost cost = machine_cost(config, use.design, inventories, options.cost);
+  const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
+  lab::MachineCost cost = lab::machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
   cost.buffers.eviction_entries = options.buffers.eviction_entries;
   cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;
@@ -97,11 +99,11 @@ int cost(const CostArguments& options, bool json) {
     print_energy(options, config, inventories, json);
     return 0;
   }
-  if (!options.csv.empty()) write_file(options.csv, cost_csv(cost));
+  if (!options.csv.empty()) write_file(options.csv, lab::cost_csv(cost));
   if (json) {
-    print_json(cost_json(cost));
+    print_json(lab::cost_json(cost));
   } else {
-    fmt::print("{}", cost_text(cost, options.depth, options.items));
+    fmt::print("{}", lab::cost_text(cost, options.depth, options.items));
   }
   return 0;
 }
@@ -118,7 +120,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command->add_option("--design", options->use.design, "Which units the machine has")->check(one_of(design_names()));
+  command->add_option("--design", options->use.design, "Which units the machine has")
+      ->check(one_of(lab::design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,
@@ -163,4 +166,4 @@ void add_cost(CLI::App& app, CommonOptions& common) {
                     "Print every coefficient with source and confidence as Markdown (default: off)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/estimate_cli.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/lab/cost/energy_statistics.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 /// Parses "2%" or "0.02" as a share.
@@ -25,15 +26,15 @@ double parse_error(const std::string& text) {
 
 }  // namespace
 
-CLI::Option* add_mode_option(CLI::App* command, SimulationMode& mode, const std::string& description) {
-  const CLI::Validator known = one_of(names_of<SimulationMode>());
+CLI::Option* add_mode_option(CLI::App* command, sim::SimulationMode& mode, const std::string& description) {
+  const CLI::Validator known = one_of(names_of<sim::SimulationMode>());
   const auto check = [known](std::string& name) {
-    const std::string gone = gone_mode(name);
+    const std::string gone = sim::gone_mode(name);
     return gone.empty() ? known(name) : gone;
   };
   return command
       ->add_option_function<std::string>(
-          "--mode", [&mode](const std::string& name) { mode = *from_name<SimulationMode>(name); }, description)
+          "--mode", [&mode](const std::string& name) { mode = *from_name<sim::SimulationMode>(name); }, description)
       ->default_str(std::string(name_of(mode)))
       ->check(CLI::Validator(check, known.get_description()));
 }
@@ -46,26 +47,26 @@ void add_estimate_options(CLI::App* command, EstimateCli& cli) {
   command->add_option("--seed", cli.seed, "Windows mode: where the windows are; the same for every design");
 }
 
-WindowOptions estimate_options(const EstimateCli& cli, SimulationMode mode) {
+sim::WindowOptions estimate_options(const EstimateCli& cli, sim::SimulationMode mode) {
   const EstimateCli defaults;
   const auto needs = [](const char* option, const char* modes) {
     throw Error(option, "", fmt::format("needs --mode {}", modes));
   };
-  if (mode == SimulationMode::cycle && !cli.target_error.empty()) needs("--target-error", "sampled or windows");
-  if (mode != SimulationMode::windows) {
+  if (mode == sim::SimulationMode::cycle && !cli.target_error.empty()) needs("--target-error", "sampled or windows");
+  if (mode != sim::SimulationMode::windows) {
     if (cli.share != defaults.share) needs("--share", "windows");
     if (cli.seed != defaults.seed) needs("--seed", "windows");
   }
-  WindowOptions options;
+  sim::WindowOptions options;
   options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
-  options.price = describe_energy;
-  check_windows(options);
+  options.price = lab::describe_energy;
+  sim::check_windows(options);
   return options;
 }
 
-void print_interval(const SampledResult& r) {
+void print_interval(const sim::SampledResult& r) {
   if (r.estimate.whole) return;  // exact; a note says so
   const auto& stats = r.result.document.at("stats");
   const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
@@ -78,4 +79,4 @@ void print_interval(const SampledResult& r) {
       r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx info: describes the content of a scene file.
 #include <fmt/format.h>
 
@@ -8,7 +9,7 @@
 #include "grtx/frontend/scene/scene_info.h"
 #include "grtx/frontend/scene/scene_io.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 void add_info(CLI::App& app, CommonOptions& common) {
   struct Options {
@@ -28,4 +29,4 @@ void add_info(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

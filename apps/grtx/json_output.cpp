@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/json_output.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,7 @@
 
 #include "grtx/base/json.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct JsonForm {
@@ -83,4 +84,4 @@ std::string json_reference() {
   return text;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --json: output of a command as one JSON document on stdout instead of text.
 #pragma once
 
@@ -5,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// Help text of --json for a command. Throws std::out_of_range for a command without an entry in the table.
 std::string json_help(std::string_view command);
@@ -33,4 +34,4 @@ class JsonListPrinter {
 /// The --json output of each command, as a Markdown table.
 std::string json_reference();
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

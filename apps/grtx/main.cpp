@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Entry point of the `grtx` program (program.h): sets up out-of-memory handling, standard streams and SystemC.
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/next_step.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 
 #include "grtx/base/nearest_name.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 namespace fs = std::filesystem;
@@ -196,4 +197,4 @@ std::string next_step(const Error& error, const std::vector<std::string>& argume
   return command.starts_with("-") ? "see grtx --help" : fmt::format("see grtx {} --help", command);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

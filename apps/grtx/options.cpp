@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/options.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/study/machine.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 namespace {
 
@@ -57,7 +58,7 @@ CLI::Validator one_of(std::vector<std::string> names) {
       "{" + choices + "}");
 }
 
-void add_view_options(CLI::App* command, ViewOptions& view) {
+void add_view_options(CLI::App* command, study::ViewOptions& view) {
   command
       ->add_option("--cameras", view.cameras, "3DGS cameras.json, NeRF transforms.json or COLMAP folder (no default)")
       ->type_name(kInputFile)
@@ -71,7 +72,7 @@ void add_view_options(CLI::App* command, ViewOptions& view) {
       ->check(in_range(1e-3, 1e3));
 }
 
-void add_views_option(CLI::App* command, ViewOptions& view) {
+void add_views_option(CLI::App* command, study::ViewOptions& view) {
   command
       ->add_option("--views", view.views,
                    "Views A:B, both included, as the frames of a sequence in one trace: caches stay warm from frame to "
@@ -84,7 +85,7 @@ CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
                              fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
                                          ".toml of what differs from paper, or from what it includes; --config and "
                                          "options of the tracer override it",
-                                         fmt::join(machine_names(), ", ")));
+                                         fmt::join(study::machine_names(), ", ")));
 }
 
 void add_flatten_option(CLI::App* command, bool& flatten) {
@@ -102,4 +103,4 @@ void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, cons
       ->allow_extra_args(false);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Command-line building blocks shared by several commands.
 #pragma once
 
@@ -15,7 +16,7 @@
 #include "grtx/base/wrapped.h"
 #include "grtx/study/view_choice.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// Adds a subcommand with --quiet and --help; help shows defaults. `body` runs after parsing and returns the exit code
 /// (0 or 1); it throws grtx::Error for bad input.
@@ -61,9 +62,9 @@ CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value,
 }
 
 /// --cameras (required), --view, --width, --height, --fov-scale.
-void add_view_options(CLI::App* command, ViewOptions& view);
+void add_view_options(CLI::App* command, study::ViewOptions& view);
 /// --views.
-void add_views_option(CLI::App* command, ViewOptions& view);
+void add_views_option(CLI::App* command, study::ViewOptions& view);
 /// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
 /// --flatten.
@@ -71,4 +72,4 @@ void add_flatten_option(CLI::App* command, bool& flatten);
 /// --heatmap, which may be repeated.
 void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, const std::vector<std::string>& names);
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

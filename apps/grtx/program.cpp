@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/program.h"
 
 #include <fmt/format.h>
@@ -34,13 +35,13 @@
 
 namespace {
 
-using grtx::sim::CommonOptions;
+using grtx::apps::CommonOptions;
 
 constexpr int kBadInput = 2;
 constexpr int kInternalError = 3;
 
 void print_error(const grtx::Error& error, const std::vector<std::string>& arguments) {
-  const std::string step = grtx::sim::next_step(error, arguments);
+  const std::string step = grtx::apps::next_step(error, arguments);
   std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", grtx::printable(step).c_str());
 }
 
@@ -99,28 +100,28 @@ grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
-                                                grtx::sim::kModelVersion, grtx::kCommit, grtx::kCompiler));
+                                                grtx::sim::kModelVersion, grtx::apps::kCommit, grtx::apps::kCompiler));
   CommonOptions common;
   app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
-  grtx::sim::add_synth(app, common);
-  grtx::sim::add_info(app, common);
-  grtx::sim::add_convert(app, common);
-  grtx::sim::add_trace(app, common);
-  grtx::sim::add_reference(app, common);
-  grtx::sim::add_compare(app, common);
-  grtx::sim::add_trace_check(app, common);
-  grtx::sim::add_trace_dump(app, common);
-  grtx::sim::add_ray(app, common);
-  grtx::sim::add_sim(app, common);
-  grtx::sim::add_cost(app, common);
-  grtx::sim::add_run(app, common);
-  grtx::sim::add_stalls(app, common);
-  grtx::sim::add_report(app, common);
-  grtx::sim::add_correlate(app, common);
-  grtx::sim::add_sweep(app, common);
-  grtx::sim::add_search(app, common);
-  grtx::sim::add_regress(app, common);
-  grtx::sim::add_selftest(app, common);
+  grtx::apps::add_synth(app, common);
+  grtx::apps::add_info(app, common);
+  grtx::apps::add_convert(app, common);
+  grtx::apps::add_trace(app, common);
+  grtx::apps::add_reference(app, common);
+  grtx::apps::add_compare(app, common);
+  grtx::apps::add_trace_check(app, common);
+  grtx::apps::add_trace_dump(app, common);
+  grtx::apps::add_ray(app, common);
+  grtx::apps::add_sim(app, common);
+  grtx::apps::add_cost(app, common);
+  grtx::apps::add_run(app, common);
+  grtx::apps::add_stalls(app, common);
+  grtx::apps::add_report(app, common);
+  grtx::apps::add_correlate(app, common);
+  grtx::apps::add_sweep(app, common);
+  grtx::apps::add_search(app, common);
+  grtx::apps::add_regress(app, common);
+  grtx::apps::add_selftest(app, common);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
@@ -130,7 +131,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
     return kBadInput;
   }
   if (common.list_json) {
-    fmt::print("{}", grtx::sim::json_reference());
+    fmt::print("{}", grtx::apps::json_reference());
     return 0;
   }
   if (!common.action) {
@@ -178,7 +179,7 @@ int program(int argc, char** argv, const char* machines) {
   sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
-  sim::set_machines_folder(machines);
+  study::set_machines_folder(machines);
   try {
     sim::register_dram_simulators();
     return run_and_flush(argc, argv, arguments);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The `grtx` program as a function, for user programs that register additional configuration keys and units before
 // calling it. They are then available in all commands.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx ray: an HTML page that shows how one ray, or the rays of one warp, were traced.
 #include <memory>
 
@@ -8,17 +9,17 @@
 #include "grtx/base/error.h"
 #include "grtx/study/ray_study.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct RayArguments {
-  RayPlan plan;
+  study::RayPlan plan;
   std::string output;
   CLI::App* command = nullptr;
 };
 
 int ray(const RayArguments& options, const CommonOptions& common) {
-  RayPlan plan = options.plan;
+  study::RayPlan plan = options.plan;
   if (plan.rays.pixel.empty() == !plan.rays.warp) throw Error("ray", "--pixel", "which ray? --pixel X,Y, or --warp W");
   if (plan.scene.empty() != plan.view.cameras.empty()) {
     throw Error("ray", plan.scene.empty() ? "--cameras" : "--scene",
@@ -26,7 +27,7 @@ int ray(const RayArguments& options, const CommonOptions& common) {
   }
   plan.recorded_view = options.command->count("--view") == 0;
   plan.opened = [&common](const FilesRead& files) { common.files.check(files); };
-  const RayStudy study = study_rays(plan);
+  const study::RayStudy study = study::study_rays(plan);
   write_file(options.output, study.page);
   if (common.json) {
     nlohmann::ordered_json json = json_document("ray");
@@ -87,4 +88,4 @@ void add_ray(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx reference: the double-precision brute-force renderer.
 #include <memory>
 
@@ -10,20 +11,20 @@
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/tracer/scene_tracer.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct ReferenceArguments {
   std::string scene;
-  ViewOptions view;
+  study::ViewOptions view;
   std::string proxy = "icosahedron20";
   std::string accel;
   frontend::SortKey sort_key = frontend::SortKey::entry;
-  KernelRadius kernel_radius = KernelRadius::adaptive;
+  study::KernelRadius kernel_radius = study::KernelRadius::adaptive;
   unsigned kernel_degree = 2;
   frontend::InsideRule inside = frontend::InsideRule::skip;
   frontend::ShDirection sh_dir = frontend::ShDirection::ray;
-  SecondarySettings secondary;
+  study::SecondarySettings secondary;
   frontend::ReferenceOptions render;
   std::string output;
 };
@@ -48,7 +49,7 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
   render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
-  render.adaptive_radius = options.kernel_radius == KernelRadius::adaptive;
+  render.adaptive_radius = options.kernel_radius == study::KernelRadius::adaptive;
   render.kernel_degree = options.kernel_degree;
   render.count_inside = options.inside == frontend::InsideRule::count;
   render.sh_from_centre = options.sh_dir == frontend::ShDirection::centre;
@@ -57,10 +58,10 @@ int render(ReferenceArguments options, const CommonOptions& common) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
   FilesRead files;
-  const frontend::Camera camera = select_camera(options.view, files);
+  const frontend::Camera camera = study::select_camera(options.view, files);
   const frontend::Scene scene = frontend::load_flat_scene(options.scene, files, common.quiet);
   common.files.check(files);
-  render.objects = optical_objects(options.secondary, scene, camera);
+  render.objects = study::optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   if (common.json) {
     nlohmann::ordered_json json = json_document("reference");
@@ -100,4 +101,4 @@ void add_reference(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx regress: runs a folder of traces with their machines and compares the statistics with those on record.
 #include "grtx/rtl_tlm/regress/regression.h"
 
@@ -11,11 +12,11 @@
 #include "grtx/lab/sweep/session.h"
 #include "grtx/study/machine.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct RegressArguments {
-  RegressionOptions regression;
+  sim::RegressionOptions regression;
   bool update = false;
 };
 
@@ -25,17 +26,17 @@ nlohmann::ordered_json value_of(const std::string& json) {
   return value.is_discarded() ? nullptr : value;
 }
 
-nlohmann::ordered_json regression_json(const std::vector<RegressionOutcome>& outcomes) {
+nlohmann::ordered_json regression_json(const std::vector<sim::RegressionOutcome>& outcomes) {
   nlohmann::ordered_json json = json_document("regress");
   json["cases"] = nlohmann::ordered_json::array();
-  for (const RegressionOutcome& outcome : outcomes) {
+  for (const sim::RegressionOutcome& outcome : outcomes) {
     nlohmann::ordered_json& c = json["cases"].emplace_back();
     c["case"] = outcome.regression_case.name;
-    c["outcome"] = outcome_name(outcome.kind);
+    c["outcome"] = sim::outcome_name(outcome.kind);
     c["message"] = outcome.message;
     c["compared"] = outcome.comparison.compared;
     c["differences"] = nlohmann::ordered_json::array();
-    for (const StatisticDifference& difference : outcome.comparison.differences) {
+    for (const sim::StatisticDifference& difference : outcome.comparison.differences) {
       c["differences"].push_back({{"statistic", difference.name},
                                   {"unit", difference.unit.name},
                                   {"recorded", value_of(difference.recorded)},
@@ -49,20 +50,20 @@ nlohmann::ordered_json regression_json(const std::vector<RegressionOutcome>& out
 }
 
 int regress(RegressArguments options, const CommonOptions& common) {
-  RegressionOptions& regression = options.regression;
+  sim::RegressionOptions& regression = options.regression;
   if (options.update && regression.reason.empty()) throw Error("--update", "", "needs --reason TEXT");
   if (!options.update && !regression.reason.empty()) throw Error("--reason", "", "needs --update");
   regression.quiet = common.quiet;
   regression.silent = common.json;
-  regression.program = program_version();
-  regression.machine = load_machine_config;
-  regression.price = describe_energy;
-  for (const RegressionCase& c : load_regression(regression.folder)) {
+  regression.program = lab::program_version();
+  regression.machine = study::load_machine_config;
+  regression.price = lab::describe_energy;
+  for (const sim::RegressionCase& c : sim::load_regression(regression.folder)) {
     for (const std::string& file : {c.file, c.record, c.trace, c.config}) common.files.check(file);
   }
-  const std::vector<RegressionOutcome> outcomes = run_regression(regression);
+  const std::vector<sim::RegressionOutcome> outcomes = sim::run_regression(regression);
   if (common.json) print_json(regression_json(outcomes));
-  return exit_code(outcomes);
+  return sim::exit_code(outcomes);
 }
 
 }  // namespace
@@ -72,7 +73,7 @@ void add_regress(CLI::App& app, CommonOptions& common) {
   CLI::App* command =
       make_command(app, common, "regress", "Runs a folder of traces and compares their statistics with those on record",
                    [options, &common] { return regress(*options, common); });
-  RegressionOptions& regression = options->regression;
+  sim::RegressionOptions& regression = options->regression;
   command->add_option("DIR", regression.folder, "Folder with NAME.case.toml files, docs/guide/regress.md (no default)")
       ->required();
   command->add_option("--cases", regression.cases, "Shell pattern of the cases to run");
@@ -85,4 +86,4 @@ void add_regress(CLI::App& app, CommonOptions& common) {
   command->add_option("--reason", regression.reason, "With --update: why, for the case's file (default: none)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

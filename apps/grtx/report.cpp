@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx report: tables and charts of sweeps and runs in one HTML file.
 #include "grtx/view/report/report.h"
 
@@ -8,11 +9,11 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct ReportArguments {
-  ReportOptions report;
+  view::ReportOptions report;
   std::string output;
 };
 
@@ -22,7 +23,7 @@ void add_report(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<ReportArguments>();
   CLI::App* command =
       make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options, &common] {
-        write_file(options->output, report_page(options->report));
+        write_file(options->output, view::report_page(options->report));
         if (common.json) {
           nlohmann::ordered_json json = json_document("report");
           json["report"] = options->output;
@@ -49,4 +50,4 @@ void add_report(CLI::App& app, CommonOptions& common) {
   command->add_option("--title", options->report.title, "Title of the page");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx run: the main job. Traces one view with the designs, simulates each, and compares.
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@
 #include "grtx/study/run_designs.h"
 #include "grtx/study/tracer_statistics.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 using nlohmann::ordered_json;
@@ -21,11 +22,11 @@ using nlohmann::ordered_json;
 constexpr const char* kChargedMachine = "paper-charged";  ///< the default machine with every byte charged
 
 struct RunArguments {
-  RunPlan plan;
+  study::RunPlan plan;
   CLI::App* command = nullptr;
   std::string config;
   std::vector<std::string> settings;
-  SimulationMode mode = SimulationMode::cycle;
+  sim::SimulationMode mode = sim::SimulationMode::cycle;
   CLI::Option* mode_option = nullptr;  ///< the --mode option; tells whether it was given
   EstimateCli estimate;
 };
@@ -34,7 +35,7 @@ double value(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-void print_table(const ordered_json& designs, const DesignComparison& comparison) {
+void print_table(const ordered_json& designs, const study::DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
   fmt::print("{:<9} {:>10} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
              "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
@@ -49,7 +50,7 @@ void print_table(const ordered_json& designs, const DesignComparison& comparison
   }
 }
 
-void print_frames(const ordered_json& results, const DesignComparison& comparison) {
+void print_frames(const ordered_json& results, const study::DesignComparison& comparison) {
   const ordered_json& frames = results.at("frames");
   for (std::size_t i = 0; i < frames.at("cycles").at(comparison.reference()).size(); ++i) {
     fmt::print("frame {}: {} {:.0f} cycles; speed-up:", i, comparison.reference(),
@@ -70,7 +71,7 @@ void print_intervals(const ordered_json& results) {
   say("{}", text);
 }
 
-void print_images(const DesignResults& run) {
+void print_images(const study::DesignResults& run) {
   const ordered_json orders = run.json.value("other_orders", ordered_json::object());
   fmt::print("images of the {} designs{}: {}\n", run.comparison.names().size() - orders.size(),
              orders.empty() ? "" : " that blend in one order", run.images_identical ? "bit-identical" : "DIFFERENT");
@@ -81,14 +82,14 @@ void print_images(const DesignResults& run) {
 }
 
 /// Prints a summary of the results.
-void print_summary(const RunArguments& options, const DesignResults& run) {
+void print_summary(const RunArguments& options, const study::DesignResults& run) {
   const ordered_json& results = run.json;
-  const DesignComparison& comparison = run.comparison;
+  const study::DesignComparison& comparison = run.comparison;
   const std::string& machine = options.plan.machine;
   const bool objects = results.contains("speedup_over");
-  say("{}", describe_machine(machine, options.config, options.settings, run.mode));
+  say("{}", study::describe_machine(machine, options.config, options.settings, run.mode));
   print_table(results.at("designs"), comparison);
-  if (run.mode != SimulationMode::cycle) print_intervals(results);
+  if (run.mode != sim::SimulationMode::cycle) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
@@ -97,29 +98,29 @@ void print_summary(const RunArguments& options, const DesignResults& run) {
     for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
-  say("{}", describe_end(run.counters));
+  say("{}", study::describe_end(run.counters));
   if (objects) fmt::print("speed-up over {}\n", comparison.reference());
   print_images(run);
   if (options.plan.config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged) {
     fmt::print("checkpoint traffic is free on this machine ({} charges it)\n",
-               machine == kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
+               machine == study::kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
   }
 }
 
 int run(RunArguments& options, const CommonOptions& common) {
-  RunPlan& plan = options.plan;
+  study::RunPlan& plan = options.plan;
   apply_machine_tracer(plan.tracer, plan.machine, *options.command);
-  plan.config = load_machine_config(plan.machine, options.config, options.settings);
-  plan.named = keys_of(options.settings);
-  for (const TracerOptionName& option : tracer_option_names()) {
-    if (options.command->count(flag_of(option.key)) > 0) plan.named.insert(option.key);
+  plan.config = study::load_machine_config(plan.machine, options.config, options.settings);
+  plan.named = lab::keys_of(options.settings);
+  for (const study::TracerOptionName& option : study::tracer_option_names()) {
+    if (options.command->count(study::flag_of(option.key)) > 0) plan.named.insert(option.key);
   }
   plan.windows = estimate_options(options.estimate, options.mode);
   if (options.mode_option->count() > 0) plan.mode = options.mode;
   plan.quiet = common.quiet;
   plan.opened = [&common](const FilesRead& files) { common.files.check(files); };
-  const DesignResults results = run_designs(plan);
-  print_notes(results.notes);
+  const study::DesignResults results = study::run_designs(plan);
+  sim::print_notes(results.notes);
   if (common.json) {
     print_json(results.json);
   } else if (!common.quiet) {
@@ -144,7 +145,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->add_option("--designs", options->plan.designs,
                    "Designs to compare, with commas; speed-ups are over the first of the table (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember(design_names()));
+      ->check(CLI::IsMember(lab::design_names()));
   add_flatten_option(command, options->plan.flatten);
   add_view_options(command, options->plan.view);
   add_views_option(command, options->plan.view);
@@ -167,4 +168,4 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

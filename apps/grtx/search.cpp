@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx search: looks for the best machines of a design space.
 #include "grtx/lab/search/search.h"
 
@@ -16,34 +17,34 @@
 #include "grtx/study/plan_machine.h"
 #include "grtx/study/sweep_tracer_rules.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct SearchArguments {
   std::string plan;
-  SessionOptions session;
-  std::string machine = kDefaultMachine;
+  lab::SessionOptions session;
+  std::string machine = study::kDefaultMachine;
 };
 
 int search(const SearchArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
-  const SceneTracerRules tracer;
-  SearchPlan plan = load_search_plan(options.plan, tracer);
-  put_on_machine(plan.common, options.machine);
-  SessionOptions with = options.session;
+  const study::SceneTracerRules tracer;
+  lab::SearchPlan plan = lab::load_search_plan(options.plan, tracer);
+  study::put_on_machine(plan.common, options.machine);
+  lab::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.common.mode, plan.confirm};
-  SweepSession session(with, plan.common);
-  const nlohmann::ordered_json result = run_search(plan, tracer, session, quiet);
+  lab::SweepSession session(with, plan.common);
+  const nlohmann::ordered_json result = lab::run_search(plan, tracer, session, quiet);
   session.end();
   if (common.json) {
     print_json(result);
   } else if (!quiet) {
-    fmt::print("{}", search_text(result));
+    fmt::print("{}", lab::search_text(result));
     if (session.trace_work().made != 0) fmt::print("{}\n", describe(session.trace_work()));
   }
-  return search_succeeded(result) ? 0 : 1;
+  return lab::search_succeeded(result) ? 0 : 1;
 }
 
 }  // namespace
@@ -60,4 +61,4 @@ void add_search(CLI::App& app, CommonOptions& common) {
   add_machine_option(command, options->machine);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

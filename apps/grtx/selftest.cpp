@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx selftest: checks that this program gives the recorded results on this host. Makes a scene, traces and simulates
 // it with the program's own commands, and compares hashes and numbers, none of which depends on the host.
 #include "grtx/apps/grtx/selftest.h"
@@ -18,7 +19,7 @@
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/program_run.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 using nlohmann::ordered_json;
@@ -162,10 +163,10 @@ class Selftest {
     std::vector<std::string> all = {fs::read_symlink("/proc/self/exe").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());
     all.emplace_back("--quiet");
-    const ProgramEnd end = ProgramRun(all, file("out"), file("errors"), ProgramLimits{300.0, 0}).wait();
+    const lab::ProgramEnd end = lab::ProgramRun(all, file("out"), file("errors"), lab::ProgramLimits{300.0, 0}).wait();
     if (end.code == 0 && end.signal == 0) return "";
     const std::string why = end.timeout       ? "longer than 300 s"
-                            : end.signal != 0 ? "ended by " + signal_name(end.signal)
+                            : end.signal != 0 ? "ended by " + lab::signal_name(end.signal)
                                               : read_file(file("errors"));
     return fmt::format("error {}: {}\n", arguments.front(), why.substr(0, why.find('\n')));
   }
@@ -228,4 +229,4 @@ void add_selftest(CLI::App& app, CommonOptions& common) {
   command->add_flag("--print", *print, "Print what this program gives in place of comparing it (default: off)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

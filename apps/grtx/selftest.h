@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx selftest: small runs of this program, compared with recorded hashes and numbers.
 #pragma once
 
@@ -5,9 +6,9 @@
 
 #include "grtx/apps/grtx/commands.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// Registers the command, as the functions of commands.h do.
 void add_selftest(CLI::App& app, CommonOptions& common);
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

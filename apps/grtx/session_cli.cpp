@@ -1,12 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/session_cli.h"
 
 #include <fmt/format.h>
 
 #include "grtx/apps/grtx/options.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
-void add_session_options(CLI::App* command, SessionOptions& options) {
+void add_session_options(CLI::App* command, lab::SessionOptions& options) {
   command
       ->add_option(
           "-o,--output", options.database,
@@ -24,10 +25,10 @@ void add_session_options(CLI::App* command, SessionOptions& options) {
                     "Run points again that failed, were killed or took too long (default: off)");
 }
 
-std::string describe(const TraceWork& work) {
+std::string describe(const lab::TraceWork& work) {
   if (work.made == 0) return "";
   return fmt::format("{} {} made, {} {} built for them", work.made, work.made == 1 ? "trace" : "traces",
                      work.structures_built, work.structures_built == 1 ? "structure" : "structures");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

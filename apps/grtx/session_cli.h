@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options that sweep and search share: the database, and where and how many points run.
 #pragma once
 
@@ -6,12 +7,12 @@
 
 #include "grtx/lab/sweep/session.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 /// Adds -o, --launcher, --jobs, --sbatch, --program and --retry.
-void add_session_options(CLI::App* command, SessionOptions& options);
+void add_session_options(CLI::App* command, lab::SessionOptions& options);
 
 /// "3 traces made, 1 structure built for them"; "" if none was made.
-std::string describe(const TraceWork& work);
+std::string describe(const lab::TraceWork& work);
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

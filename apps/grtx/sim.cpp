@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx sim: runs a trace on the hardware model.
 #include "grtx/rtl_tlm/run/simulation.h"
 
@@ -24,16 +25,16 @@
 #include "grtx/study/machine_notes.h"
 #include "grtx/study/simulate_mode.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct SimArguments {
   std::string trace;
-  std::string machine = kDefaultMachine;
+  std::string machine = study::kDefaultMachine;
   std::string config;
   std::vector<std::string> settings;
   std::string statistics;
-  SimulationMode mode = SimulationMode::cycle;
+  sim::SimulationMode mode = sim::SimulationMode::cycle;
   std::string window;
   std::string timeline_window;
   std::vector<std::string> heatmaps;
@@ -42,16 +43,16 @@ struct SimArguments {
   bool no_idle_skip = false;
   bool strict = false;
   EstimateCli estimate;
-  SimulationOptions simulation;
+  sim::SimulationOptions simulation;
 };
 
 double number(const nlohmann::ordered_json& document, const char* name) {
   return document.at("stats").at(name).at("value").get<double>();
 }
 
-void print_summary(const SimArguments& options, const SimulationResult& result) {
+void print_summary(const SimArguments& options, const sim::SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  say("{}", describe_machine(options.machine, options.config, options.settings, options.mode));
+  say("{}", study::describe_machine(options.machine, options.config, options.settings, options.mode));
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));
@@ -63,8 +64,8 @@ void print_summary(const SimArguments& options, const SimulationResult& result) 
       number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"), number(d, "host.peak_rss_bytes") * 1e-6);
 }
 
-int report_faults(const SimulationResult& result) {
-  print_notes({{"sim", notes_from(result.document.at("notes"), "sim")}});
+int report_faults(const sim::SimulationResult& result) {
+  sim::print_notes({{"sim", sim::notes_from(result.document.at("notes"), "sim")}});
   for (const std::string& violation : result.violations) {
     fmt::print(stderr, "grtx: sim: conservation law violated: {}\n", violation);
   }
@@ -72,9 +73,9 @@ int report_faults(const SimulationResult& result) {
 }
 
 /// Notes on a trace that was made for another machine; with --strict throws Error instead.
-ResultNotes notes_before(const SimArguments& options) {
+sim::ResultNotes notes_before(const SimArguments& options) {
   const traces::Reader reader(options.trace);
-  const ResultNotes others = tracer_notes(options.machine, reader.header());
+  const sim::ResultNotes others = study::tracer_notes(options.machine, reader.header());
   if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
   return others;
 }
@@ -82,13 +83,13 @@ ResultNotes notes_before(const SimArguments& options) {
 /// Throws Error for options of another mode: waveforms, timelines and heat maps need cycle mode; windows cannot start
 /// from warm caches.
 void check_estimate(const SimArguments& options) {
-  if (options.mode == SimulationMode::cycle) return;
+  if (options.mode == sim::SimulationMode::cycle) return;
   if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
       !options.heatmaps.empty()) {
     throw Error("sim", "--mode " + std::string(name_of(options.mode)),
                 "has no waveforms, timelines or heat maps: use --mode cycle");
   }
-  if (options.mode == SimulationMode::sampled) return;
+  if (options.mode == sim::SimulationMode::sampled) return;
   for (const auto& [option, path] :
        {std::pair("--warm", &options.simulation.warm_trace), std::pair("--warm-state", &options.simulation.warm_state),
         std::pair("--save-state", &options.simulation.save_state)}) {
@@ -101,41 +102,42 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     throw Error("--json", "", "needs a trace: lists are Markdown");
   }
   if (options.list_config) {
-    fmt::print("{}", config_reference());
+    fmt::print("{}", sim::config_reference());
     return 0;
   }
   if (options.list_statistics) {
-    modules::StatisticList kinds = statistic_kinds();
-    describe_energy({}, {}, 0, kinds);
-    fmt::print("{}", statistics_reference(kinds));
+    modules::StatisticList kinds = sim::statistic_kinds();
+    lab::describe_energy({}, {}, 0, kinds);
+    fmt::print("{}", sim::statistics_reference(kinds));
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
-  const WindowOptions windows = estimate_options(options.estimate, options.mode);
-  const GpuConfig config = load_machine_config(options.machine, options.config, options.settings);
-  warn_of_idle_keys(config, options.mode);
+  const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
+  const sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
+  sim::warn_of_idle_keys(config, options.mode);
   check_estimate(options);
-  if (!options.window.empty()) options.simulation.waveform.window = parse_window("--vcd-window", options.window);
+  if (!options.window.empty()) options.simulation.waveform.window = sim::parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
-    options.simulation.timeline.window = parse_window("--timeline-window", options.timeline_window);
+    options.simulation.timeline.window = sim::parse_window("--timeline-window", options.timeline_window);
   }
-  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, {"cycles"});
+  const std::vector<study::HeatmapRequest> heatmaps = study::heatmap_requests(options.heatmaps, {"cycles"});
   options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = common.quiet;
-  options.simulation.price = describe_energy;
+  options.simulation.price = lab::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const ResultNotes notes = notes_before(options);
-  SampledResult estimate = simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
-  SimulationResult& result = estimate.result;
-  put_first(notes, result.document);
-  result.document["inputs"]["machine"] = machine_name(options.machine, config);
-  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(result.document));
-  for (const HeatmapRequest& heatmap : heatmaps) {
-    write_heatmap(heatmap.path, {heatmap.name,
-                                 "of a ray's warp",
-                                 result.width,
-                                 result.height,
-                                 {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
+  const sim::ResultNotes notes = notes_before(options);
+  sim::SampledResult estimate =
+      study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
+  sim::SimulationResult& result = estimate.result;
+  study::put_first(notes, result.document);
+  result.document["inputs"]["machine"] = study::machine_name(options.machine, config);
+  if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
+  for (const study::HeatmapRequest& heatmap : heatmaps) {
+    study::write_heatmap(heatmap.path, {heatmap.name,
+                                        "of a ray's warp",
+                                        result.width,
+                                        result.height,
+                                        {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
   }
   if (common.json) {
     print_json(result.document);
@@ -208,4 +210,4 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command->add_flag("--list-statistics", options->list_statistics, "Print all statistics as Markdown (default: off)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx stalls: where the cycles of a run went.
 #include <fmt/format.h>
 
@@ -9,7 +10,7 @@
 #include "grtx/rtl_tlm/observe/stall_report.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct StallsArguments {
@@ -17,12 +18,12 @@ struct StallsArguments {
   unsigned columns = 38;  ///< lines of 80 columns
 };
 
-std::string stall_json(const std::vector<StallSection>& sections) {
+std::string stall_json(const std::vector<sim::StallSection>& sections) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const StallSection& section : sections) {
+  for (const sim::StallSection& section : sections) {
     nlohmann::ordered_json& entry = list.emplace_back();
     entry = {{"title", section.title}, {"unit", section.unit}, {"whole", section.whole}};
-    for (const StallBar& bar : section.bars) entry["bars"][bar.label] = bar.value;
+    for (const sim::StallBar& bar : section.bars) entry["bars"][bar.label] = bar.value;
   }
   return json_text(list, 1) + "\n";
 }
@@ -30,10 +31,10 @@ std::string stall_json(const std::vector<StallSection>& sections) {
 int print_stalls(const StallsArguments& options, bool json) {
   const nlohmann::ordered_json document = read_json(options.statistics);
   if (document.is_object() && document.contains("stats")) {
-    check_statistics(document.at("stats"), options.statistics, "");
+    sim::check_statistics(document.at("stats"), options.statistics, "");
   }
-  const std::vector<StallSection> sections = stall_sections(document, options.statistics);
-  fmt::print("{}", json ? stall_json(sections) : stall_text(sections, options.columns));
+  const std::vector<sim::StallSection> sections = sim::stall_sections(document, options.statistics);
+  fmt::print("{}", json ? stall_json(sections) : sim::stall_text(sections, options.columns));
   return 0;
 }
 
@@ -49,4 +50,4 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(in_range(1, 500));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

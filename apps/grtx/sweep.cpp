@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx sweep: explores a design space. Runs the points of a plan that the database does not hold yet.
 #include "grtx/lab/sweep/sweep.h"
 
@@ -23,15 +24,15 @@
 #include "grtx/study/plan_machine.h"
 #include "grtx/study/sweep_tracer_rules.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
 struct SweepArguments {
   std::string plan;
-  SessionOptions session;
-  std::string machine = kDefaultMachine;
+  lab::SessionOptions session;
+  std::string machine = study::kDefaultMachine;
   std::string mode, confirm;
   std::string scene, cameras;
   bool list = false;
@@ -52,7 +53,7 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
   for (const std::string& path : options.compare) {
     if (!fs::exists(path)) throw Error(path, "", "no such file");
   }
-  const auto [differences, earlier_plan] = compare_sweeps(options.compare.at(0), options.compare.at(1));
+  const auto [differences, earlier_plan] = lab::compare_sweeps(options.compare.at(0), options.compare.at(1));
   if (common.json) {
     nlohmann::ordered_json json = json_document("sweep");
     json["differences"] = differences;
@@ -71,11 +72,11 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
 }
 
 /// The plan with the overrides of the command line.
-SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
-  SweepPlan plan = load_plan(options.plan, tracer);
+lab::SweepPlan plan_of(const SweepArguments& options, const lab::TracerRules& tracer) {
+  lab::SweepPlan plan = lab::load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
-  put_on_machine(plan, options.machine);
+  study::put_on_machine(plan, options.machine);
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -87,8 +88,8 @@ SweepPlan plan_of(const SweepArguments& options, const TracerRules& tracer) {
 }
 
 /// The point as the database would store it.
-StoredPoint stored(const SweepPoint& point, const std::shared_ptr<const nlohmann::ordered_json>& trace) {
-  StoredPoint stored;
+lab::StoredPoint stored(const lab::SweepPoint& point, const std::shared_ptr<const nlohmann::ordered_json>& trace) {
+  lab::StoredPoint stored;
   stored.key = point.key;
   stored.machine = point.machine;
   stored.mode = point.mode;
@@ -103,16 +104,17 @@ StoredPoint stored(const SweepPoint& point, const std::shared_ptr<const nlohmann
 /// The points of a plan, and points of its database that are not in the plan.
 class PointList {
  public:
-  PointList(const SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
+  PointList(const lab::SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
     if (!fs::exists(database)) return;
-    SweepDatabase opened(database);
+    lab::SweepDatabase opened(database);
     statuses_ = opened.statuses_of(all.points);
     std::unordered_set<std::string> asked;
     for (const std::string& mode : opened.modes()) {
-      for (const SweepPoint& point : all.points) asked.insert(key_in_mode(point, mode, program_version()));
+      for (const lab::SweepPoint& point : all.points)
+        asked.insert(lab::key_in_mode(point, mode, lab::program_version()));
     }
-    Sqlite reader(database, Sqlite::Open::read_only);
-    earlier_ = read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
+    lab::Sqlite reader(database, lab::Sqlite::Open::read_only);
+    earlier_ = lab::read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
     if (!earlier_.empty()) tell_apart_from_earlier();
   }
 
@@ -138,11 +140,11 @@ class PointList {
       }
     };
     for (std::size_t i = 0; i < statuses_.size(); ++i) {
-      const SweepPoint& point = all_.points[i];
+      const lab::SweepPoint& point = all_.points[i];
       print(point, statuses_[i].empty() ? "new" : statuses_[i],
             told_.empty() ? point.coordinates : told_[i].coordinates, false);
     }
-    for (const StoredPoint& point : earlier_) print(point, point.status, point.coordinates, true);
+    for (const lab::StoredPoint& point : earlier_) print(point, point.status, point.coordinates, true);
     if (list) {
       list->end({{"traces", all_.traces.size()}});
       return;
@@ -155,22 +157,22 @@ class PointList {
   void tell_apart_from_earlier() {
     std::map<std::string, std::shared_ptr<const nlohmann::ordered_json>> traces;
     for (const auto& trace : all_.traces) {
-      traces[trace->key] = std::make_shared<const nlohmann::ordered_json>(trace_inputs(trace->options));
+      traces[trace->key] = std::make_shared<const nlohmann::ordered_json>(lab::trace_inputs(trace->options));
     }
-    for (const SweepPoint& point : all_.points) told_.push_back(stored(point, traces.at(point.trace_key)));
-    std::vector<StoredPoint*> points;
-    for (StoredPoint& point : told_) points.push_back(&point);
-    for (StoredPoint& point : earlier_) points.push_back(&point);
-    tell_apart(points);
+    for (const lab::SweepPoint& point : all_.points) told_.push_back(stored(point, traces.at(point.trace_key)));
+    std::vector<lab::StoredPoint*> points;
+    for (lab::StoredPoint& point : told_) points.push_back(&point);
+    for (lab::StoredPoint& point : earlier_) points.push_back(&point);
+    lab::tell_apart(points);
   }
 
-  const SweepPoints& all_;
-  std::vector<std::string> statuses_;  ///< one per point; "" for a new one
-  std::vector<StoredPoint> told_;      ///< points of all_; only filled if there are earlier ones
-  std::vector<StoredPoint> earlier_;
+  const lab::SweepPoints& all_;
+  std::vector<std::string> statuses_;   ///< one per point; "" for a new one
+  std::vector<lab::StoredPoint> told_;  ///< points of all_; only filled if there are earlier ones
+  std::vector<lab::StoredPoint> earlier_;
 };
 
-int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database, const TraceWork& work,
+int print_summary(const std::vector<lab::SweepPoint>& points, lab::SweepDatabase& database, const lab::TraceWork& work,
                   const std::string& path, const CommonOptions& common) {
   const std::map<std::string, std::size_t> counts = database.summary(points);
   std::string text;
@@ -198,31 +200,31 @@ int print_summary(const std::vector<SweepPoint>& points, SweepDatabase& database
 int sweep(const SweepArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (!options.task.empty()) {
-    run_tasks(options.task, options.result, options.scratch);
+    lab::run_tasks(options.task, options.result, options.scratch);
     return 0;
   }
   if (options.tracer) return answer_trace_requests(std::cin, stdout);
   if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
-  const SceneTracerRules tracer;
-  const SweepPlan plan = plan_of(options, tracer);
-  SweepPoints all = expand(plan, tracer, program_version());
+  const study::SceneTracerRules tracer;
+  const lab::SweepPlan plan = plan_of(options, tracer);
+  lab::SweepPoints all = lab::expand(plan, tracer, lab::program_version());
   if (options.list) {
     PointList(all, options.session.database).print(common.json);
     return 0;
   }
   if (options.session.database.empty()) throw Error("sweep", "-o", "a database is needed");
-  SessionOptions with = options.session;
+  lab::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.mode};
   if (!plan.confirm.empty()) with.modes.push_back(plan.confirm);
-  SweepSession session(with, plan);
+  lab::SweepSession session(with, plan);
   session.run(all, "sweep");
   if (!plan.confirm.empty() && plan.confirm != plan.mode) {
-    SweepPoints front;
+    lab::SweepPoints front;
     front.traces = all.traces;
-    for (const SweepPoint& point : pareto_front(all.points, session.database())) {
-      front.points.push_back(in_mode(point, plan.confirm, program_version()));
+    for (const lab::SweepPoint& point : lab::pareto_front(all.points, session.database())) {
+      front.points.push_back(lab::in_mode(point, plan.confirm, lab::program_version()));
     }
     if (!quiet) fmt::print(stderr, "confirming {} points of the front with {}\n", front.points.size(), plan.confirm);
     session.run(front, "sweep");
@@ -262,4 +264,4 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
   command->add_flag("--tracer", options->tracer)->group("");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

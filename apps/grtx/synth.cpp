@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx synth: makes a scene with the statistics of trained ones, and its cameras.
 #include <memory>
 #include <string>
@@ -8,7 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/synth/synth.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 void add_synth(CLI::App& app, CommonOptions& common) {
   struct Options {
@@ -47,4 +48,4 @@ void add_synth(CLI::App& app, CommonOptions& common) {
       ->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx trace: the functional tracer. Image, counters and trace of one view.
 #include <fmt/format.h>
 
@@ -19,17 +20,17 @@
 #include "grtx/study/tile_view.h"
 #include "grtx/study/tracer_statistics.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct TraceArguments {
   std::string scene;
-  ViewOptions view;
+  study::ViewOptions view;
   std::string accel = "tri20";
   std::string checkpoint = "off";
-  TracerSettings tracer;
+  study::TracerSettings tracer;
   CLI::App* command = nullptr;
-  std::string machine = kDefaultMachine;
+  std::string machine = study::kDefaultMachine;
   std::string output;
   std::string image;
   std::string statistics;
@@ -43,16 +44,16 @@ const std::vector<std::string>& heatmap_names() {
   return names;
 }
 
-void write_heatmaps(const std::vector<HeatmapRequest>& heatmaps, const frontend::Camera& camera,
+void write_heatmaps(const std::vector<study::HeatmapRequest>& heatmaps, const frontend::Camera& camera,
                     const std::vector<frontend::PixelCost>& costs) {
-  for (const HeatmapRequest& heatmap : heatmaps) {
-    Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
+  for (const study::HeatmapRequest& heatmap : heatmaps) {
+    study::Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
     for (const frontend::PixelCost& cost : costs) {
       const std::uint32_t values[] = {cost.visits, cost.rounds, cost.blended, cost.checkpoints};
       const auto index = std::find(heatmap_names().begin(), heatmap_names().end(), heatmap.name);
       map.values.push_back(values[index - heatmap_names().begin()]);
     }
-    write_heatmap(heatmap.path, map);
+    study::write_heatmap(heatmap.path, map);
   }
 }
 
@@ -63,10 +64,11 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  const TileView view = render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
-                                         [&common](const FilesRead& files) { common.files.check(files); });
+  const study::TileView view =
+      study::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
+                              [&common](const FilesRead& files) { common.files.check(files); });
   if (!options.image.empty()) frontend::write_image(options.image, view.result.image);
-  if (!options.statistics.empty()) write_file(options.statistics, statistics_text(view.document));
+  if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(view.document));
   if (common.json) print_json(view.document);
   if (!common.quiet && !common.json) {
     const frontend::TileCounters& c = view.result.counters;
@@ -85,7 +87,7 @@ std::string remark(const frontend::SceneTracer& scene, const frontend::TracedVie
   if (scene.view()->objects().empty()) return "";
   const frontend::TracerCounters& c = traced.result.secondary;
   return fmt::format("secondary: {} rays in {} groups, {} rounds, {} visits; {}", c.rays, traced.plan.groups.size(),
-                     c.rounds, c.visits(), describe(scene.view()->objects()));
+                     c.rounds, c.visits(), study::describe(scene.view()->objects()));
 }
 
 int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
@@ -96,33 +98,33 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
-  tracer_options(options.tracer, checkpoint, kind);  // throws for invalid options before anything is read
-  frontend::RenderOptions render = render_options(options.tracer, common.quiet);
+  study::tracer_options(options.tracer, checkpoint, kind);  // throws for invalid options before anything is read
+  frontend::RenderOptions render = study::render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;
   render.count_hits = statistics;
-  const std::vector<HeatmapRequest> heatmaps = heatmap_requests(options.heatmaps, heatmap_names());
+  const std::vector<study::HeatmapRequest> heatmaps = study::heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
   if (!options.view.views.empty() && !heatmaps.empty())
     throw Error("--heatmap", "", "is of one view: not with --views");
   FilesRead files;
-  const std::vector<frontend::Camera> cameras = select_cameras(options.view, files);
-  load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras, options.tracer,
-             kind, files, common.quiet);
+  const std::vector<frontend::Camera> cameras = study::select_cameras(options.view, files);
+  study::load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras,
+                    options.tracer, kind, files, common.quiet);
   common.files.check(files);
-  const frontend::TracedView traced =
-      trace_scene(scene, options.tracer, checkpoint, kind, render, options.no_trace ? "" : options.output, files);
+  const frontend::TracedView traced = study::trace_scene(scene, options.tracer, checkpoint, kind, render,
+                                                         options.no_trace ? "" : options.output, files);
   const frontend::RenderResult& result = traced.result;
-  if (!options.image.empty()) write_images(options.image, traced);
+  if (!options.image.empty()) study::write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
   if (statistics) {
     const nlohmann::ordered_json document =
-        view_document(scene, traced, options.tracer, checkpoint, kind, options.machine);
-    if (!options.statistics.empty()) write_file(options.statistics, statistics_text(document));
+        study::view_document(scene, traced, options.tracer, checkpoint, kind, options.machine);
+    if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(document));
     if (common.json) print_json(document);
   }
-  print_notes({{"trace", view_notes(traced, options.tracer)}});
+  sim::print_notes({{"trace", study::view_notes(traced, options.tracer)}});
   if (!common.quiet && !common.json) {
     const auto& c = result.counters;
     say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",
@@ -132,7 +134,7 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
             static_cast<double>(std::max<std::uint64_t>(1, scene.gaussians())),
         static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
         traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
-    say("{}", describe_end(result.counters));
+    say("{}", study::describe_end(result.counters));
     if (const std::string more = remark(scene, traced); !more.empty()) say("{}", more);
   }
   return 0;
@@ -168,4 +170,4 @@ void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::S
   command->add_flag("--no-trace", options->no_trace, "Render only (default: off)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

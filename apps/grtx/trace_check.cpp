@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx trace-check: replays a trace file and checks that it obeys the rules of the format.
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 int check_trace(const std::string& path, bool json, bool quiet) {
@@ -48,4 +49,4 @@ void add_trace_check(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", *path, "Trace file")->type_name(kInputFile)->required();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

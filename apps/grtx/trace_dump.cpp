@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx trace-dump: prints a trace file as text or JSON.
 #include <fmt/format.h>
 
@@ -11,7 +12,7 @@
 #include "grtx/traces/dump.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 struct TraceDumpArguments {
@@ -48,4 +49,4 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

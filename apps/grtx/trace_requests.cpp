@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/trace_requests.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/base/json.h"
 #include "grtx/frontend/tracer/scene_tracer.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 void trace_request(std::vector<std::string> arguments, const std::shared_ptr<frontend::SceneTracer>& kept) {
@@ -47,4 +48,4 @@ int answer_trace_requests(std::istream& requests, std::FILE* answers) {
   return 0;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,19 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/apps/grtx/tracer_cli.h"
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/study/machine.h"
 #include "grtx/study/tracer_option_table.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 namespace {
 
 template <typename Number>
-void add_rule(CLI::Option* option, const InRange<Number>& rule) {
+void add_rule(CLI::Option* option, const study::InRange<Number>& rule) {
   option->check(in_range(rule.low, rule.high));
 }
-void add_rule(CLI::Option* option, const OneOf& rule) { option->check(one_of(rule.names)); }
-void add_rule(CLI::Option* option, const AnyOf& rule) { option->check(CLI::IsMember(rule.numbers)); }
-void add_rule(CLI::Option* option, const ListOf& rule) {
+void add_rule(CLI::Option* option, const study::OneOf& rule) { option->check(one_of(rule.names)); }
+void add_rule(CLI::Option* option, const study::AnyOf& rule) { option->check(CLI::IsMember(rule.numbers)); }
+void add_rule(CLI::Option* option, const study::ListOf& rule) {
   option->delimiter(',')->expected(static_cast<int>(rule.numbers));
 }
 
@@ -35,18 +36,20 @@ auto adder(CLI::App* command) {
 }  // namespace
 
 void add_kernel_degree(CLI::App* command, unsigned& degree) {
-  adder(command)("kernel-degree", degree, kKernelDegree, AnyOf{{2U, 4U}});
+  adder(command)("kernel-degree", degree, study::kKernelDegree, study::AnyOf{{2U, 4U}});
 }
 
-void add_secondary_options(CLI::App* command, SecondarySettings& settings) {
-  visit_secondary(settings, adder(command));
+void add_secondary_options(CLI::App* command, study::SecondarySettings& settings) {
+  study::visit_secondary(settings, adder(command));
 }
 
-void add_tracer_options(CLI::App* command, TracerSettings& settings) { visit_options(settings, adder(command)); }
+void add_tracer_options(CLI::App* command, study::TracerSettings& settings) {
+  study::visit_options(settings, adder(command));
+}
 
-void apply_machine_tracer(TracerSettings& settings, const std::string& machine, const CLI::App& command) {
-  const auto named = [&](const std::string& key) { return command.count(flag_of(key)) > 0; };
+void apply_machine_tracer(study::TracerSettings& settings, const std::string& machine, const CLI::App& command) {
+  const auto named = [&](const std::string& key) { return command.count(study::flag_of(key)) > 0; };
   apply_machine_tracer(settings, machine, named);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracer's options on the command line, shared by `trace` and `run`; some of them by `reference`.
 #pragma once
 
@@ -6,13 +7,13 @@
 
 #include "grtx/study/tracer_settings.h"
 
-namespace grtx::sim {
+namespace grtx::apps {
 
 void add_kernel_degree(CLI::App* command, unsigned& degree);
 /// Adds the options for glass and mirror.
-void add_secondary_options(CLI::App* command, SecondarySettings& settings);
-void add_tracer_options(CLI::App* command, TracerSettings& settings);
+void add_secondary_options(CLI::App* command, study::SecondarySettings& settings);
+void add_tracer_options(CLI::App* command, study::TracerSettings& settings);
 /// Applies the machine's tracer options, except those given on the command line. Throws Error{file, key, rule}.
-void apply_machine_tracer(TracerSettings& settings, const std::string& machine, const CLI::App& command);
+void apply_machine_tracer(study::TracerSettings& settings, const std::string& machine, const CLI::App& command);
 
-}  // namespace grtx::sim
+}  // namespace grtx::apps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The counters of a unit, each declared once: how it is combined over units, and which statistic it becomes. A field is
 // a pointer to a member, or f(counters) returning a reference to a nested field.
 //

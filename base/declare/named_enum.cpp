@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/base/declare/named_enum.h"
 
 #include <fmt/format.h>

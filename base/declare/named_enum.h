@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Enumerations with names: one table per enumeration, next to it, for configuration, command line, files and messages.
 //
 //   enum class Order : std::uint8_t { fifo, lifo };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters of a unit without a CounterTable here: user-supplied, or not in every machine. The unit names each counter
 // when it counts; units are combined by name, and each counter becomes a statistic like any other.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configuration keys that a unit registers itself, once, before configurations are read: by a program for its own unit,
 // or by the source file of an optional unit. The keys then exist for every machine, and their values are part of the
 // machine's configuration.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Declaration of model parameters: key, location of the value, allowed range, meaning, and source of the default. A
 // unit lists its parameters next to its Config; loading, checking, --set, the resolved JSON, the hash and the key
 // reference all use this list. Free of SystemC.

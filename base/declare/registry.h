@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Registry of things that a configuration selects by name: first the project's own, then those registered by a program.
 // Entries are never removed.
 #pragma once

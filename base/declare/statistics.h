@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics with name, unit and description. Modules count in plain integers and describe them once, at the end.
 #pragma once
 

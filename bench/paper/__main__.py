@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """scripts/reproduce.sh: runs a set of sets.toml item by item, writes its pages, and compares its figures with what is
 expected. Exit code 0: done, all within tolerance; 1: a figure left its tolerance, or a run failed; 2: bad input."""
 import argparse

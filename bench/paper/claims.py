@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Claims: what the paper says, what is expected of the model, and by how much it may differ."""
 import os
 import tomllib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures as SVG, 480 wide, so that letters stay readable on a screen of 390 pixels; colours for light and dark pages."""
 import math
 from xml.sax.saxutils import escape

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pages in Markdown. The same results give the same bytes: no date, host or time."""
 import os
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cameras of a sequence, and objects placed before a camera. Cameras are entries of a 3DGS cameras.json: rotation has the
 camera's right, down and forward axes as columns."""
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs what a study asked for through the public commands of grtx, and answers from what they wrote. Everything lies in
 one folder: scenes/, plans/, measures/, runs/, traces/ and the database runs.sqlite, which `grtx sweep` fills. All of it is
 written atomically, so whoever is killed goes on where it was."""

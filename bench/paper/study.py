@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is measured. An item asks a study for statistics of points, measurements and costs; a study that plans notes what
 was asked and answers 1, a study that answers has run it all. So each item is written once."""
 import collections

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # For projects that ask for SystemC by its own package name where the distribution ships none, as Debian does: DRAMSys,
 # for one, is then configured with -DCMAKE_MODULE_PATH=<this folder> (docs/guide/dram-backends.md).
 find_package(PkgConfig REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """GDDR6, 14 Gb/s, one channel of 16 bits: 32 B in 2 clocks of 570 ps, 28.07 GB/s. One such memory stands behind each L2
 slice. The export needs nothing but Python:
 

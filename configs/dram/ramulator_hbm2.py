@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """HBM2, 2 Gb/s, one channel of two pseudo-channels of 64 bits: 32 GB/s. One such memory stands behind each L2 slice.
 
     PYTHONPATH=$RAMULATOR/python python3 -m ramulator export ramulator_hbm2.py -o hbm2.yaml

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The acceleration structures under comparison: monolithic BVHs over proxies, and a TLAS over one shared BLAS.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Conservative 8-bit boxes of a node's children, as a node of the image stores them. docs/model/node-image.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/accel/embree_builder.h"
 
 #if __has_include(<embree4/rtcore.h>)

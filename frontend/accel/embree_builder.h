@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wide BVH topology from Embree's rtcBuildBVH: binned SAH, leaf size 1.
 #pragma once
 

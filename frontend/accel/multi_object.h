@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several Gaussian objects in one scene by three-level instancing: scene TLAS -> TLAS of an object -> shared BLAS
 // (paper, "Support for Dynamic and Multi-Object Scenes"). Objects are moved by rebuilding the scene TLAS alone.
 #pragma once

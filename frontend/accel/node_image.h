@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node image: nodes exactly as the hardware would read them. Layouts: vulkan_sim (Intel Xe, mesa-vulkan-sim
 // gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices) and compressed (eight children in 64 B), see
 // docs/model/node-image.md. Addresses are bytes from the image's start.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The file that places several Gaussian objects in one scene.
 #pragma once
 

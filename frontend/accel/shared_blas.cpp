@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/accel/shared_blas.h"
 
 #include "grtx/frontend/accel/tree_packer.h"

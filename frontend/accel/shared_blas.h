@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The BLAS that all instances of a two-level structure share: the proxy in its unit space.
 #pragma once
 

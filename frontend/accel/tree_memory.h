@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory of a tree between its build and its packing. Each thread takes chunks of its own and fills them node by node;
 // a chunk goes back to the system when the last of its nodes has been read.
 #pragma once

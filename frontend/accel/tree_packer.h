@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packs a built tree into a node image, in parallel: the size of every subtree is known from the build.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras and primary rays. Internal convention: right, down, forward; pixel centres at +0.5.
 #pragma once
 

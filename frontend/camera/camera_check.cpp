@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/camera/readers.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields of JSON input, with errors that name the key and what it must be.
 #pragma once
 

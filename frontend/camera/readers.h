@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers of camera files, and the check that every camera must pass.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes scenes as INRIA .ply and as .spz, for programs that read no other format.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one hit function: (ray, Gaussian, proxy) -> (hit?, t_hit, face, d2). Every acceleration structure uses it, so
 // structures differ only in which nodes they visit.
 //

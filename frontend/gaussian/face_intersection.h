@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Intersects a ray with all pairs of parallel faces of a proxy at once: where it enters and leaves the polyhedron, and
 // through which faces. Runs on the vector instructions of frontend/gaussian/simd_path.h.
 #pragma once

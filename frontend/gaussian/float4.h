@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Four floats processed at once with the compiler's vector types: SSE2, NEON or plain code, with the same results.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Arithmetic of one Gaussian that every part of the tracer must evaluate identically on every host: kernel radius,
 // response, spherical harmonics. Per-ray code uses only +, -, * and /, so images do not depend on a maths library.
 #pragma once

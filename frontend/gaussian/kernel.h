@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shape of a Gaussian: its response over the distance, and where it ends.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gaussians as the tracer reads them: world-to-unit transforms, radii, and the world-space geometry of their proxies.
 #pragma once
 

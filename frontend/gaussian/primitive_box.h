@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A primitive's box in the builder's format, RTCBuildPrimitive: two vectors of four floats.
 #pragma once
 

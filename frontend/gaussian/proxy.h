@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounding proxies of the unit sphere: icosahedron, icosphere and the sphere itself, with inscribed radius 1.
 #pragma once
 

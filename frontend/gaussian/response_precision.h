@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The response of a Gaussian in emulated 16-bit arithmetic, as a blending unit of half the width would compute it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vector instructions for the tracer's inner loops, chosen at run time. Every path gives the same bits: the same
 // roundings in the same order, without fused operations.
 #pragma once

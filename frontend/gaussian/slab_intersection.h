@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ray-box slabs in fp32, written so that they are monotone: if box A contains box B then A's interval contains B's,
 // exactly, because every operation rounds monotonically. All pruning in the tracer rests on this property.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Float RGB images and their files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OpenEXR with three 32-bit float channels R, G, B. Works on memory and without OpenEXR's thread pool, so that a file's
 // bytes never depend on the host.
 #include <ImfArray.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The three image encodings on memory buffers; image.cpp chooses among them and does the file work.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Portable float map: "PF", size, scale -1 (little-endian), then rows from the bottom up.
 #include <fmt/format.h>
 

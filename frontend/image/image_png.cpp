@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 8-bit RGB PNG through libpng. libpng reports errors by longjmp, so every call runs in a function whose frame owns
 // nothing that needs a destructor.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random numbers for scenes and objects: counter-based, integer arithmetic, so that row n never depends on row n - 1,
 // on the compiler or on the host.
 #pragma once

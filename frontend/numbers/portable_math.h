@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elementary functions that give the same bits on every host: mathematical libraries use different code on different
 // processors. Uses only IEEE +, -, *, /, sqrt and exact operations; relative error about 1e-15.
 #pragma once

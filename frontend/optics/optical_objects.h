@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The objects that cause secondary rays: one sphere of glass and one rectangular mirror. Geometry only; the tracer
 // (light_path.h) and the reference each intersect it with code of their own.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brute force: every Gaussian is considered for every ray. Two cheap tests only skip what provably cannot be hit: a
 // bounding ball is tested against the cone around a tile of rays, then against the ray itself.
 #include "grtx/frontend/reference/reference.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fp64 brute-force renderer: no BVH, shares no code with the tracer but the scene, the camera and the
 // description of glass and mirror.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference's own path of light through glass and mirror; shares with the tracer the objects' description, no code.
 #pragma once
 

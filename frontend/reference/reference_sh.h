@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real spherical harmonics of degrees 0 to 4 in double precision, in the order and signs of 3DGS files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference's own description of the proxies in the sigma-normalised local frame: pairs of parallel planes. Built
 // from the solids' geometry alone, so that it shares nothing with the tracer's tables.
 #pragma once

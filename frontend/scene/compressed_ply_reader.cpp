@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/scene/compressed_ply_reader.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PlayCanvas compressed .ply: 16 bytes per Gaussian, quantised between the limits of its chunk of 256, and SH in bytes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inflating gzip and zstd streams of untrusted files into memory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // double -> float -> double that really rounds. From -O2 on, GCC 12's basic-block vectoriser drops both conversions
 // where two neighbours are converted (-fno-tree-slp-vectorize prevents it), so the obvious expression may not round.
 #pragma once

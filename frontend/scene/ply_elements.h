@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rows of a PLY file's elements, in any of its three encodings, as columns of numbers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // INRIA 3DGS .ply: one vertex element whose properties carry a Gaussian's raw parameters.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes rows as an INRIA .ply, streaming.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How RawRows encodes colour, opacity and scale, for readers of formats that store them in another way.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers of scene formats: whether bytes are of a format, and their rows. Readers of .ply have headers of their own.
 #pragma once
 

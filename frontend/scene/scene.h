@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Gaussian scene in memory: activated parameters, structure of arrays, recentred.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `grtx info` prints about a scene: counts, boxes, distributions, and what loading dropped, clamped or noticed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading scenes: the format is recognised from the content, not the file's name.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a file's raw rows to a Scene: the activation, dropping, clamping and recentring rules, shared by all readers.
 #pragma once
 

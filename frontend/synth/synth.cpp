@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/synth/synth.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generated scenes with the statistics of trained ones. Same preset, count and seed give the same bytes on every host.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The building preset: slab blocks of four storeys with balconies on a lawn with trees, roads and pools, seen from
 // outside and above, cut out of its surroundings. Units: metres; y points down.
 #include <cmath>

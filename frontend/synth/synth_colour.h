@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spherical-harmonics colours of generated Gaussians.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flat preset: a flat of four furnished rooms behind one wall, seen from inside. Units: metres; y points down.
 #include "grtx/frontend/synth/synth_rooms.h"
 #include "grtx/frontend/synth/synth_world.h"

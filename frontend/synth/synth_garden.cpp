@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The garden preset: a garden with a round table, seen while walking around it; detail falls with the distance.
 // Units: metres; y points down.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws the Gaussians of a generated world, each from its index alone.
 #pragma once
 

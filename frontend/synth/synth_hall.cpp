@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hall preset: an exhibition hall with glass cases, seen from inside at people's height; behind its walls a
 // corridor, store rooms and an office, before its windows trees. Units: metres; y points down.
 #include "grtx/frontend/synth/synth_rooms.h"

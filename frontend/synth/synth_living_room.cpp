@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A furnished living room, 5 m by 4.2 m: the first room of the flat preset and all of the room preset. Units: metres;
 // y points down.
 #include "grtx/frontend/synth/synth_rooms.h"

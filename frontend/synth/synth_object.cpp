@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The object preset: a figure on a pedestal in front of nothing, as a cut-out capture. Units: metres; y points down.
 #include "grtx/frontend/synth/synth_world.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shared by the worlds of rooms: wall faces with openings, furniture, and the statistics of trained indoor scenes.
 #pragma once
 

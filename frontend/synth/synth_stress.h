@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small scenes that are hard for exactly one reason each; docs/model/synthetic-scenes.md lists the expected results.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The geometry that generated Gaussians lie on: patches of simple surfaces, each with a texture.
 #pragma once
 

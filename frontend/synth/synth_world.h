@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a generated scene consists of: surfaces, the statistics its Gaussians follow, light, background and views.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transposes rows of eight records into columns of eight lanes.
 #pragma once
 

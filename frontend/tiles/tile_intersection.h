@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tests of tile tracing: the boxes of a node against a tile, a Gaussian's outline against the rays of a tile, and
 // the canonical hit function for eight rays at once. The first two are conservative: they may pass a miss, but never
 // reject a hit. The third gives the bits of frontend/gaussian/canonical_hit.h. Reasons: docs/model/tiles.md.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tests of tile tracing on AVX2 instructions; on other machines than x86 there are none.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Margins of tile tracing's conservative tests for fp32 rounding, so that no hit is rejected. Reasons:
 // docs/model/tiles.md.
 #pragma once

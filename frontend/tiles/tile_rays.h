@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays of a tile of pixels as arrays for vector instructions, and their bounds: common origin, range of reciprocal
 // directions, four planes, and coordinates in which a Gaussian's outline is a conic.
 #pragma once

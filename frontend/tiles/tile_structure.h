@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure that tile tracing (frontend/tiles/tile_tracer.h) walks: its own BVH over the boxes of whole proxies,
 // eight children per node, and the Gaussians in the order of its leaves. Not part of traces; it only must lead to every
 // hit.

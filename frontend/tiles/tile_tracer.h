@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tile tracing: an image-only mode for camera rays. A tile of 8x8 rays walks the structure once, nearest first, instead
 // of each ray in rounds; hits are blended as soon as no nearer one can come. The image is bit for bit RayTracer's.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a ray leaves for its next round: two checkpoint buffers, where a round reads the source and writes the
 // destination; or bins of distance, where it reads the near ones and may write to all.
 #pragma once

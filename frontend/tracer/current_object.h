@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The object that a ray is in: the scene's only one or, with several, the one whose TLAS the ray walks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes a ray while it is traced: the tracer knows which child of which node it pops, so no event is stored, and no
 // stack is rebuilt from events. Gives the same bytes as GroupRecorder.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decides what happens to a hit: the resume rule, and how rounds of each kind of tracing collect hits. Paper, Listing 1
 // (any hit) and docs/model/tracer.md.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hit's Gaussian and its alpha, for the shader that blends it.
 #pragma once
 

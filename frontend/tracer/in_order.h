@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Calls by several threads, each taking the next index: a call that must wait for all earlier ones waits for few.
 #pragma once
 

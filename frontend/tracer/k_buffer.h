@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hits of a round: the k closest, ordered by (t, id); or all of them in order of arrival, as long as they fit.
 #pragma once
 

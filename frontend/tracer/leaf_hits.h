@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a ray hits in a leaf: the canonical hit of its Gaussian, or the leaf's stored triangle, as a link of WalkMemory.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The straight pieces of the path that a camera ray takes through glass and mirrors. Plain double arithmetic (+ - * /
 // and sqrt), so paths are the same on every host. Gaussians do not bend light: a path depends on the objects alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tests a ray against all children of an internal node at once, straight from the quantised bytes, and orders the hit
 // ones by where the ray enters them. Runs on the vector instructions of frontend/gaussian/simd_path.h.
 #pragma once

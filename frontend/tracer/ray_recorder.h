@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Turns the actions of a ray into trace events. NullRecorder records nothing and costs nothing.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a ray carries from node to node and from round to round.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces one ray: round after round of traversal, each followed by blending, until the ray ends. Ray state, traversal,
 // hit policy and shading have files of their own.
 #pragma once

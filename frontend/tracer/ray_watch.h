@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A recorder that keeps one ray as in a trace, and with each event what a trace omits: t_max, and the t of what was
 // pushed, checkpointed or hit. It reads them from the tracer's own state and computes nothing.
 #pragma once

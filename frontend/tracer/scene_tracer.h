@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the file of a scene, or of a list of objects, to images, counters and trace. Keeps what was traced last: reading
 // and building take longer than a small view, and the next trace mostly needs the same.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/tracer/secondary_plan.h"
 
 #include <tbb/enumerable_thread_specific.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The secondary rays of a view, with the start of each, and the groups (warps) that they are traced in.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blends the hits of a round: response, colour and transmittance, front to back, up to early ray termination.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure that rays are traced in: that of one scene, or a world of several objects.
 #pragma once
 

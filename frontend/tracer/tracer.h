@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Renders a view: rays into groups, groups over threads, image, counters and trace out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Integer counters of the tracer: sums and maxima, so they do not depend on the number of threads. table() has the
 // meaning of each and its name as a statistic.
 #pragma once

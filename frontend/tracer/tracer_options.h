@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of the tracer. The first value named is the default.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Walks the node image for one round of a ray: visits nodes, resumes from checkpoints, and offers hits to the hit
 // policy. docs/model/tracer.md states the order; every visit that the hardware model replays is decided here.
 #pragma once

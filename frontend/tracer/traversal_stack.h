@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The traversal stack. Its entries are also what checkpoint buffers hold.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a scene to images, counters and trace of one view or a sequence of views, for any structures and options.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts distinct nodes: per ray (unique visits) and over a view (footprint). Created only when these figures are asked
 // for.
 #pragma once

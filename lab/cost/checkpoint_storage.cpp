@@ -1,6 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/checkpoint_storage.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 CheckpointStorage checkpoint_storage(const std::vector<modules::Inventory>& rt_unit) {
   CheckpointStorage table;
@@ -14,4 +15,4 @@ CheckpointStorage checkpoint_storage(const std::vector<modules::Inventory>& rt_u
   return table;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

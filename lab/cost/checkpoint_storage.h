@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's hardware-cost table, field by field, and the checkpoint and eviction buffers in global memory.
 #pragma once
 
@@ -7,7 +8,7 @@
 
 #include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Storage of one RT unit as counted by the paper's table: the entries of the warp buffer's inventory that are marked
 /// as added by GRTX. With W warps of 32 lanes: 132 W + 18 bytes.
@@ -42,4 +43,4 @@ struct BufferSizes {
   std::uint64_t bytes() const { return std::uint64_t{sms} * resident_warps * lanes * bytes_per_ray(); }
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/cost_report.h"
 
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 #include "grtx/lab/cost/technology.h"
 #include "grtx/lab/cost/unit_latency.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -114,7 +115,7 @@ std::string human_bytes(std::uint64_t bytes) {
 
 }  // namespace
 
-MachineCost machine_cost(const GpuConfig& config, const std::string& design,
+MachineCost machine_cost(const sim::GpuConfig& config, const std::string& design,
                          const std::vector<modules::Inventory>& inventories, const CostOptions& options) {
   MachineCost cost;
   cost.config = config;
@@ -181,8 +182,8 @@ ordered_json cost_json(const MachineCost& cost) {
   ordered_json json;
   json["schema"] = "grtx.cost/1";
   json["design"] = cost.design;
-  json["config"] = config_json(cost.config);
-  json["config_hash"] = config_hash(cost.config);
+  json["config"] = sim::config_json(cost.config);
+  json["config_hash"] = sim::config_hash(cost.config);
   json["technology"] = {{"nm", t.nm},
                         {"um2_per_ge", json_of(t.um2_per_ge)},
                         {"delay", json_of(t.delay)},
@@ -271,4 +272,4 @@ std::string coefficient_reference() {
   return out;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

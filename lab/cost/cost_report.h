@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A machine's cost as text, JSON and CSV.
 #pragma once
 
@@ -10,10 +11,10 @@
 #include "grtx/lab/cost/run_energy.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct MachineCost {
-  GpuConfig config;
+  sim::GpuConfig config;
   std::string design;
   CostOptions options;
   CostNode tree;
@@ -28,7 +29,7 @@ struct MachineCost {
 };
 
 /// Computes the cost of a machine. inventories: as machine_inventory() returns them.
-MachineCost machine_cost(const GpuConfig& config, const std::string& design,
+MachineCost machine_cost(const sim::GpuConfig& config, const std::string& design,
                          const std::vector<modules::Inventory>& inventories, const CostOptions& options);
 
 /// depth: levels of the hierarchy to print below the GPU. items: also list the parts of each module.
@@ -41,4 +42,4 @@ nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts);
 /// Every coefficient with its source and confidence, in Markdown.
 std::string coefficient_reference();
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

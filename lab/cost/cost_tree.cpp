@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/cost_tree.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 #include "grtx/lab/cost/sram_cost.h"
 #include "grtx/lab/cost/technology.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 // Sums of operator costs match synthesised units within +9 and -8 %. Libraries, clock targets and wiring vary more: a
@@ -194,4 +195,4 @@ const CostNode* find(const CostNode& root, const std::string& path) {
   return node;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

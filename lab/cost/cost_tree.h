@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of a machine: prices the inventory of every module for a process node and sums them by hierarchy.
 #pragma once
 
@@ -8,7 +9,7 @@
 #include "grtx/lab/cost/range.h"
 #include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct CostOptions {
   unsigned nm = 12;
@@ -54,4 +55,4 @@ std::vector<CostItem> price(const modules::Inventory& inventory, const CostOptio
 /// there is none.
 const CostNode* find(const CostNode& root, const std::string& path);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

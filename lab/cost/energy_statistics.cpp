@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/energy_statistics.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 
 #include "grtx/lab/cost/run_energy.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 struct Group {
@@ -37,8 +38,8 @@ double nanojoules(std::uint64_t pj) { return static_cast<double>(pj) / 1e3; }
 
 }  // namespace
 
-void describe_energy(const GpuConfig& config, const std::vector<modules::Inventory>& inventories, std::uint64_t rays,
-                     modules::StatisticList& list) {
+void describe_energy(const sim::GpuConfig& config, const std::vector<modules::Inventory>& inventories,
+                     std::uint64_t rays, modules::StatisticList& list) {
   std::unordered_map<std::string, double> counts;
   for (const modules::Statistic& s : list.items()) {
     counts[s.name] = std::visit([](auto value) { return static_cast<double>(value); }, s.value);
@@ -76,4 +77,4 @@ void describe_energy(const GpuConfig& config, const std::vector<modules::Invento
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

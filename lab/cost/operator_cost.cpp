@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/operator_cost.h"
 
 #include <fmt/format.h>
 
 #include <stdexcept>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 // GE low: smallest of five liberty sets synthesised with Yosys; high: published areas at 45 nm (the table usually
 // printed with Horowitz, ISSCC 2014; TRaX for min/max); central: their geometric mean. Energy low: Horowitz; central:
@@ -106,4 +107,4 @@ OperatorCost operator_cost(const std::string& name, unsigned width) {
   throw std::invalid_argument(fmt::format("no cost is known of the operator {} of {} bits", name, width));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

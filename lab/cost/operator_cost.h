@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Arithmetic operators: gate equivalents (GE), energy and delay, with the source of each number.
 #pragma once
 
@@ -7,7 +8,7 @@
 #include "grtx/lab/cost/range.h"
 #include "grtx/modules/kernel/inventory.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct OperatorCost {
   std::string name;
@@ -32,4 +33,4 @@ inline constexpr Range kFlipFlopGates = {4.0, 5.7, 7.5};            // measured 
 inline constexpr Range kFlipFlopEnergyPj = {0.0045, 0.009, 0.018};  // Aladdin: 9 fJ; band judged
 inline constexpr double kFlipFlopDelayNs = 0.10;                    // assumption, at every node
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

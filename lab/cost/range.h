@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
 // A coefficient or a result as low, central and high. Sums add the ends, which assumes fully correlated errors.
 #pragma once
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct Range {
   double low = 0.0, central = 0.0, high = 0.0;
@@ -24,4 +25,4 @@ struct Range {
   bool operator==(const Range&) const = default;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/run_energy.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 #include "grtx/lab/cost/technology.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using modules::Inventory;
@@ -31,7 +32,7 @@ const CostItem* item_of(const std::vector<CostItem>& items, const std::string& n
 bool is_declared(const std::string& name) {
   static const std::set<std::string> names = [] {
     std::set<std::string> all;
-    const modules::StatisticList kinds = statistic_kinds();
+    const modules::StatisticList kinds = sim::statistic_kinds();
     for (const modules::Statistic& statistic : kinds.items()) all.insert(statistic.name);
     return all;
   }();
@@ -86,7 +87,7 @@ Range in_whole_picojoules(const Range& nanojoules) {
 
 }  // namespace
 
-std::vector<EnergyPart> run_energy(const RunStatistics& counted, const GpuConfig& config,
+std::vector<EnergyPart> run_energy(const RunStatistics& counted, const sim::GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
                                    const EnergyOptions& energy, const std::string& statistics) {
   const auto value = [&](const std::string& name) {
@@ -174,4 +175,4 @@ Range total(const std::vector<EnergyPart>& parts) {
   return in_whole_picojoules(sum);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Energy of a run: each action counted by the simulation times its energy, plus leakage over the run time.
 #pragma once
 
@@ -10,7 +11,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct EnergyOptions {
   double dram_pj_per_bit = 7.5;  ///< GDDR6 (Micron, average device power); GDDR6X 7.25, HBM2E 6.0
@@ -32,10 +33,10 @@ using RunStatistics = std::function<std::optional<double>(const std::string& nam
 /// names of the parts are the same for every run, except the part `own`. statistics: name of the statistics in
 /// messages. Throws Error{statistics, name, rule} if a required counter is missing; only gpu.dram.* may be missing
 /// (external memory models), and then costs nothing.
-std::vector<EnergyPart> run_energy(const RunStatistics& value, const GpuConfig& config,
+std::vector<EnergyPart> run_energy(const RunStatistics& value, const sim::GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
                                    const EnergyOptions& energy, const std::string& statistics = "statistics");
 
 Range total(const std::vector<EnergyPart>& parts);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,24 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/run_machine.h"
 
 #include <charconv>
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
-MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where) {
+sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where) {
   const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
   if (accel.empty() || checkpoint.empty()) throw Error(where, "inputs", "must name accel and checkpoint");
   const bool two_level = accel.starts_with("tlas-");
-  MachineUse use;
+  sim::MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.objects = inputs.value("levels", "") == "3";
-  use.leaves = leaf_test_of(accel);
+  use.leaves = sim::leaf_test_of(accel);
   choose_nodes_and_lists(inputs, where, use);
   return use;
 }
 
-void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, MachineUse& use) {
+void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, sim::MachineUse& use) {
   const auto choose = [&]<typename Enum>(const char* name, Enum& value) {
     if (inputs.contains(name)) {
       value = value_of<Enum>(inputs.at(name).get<std::string>(), where, std::string("inputs.") + name);
@@ -44,7 +45,7 @@ void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::str
   if (use.checkpoint_bins != 0) number("checkpoint_capacity", use.checkpoint_capacity);
 }
 
-std::vector<std::string> cost_arguments(const MachineUse& use) {
+std::vector<std::string> cost_arguments(const sim::MachineUse& use) {
   std::vector<std::string> arguments = {"--design",
                                         use.design,
                                         "--pop-test",
@@ -63,4 +64,4 @@ std::vector<std::string> cost_arguments(const MachineUse& use) {
   return arguments;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

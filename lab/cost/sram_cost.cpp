@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/sram_cost.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 #include "grtx/lab/cost/sram_table.h"
 #include "grtx/lab/cost/technology.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 struct Point {
@@ -152,4 +153,4 @@ SramCost sram_cost(const SramRequest& request) {
   return cost;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

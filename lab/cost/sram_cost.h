@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memories: area, access time, energy and leakage from a table of CACTI 7.0 runs, interpolated.
 #pragma once
 
@@ -6,7 +7,7 @@
 
 #include "grtx/lab/cost/range.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct SramRequest {
   std::uint64_t bits = 0;
@@ -31,4 +32,4 @@ inline constexpr std::uint64_t kLeastSramRows = 64;
 /// the bit cell, time and energy from the 22 nm point scaled. Sizes above the table use several banks.
 SramCost sram_cost(const SramRequest& request);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // sram_cacti7.csv, compiled in: CACTI 7.0 (HewlettPackard/cacti) at 350 K, without ECC, one bank; caches read tags
 // first. Columns as in its header row: energies are per access of a word (ram) or of the bus (cache); 16-way caches of
 // 128 B lines, tags included.
@@ -5,8 +6,8 @@
 
 #include <string_view>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 extern const std::string_view kSramTable;
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/technology.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 struct Scaling {
@@ -113,4 +114,4 @@ const Technology& technology(unsigned nm) {
   throw Error("--node", std::to_string(nm), fmt::format("must be one of {}", fmt::join(technology_nodes(), ", ")));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

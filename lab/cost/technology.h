@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Process nodes: area and leakage of a gate, and factors of delay and energy relative to 45 nm, where operators were
 // measured.
 #pragma once
@@ -7,7 +8,7 @@
 
 #include "grtx/lab/cost/range.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct Technology {
   unsigned nm = 45;
@@ -31,4 +32,4 @@ double stillmaker_area(double nm);
 double stillmaker_delay(double nm);
 double stillmaker_energy(double nm);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/cost/unit_latency.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include "grtx/base/error.h"
 #include "grtx/lab/cost/operator_cost.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr double kAdd = 3.37, kMul = 2.86, kMinMax = 0.71, kLess = 0.50;
@@ -37,4 +38,4 @@ unsigned cycles_needed(const OperatorChain& chain, double delay_factor, double c
   return cycles;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cycles that a data path needs at a process node and clock, from the delays of its chain of operators.
 #pragma once
 
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Operators along the critical path of a unit, a register after each. Delays in ns at 45 nm (Yosys, Nangate45,
 /// timing-driven).
@@ -21,4 +22,4 @@ const std::vector<OperatorChain>& operator_chains();
 /// not longer than the register overhead.
 unsigned cycles_needed(const OperatorChain& chain, double delay_factor, double clock_mhz);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

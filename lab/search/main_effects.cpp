@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/search/main_effects.h"
 
 #include <cassert>
@@ -6,7 +7,7 @@
 
 #include "grtx/lab/sweep/axis.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr unsigned kRounds = 200;  ///< of backfitting, i.e. Gauss-Seidel sweeps over the normal equations
@@ -54,4 +55,4 @@ MainEffects main_effects(const SearchSpace& space, const std::vector<Choices>& d
   return effects;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

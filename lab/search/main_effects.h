@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Effect of each parameter on a cost: an additive model of the cost's logarithm, fitted by least squares. A search
 // samples its space unevenly, so plain means over the designs with a value would confound the parameters.
 #pragma once
@@ -6,7 +7,7 @@
 
 #include "grtx/lab/search/nsga2.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct MainEffects {
   /// [parameter][choice]: factor on the cost, relative to the geometric mean over all designs; 1 if no design has the
@@ -20,4 +21,4 @@ struct MainEffects {
 MainEffects main_effects(const SearchSpace& space, const std::vector<Choices>& designs,
                          const std::vector<double>& costs);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

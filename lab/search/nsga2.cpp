@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The only file that includes pagmo: its headers are slow to compile.
 #include "grtx/lab/search/nsga2.h"
 
@@ -13,7 +14,7 @@
 #include <set>
 #include <utility>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr double kCrossover = 0.95;       // Deb et al. 2002 use 0.9; pagmo's default
@@ -190,4 +191,4 @@ void Nsga2::step() { engine_->step(); }
 
 std::size_t Nsga2::looked_at() const { return engine_->looked_at(); }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NSGA-II (pagmo's) over discrete choices, one generation at a time. The same seed and costs give the same designs in
 // the same order, so a killed search can be repeated up to where it stopped.
 #pragma once
@@ -7,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// One design: the index of the choice in each dimension.
 using Choices = std::vector<std::size_t>;
@@ -49,4 +50,4 @@ class Nsga2 {
   std::unique_ptr<Engine> engine_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/search/price.h"
 
 #include <fmt/format.h>
@@ -10,15 +11,15 @@
 #include "grtx/lab/sweep/database.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
-  const MachineUse& use = point.use;
+  const sim::MachineUse& use = point.use;
   const std::string machine = fmt::format("{} {}", fmt::join(cost_arguments(use), " "), point.config.text());
   if (const auto found = known_.find(machine); found != known_.end()) return found->second;
   ChildProcess child("cost of " + point.design, [&] {
-    const GpuConfig config = config_from(point.config.json());
-    return json_text(cost_json(machine_cost(config, use.design, machine_inventory(config, use), CostOptions())));
+    const sim::GpuConfig config = config_from(point.config.json());
+    return json_text(cost_json(machine_cost(config, use.design, sim::machine_inventory(config, use), CostOptions())));
   });
   std::map<std::string, double>& prices = known_[machine];
   for (const CostValue& cost : cost_values(parse_json(child.result(), "cost"))) {
@@ -27,4 +28,4 @@ const std::map<std::string, double>& Prices::of(const SweepPoint& point) {
   return prices;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Costs of machines without simulating them: the cost.* values that a finished point would have.
 #pragma once
 
@@ -6,7 +7,7 @@
 
 #include "grtx/lab/sweep/points.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 class Prices {
  public:
@@ -17,4 +18,4 @@ class Prices {
   std::map<std::string, std::map<std::string, double>> known_;  ///< by all inputs of the machine
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/search/search.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "grtx/lab/search/stage.h"
 #include "grtx/lab/sweep/dominance.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -394,4 +395,4 @@ bool search_succeeded(const ordered_json& result) {
   return !result.at("front").empty() && result.at("counts").at("failed").get<std::size_t>() == 0;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

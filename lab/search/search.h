@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Searches a design space: screens candidates with NSGA-II, confirms the Pareto front, evaluates it once on the
 // evaluation scenes, and reports the effect of each parameter and the path from the reference to the best design.
 #pragma once
@@ -8,7 +9,7 @@
 #include "grtx/lab/search/search_plan.h"
 #include "grtx/lab/sweep/session.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Runs the search and stores its result in the session's database, as meta.search: schema "grtx.search/1"
 /// (docs/guide/search.md). The same plan and program give the same result, even if killed and resumed. Throws Error if
@@ -21,4 +22,4 @@ std::string search_text(const nlohmann::ordered_json& result);
 /// Whether a front was found and no simulation failed.
 bool search_succeeded(const nlohmann::ordered_json& result);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

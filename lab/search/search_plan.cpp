@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/search/search_plan.h"
 #include "grtx/lab/sweep/designs.h"
 
@@ -13,7 +14,7 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/lab/sweep/plan_sections.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr const char* kDesign = "design";
@@ -265,4 +266,4 @@ SearchPlan load_search_plan(const std::string& path, const TracerRules& tracer) 
   return SearchPlanReader(path, tracer).read();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plan of a search: scenes, settings and limits as in a sweep, plus parameters, objectives and constraints
 // (docs/guide/search.md).
 #pragma once
@@ -7,7 +8,7 @@
 
 #include "grtx/lab/sweep/plan.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// A parameter of the search: a configuration key, "tracer.OPTION" or "design".
 struct SearchParameter {
@@ -51,4 +52,4 @@ struct SearchPlan {
 /// Throws Error as load_plan() does.
 SearchPlan load_search_plan(const std::string& path, const TracerRules& tracer);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include "grtx/lab/search/search.h"
 #include "grtx/lab/sweep/axis.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -122,4 +123,4 @@ std::string search_text(const ordered_json& result) {
   return text;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

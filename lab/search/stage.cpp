@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/search/stage.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "grtx/base/nearest_name.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 bool is_cost(const std::string& name) { return name.starts_with("cost."); }
@@ -91,8 +92,8 @@ Verdict Stage::look(const Made& design) {
     if (verdict.reason.empty()) verdict.reason = made.point.broken;
   }
   if (verdict.reason.empty()) {
-    if (const auto mode = from_name<SimulationMode>(plan_.mode)) {
-      if (const Unmodelled key = unmodelled(config_from(first.config.json()), *mode)) {
+    if (const auto mode = from_name<sim::SimulationMode>(plan_.mode)) {
+      if (const sim::Unmodelled key = sim::unmodelled(config_from(first.config.json()), *mode)) {
         verdict.reason = fmt::format("{}: {}", key.key, key.rule);
       }
     }
@@ -230,4 +231,4 @@ std::vector<Stage::View> Stage::reference() const {
   return views;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

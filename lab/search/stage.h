@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One stage of a search: simulates designs on its scenes in its mode and compares them with the reference.
 #pragma once
 
@@ -14,7 +15,7 @@
 #include "grtx/lab/sweep/points.h"
 #include "grtx/lab/sweep/session.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Result of a design in a stage.
 struct Verdict {
@@ -86,4 +87,4 @@ class Stage {
   std::set<std::string> asked_;                                  ///< keys of points
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/axis.h"
 
 #include <fmt/format.h>
@@ -8,7 +9,7 @@
 
 #include "grtx/base/json.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 /// SplitMix64 (Steele, Lea and Flood 2014): the standard library's distributions differ between libraries.
@@ -109,4 +110,4 @@ std::vector<Coordinates> latin_points(const std::vector<Axis>& axes, unsigned co
 
 std::string text_of(const SweepValue& value) { return value.is_string() ? value.get<std::string>() : json_text(value); }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A parameter that a sweep varies: a configuration key or "tracer.OPTION", and its values.
 #pragma once
 
@@ -6,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 using SweepValue = nlohmann::ordered_json;  ///< a boolean, integer, real number or text
 
@@ -41,4 +42,4 @@ double nine_digits(double value);
 /// Text form for `--set` and command lines: strings without quotes.
 std::string text_of(const SweepValue& value);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

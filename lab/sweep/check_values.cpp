@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/check_values.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using Values = std::map<std::string, double>;
@@ -111,4 +112,4 @@ void check_values(Sqlite& database, bool costs) {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

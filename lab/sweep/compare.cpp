@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "grtx/lab/sweep/database.h"
 #include "grtx/lab/sweep/schema.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 struct Query {
@@ -80,4 +81,4 @@ SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::
   return comparison;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/database.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "grtx/lab/sweep/check_values.h"
 #include "grtx/lab/sweep/schema.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -323,4 +324,4 @@ std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<Swee
   return counts;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The results of sweeps: an SQLite file, schema "grtx.sweep/3" (docs/guide/sweep.md). Every change is one transaction.
 //
 // A database belongs to the plan that filled it last. All other points are marked as of an earlier plan and ignored.
@@ -13,7 +14,7 @@
 #include "grtx/lab/sweep/sqlite.h"
 #include "grtx/lab/sweep/task.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// A `cost.*` value of a point; cost_values() extracts them from the grtx.cost/1 document of its machine.
 struct CostValue {
@@ -89,4 +90,4 @@ struct SweepComparison {
 /// Compares two sweep databases, ignoring wall times, creation times and paths of traces; at most `limit` lines.
 SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::size_t limit = 20);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/designs.h"
 
 #include <algorithm>
@@ -5,7 +6,7 @@
 
 #include "grtx/rtl_tlm/config/config_file.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 const std::vector<Design>& designs() {
   // GauTracer: one level, a leaf of 64 B for each Gaussian; the hit is the peak of its response; heaps of 16 hits of
@@ -41,10 +42,10 @@ const Design& design_of(const std::string& name) {
   return *found;
 }
 
-GpuConfig with_keys_of(const Design& design, GpuConfig config, const std::set<std::string>& named) {
-  const std::vector<modules::Parameter> keys = config_keys(config);
+sim::GpuConfig with_keys_of(const Design& design, sim::GpuConfig config, const std::set<std::string>& named) {
+  const std::vector<modules::Parameter> keys = sim::config_keys(config);
   for (const auto& [key, value] : design.keys) {
-    if (!named.contains(key)) apply_setting(key + "=" + value, keys);
+    if (!named.contains(key)) sim::apply_setting(key + "=" + value, keys);
   }
   return config;
 }
@@ -55,4 +56,4 @@ std::set<std::string> keys_of(const std::vector<std::string>& settings) {
   return keys;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

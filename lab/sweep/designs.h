@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The named designs: what a paper proposes, as a structure, options of the tracer and configuration keys that go with
 // it. A machine is what all designs have in common.
 #pragma once
@@ -9,7 +10,7 @@
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct Design {
   using Texts = std::vector<std::pair<std::string, std::string>>;
@@ -27,8 +28,8 @@ const std::vector<std::string>& design_names();
 /// Throws std::out_of_range for an unknown name.
 const Design& design_of(const std::string& name);
 /// The configuration with the design's keys, except those in `named`.
-GpuConfig with_keys_of(const Design& design, GpuConfig config, const std::set<std::string>& named);
+sim::GpuConfig with_keys_of(const Design& design, sim::GpuConfig config, const std::set<std::string>& named);
 /// The keys of settings, each "key=value".
 std::set<std::string> keys_of(const std::vector<std::string>& settings);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/dominance.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 bool dominates(const std::vector<double>& a, const std::vector<double>& b) {
   bool less = false;
@@ -34,4 +35,4 @@ std::vector<bool> non_dominated(const std::vector<std::vector<double>>& costs) {
   return on;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pareto dominance for any number of costs; less is better.
 #pragma once
 
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// True if a is at most b in every cost and less in at least one.
 bool dominates(const std::vector<double>& a, const std::vector<double>& b);
@@ -12,4 +13,4 @@ bool dominates(const std::vector<double>& a, const std::vector<double>& b);
 /// costs or with a cost that is not finite; these dominate none.
 std::vector<bool> non_dominated(const std::vector<std::vector<double>>& costs);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/kept_tracer.h"
 
 #include <sys/socket.h>
@@ -13,7 +14,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/json.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Standard input of the process. A socket: writing to an ended process then returns an error, while a pipe raises
 /// SIGPIPE.
@@ -111,4 +112,4 @@ KeptTracer::End KeptTracer::trace(const std::vector<std::string>& arguments) {
   return result;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A child process that makes traces one after another and reuses scene and acceleration structure: building takes
 // longer than tracing a small view.
 #pragma once
@@ -9,7 +10,7 @@
 
 #include "grtx/lab/sweep/program_run.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 class KeptTracer {
  public:
@@ -42,4 +43,4 @@ class KeptTracer {
   std::size_t made_ = 0;  ///< traces requested from this process
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a sweep's tasks as local processes or as jobs of a Slurm cluster.
 #pragma once
 
@@ -12,7 +13,7 @@
 #include "grtx/lab/sweep/program_run.h"
 #include "grtx/lab/sweep/task.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Outcome of a task that wrote no valid result.
 inline TaskOutcome without_result(const Task& task, const std::string& status, const std::string& reason) {
@@ -122,4 +123,4 @@ class SlurmLauncher final : public Launcher {
   std::chrono::steady_clock::time_point next_look_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

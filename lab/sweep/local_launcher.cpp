@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
 #include <thread>
@@ -5,7 +6,7 @@
 #include "grtx/base/error.h"
 #include "grtx/lab/sweep/launcher.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -98,4 +99,4 @@ std::vector<TaskOutcome> LocalLauncher::collect() {
   return outcomes;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

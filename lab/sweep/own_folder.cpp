@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/own_folder.h"
 
 #include <filesystem>
@@ -6,7 +7,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,4 +52,4 @@ void OwnFolder::remove() const {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // A folder that may be deleted with its content: recognised by a mark file in it.
 #pragma once
 
 #include <string>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// remove() deletes everything in the folder, so only folders with the mark file `.grtx-work` are accepted.
 class OwnFolder {
@@ -20,4 +21,4 @@ class OwnFolder {
   std::string path_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/plan.h"
 
 #include <fmt/format.h>
@@ -12,7 +13,7 @@
 #include "grtx/lab/sweep/designs.h"
 #include "grtx/lab/sweep/plan_sections.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr std::size_t kMaxPoints = 100'000;  ///< more is a typing error
@@ -199,4 +200,4 @@ class PlanReader {
 
 SweepPlan load_plan(const std::string& path, const TracerRules& tracer) { return PlanReader(path, tracer).read(); }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/plan_sections.h"
 
 #include <fmt/format.h>
@@ -12,12 +13,12 @@
 #include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 std::string place_of(const toml::node& node) { return fmt::format("line {}", node.source().begin.line); }
 
 PlanSections::PlanSections(const std::string& path, const TracerRules& tracer, Roles roles)
-    : tracer_(tracer), roles_(roles), keys_(config_keys(config_)) {
+    : tracer_(tracer), roles_(roles), keys_(sim::config_keys(config_)) {
   plan.path = path;
   folder_ = std::filesystem::path(path).parent_path();
 }
@@ -45,7 +46,7 @@ bool PlanSections::read(const std::string& name, const toml::node& node) {
   } else if (name == "base") {
     plan.base = path_text(node, name);
     try {
-      plan.machine = load_config(plan.base, {});
+      plan.machine = sim::load_config(plan.base, {});
     } catch (const Error& error) {
       if (error.file() == plan.base && error.place().empty()) fail(node, "base: " + std::string(error.what()));
       throw;
@@ -165,7 +166,7 @@ void PlanSections::check_value(const toml::node& node, const std::string& name, 
       tracer_.check(name.substr(7), text_of(value));
       sets_design = sets_design || name == "tracer.accel" || name == "tracer.checkpoint";
     } else {
-      apply_setting(setting, keys_);
+      sim::apply_setting(setting, keys_);
     }
     taken_.insert(setting);
   } catch (const Error& error) {
@@ -291,4 +292,4 @@ void PlanSections::read_limits(const toml::node& node) {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

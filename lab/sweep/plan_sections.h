@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Common sections of sweep and search plans: scenes, mode, base, [set], [tracer], [limits], and functions that read and
 // check values. Internal to plan.cpp and search_plan.cpp; needs toml++.
 #pragma once
@@ -13,7 +14,7 @@
 #include "grtx/lab/sweep/plan.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// "line N" of the plan.
 std::string place_of(const toml::node& node);
@@ -79,11 +80,11 @@ class PlanSections {
 
   const TracerRules& tracer_;
   Roles roles_;
-  GpuConfig config_;  ///< scratch, for checking one value at a time
+  sim::GpuConfig config_;  ///< scratch, for checking one value at a time
   std::vector<modules::Parameter> keys_;
   std::unordered_set<std::string> taken_;  ///< settings already checked; lists of points repeat them
   std::filesystem::path folder_;
   toml::table table_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

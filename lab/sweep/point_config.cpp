@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/point_config.h"
 
 #include <algorithm>
@@ -6,11 +7,11 @@
 #include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 std::string entry_of(const modules::Parameter& key) {
-  return json_text(nlohmann::ordered_json(key.name)) + ":" + json_text(value_json(key));
+  return json_text(nlohmann::ordered_json(key.name)) + ":" + json_text(sim::value_json(key));
 }
 
 }  // namespace
@@ -29,7 +30,7 @@ std::string PointConfig::text() const {
   return text += '}';
 }
 
-PointConfigs::PointConfigs(const GpuConfig& base) : trial_(base) {
+PointConfigs::PointConfigs(const sim::GpuConfig& base) : trial_(base) {
   const auto made = std::make_shared<PointConfig::Base>();
   for (const modules::Parameter& key : trial_.keys()) {
     made->entries.push_back(entry_of(key));
@@ -53,7 +54,7 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   config.changed_.shrink_to_fit();
   try {
     trial_.check("configuration");
-    if (const FilesRead files = memory_files(trial_.config()); !files.files().empty()) {
+    if (const FilesRead files = sim::memory_files(trial_.config()); !files.files().empty()) {
       config.memory_files_ = files.hash();
     }
   } catch (const Error& error) {
@@ -62,4 +63,4 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   return config;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

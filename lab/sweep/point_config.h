@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configurations of a plan's points. There may be a hundred thousand that differ in only a few keys, so they share
 // the entries of the plan's base configuration.
 #pragma once
@@ -12,7 +13,7 @@
 #include "grtx/base/json.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 class PointConfig {
  public:
@@ -39,14 +40,14 @@ class PointConfigs {
  public:
   using Settings = std::vector<std::pair<std::string, std::string>>;
 
-  explicit PointConfigs(const GpuConfig& base);
+  explicit PointConfigs(const sim::GpuConfig& base);
   /// The base with these keys set; the last setting of a key counts. If no such machine can exist and `broken` is
   /// empty, sets it to the reason. Throws Error for an unknown key or invalid value.
   PointConfig with(const Settings& settings, std::string& broken);
 
  private:
-  ConfigTrial trial_;
+  sim::ConfigTrial trial_;
   std::shared_ptr<const PointConfig::Base> base_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

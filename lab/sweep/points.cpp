@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/points.h"
 
 #include <fmt/format.h>
@@ -15,7 +16,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -45,7 +46,7 @@ std::string design_name(const Structure& s, const Design* from) {
 }
 
 /// tracer: resolved options without defaults; for an incompatible combination, the options as given.
-MachineUse machine_use(const Structure& s, ordered_json tracer, bool several_objects) {
+sim::MachineUse machine_use(const Structure& s, ordered_json tracer, bool several_objects) {
   tracer["accel"] = s.accel;
   tracer["checkpoint"] = s.checkpoint ? "on" : "off";
   if (several_objects) tracer["levels"] = "3";
@@ -156,7 +157,7 @@ struct PointMaker::Asked {
 struct PointMaker::Traced {
   std::shared_ptr<const SweepTrace> trace;
   std::string broken;
-  MachineUse use;
+  sim::MachineUse use;
 };
 
 PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::string program)
@@ -272,10 +273,10 @@ std::string config_toml(const ordered_json& config) {
   return text;
 }
 
-GpuConfig config_from(const ordered_json& config) {
+sim::GpuConfig config_from(const ordered_json& config) {
   std::vector<std::string> settings;
   for (const auto& [name, value] : config.items()) settings.push_back(name + "=" + text_of(value));
-  return load_config("", settings);
+  return sim::load_config("", settings);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

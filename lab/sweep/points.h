@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Expands a plan to traces and points to run. The key of each is the hash of its inputs.
 #pragma once
 
@@ -11,7 +12,7 @@
 #include "grtx/lab/sweep/point_config.h"
 #include "grtx/rtl_tlm/gpu/machine_use.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct SweepTrace {
   std::string key;
@@ -33,8 +34,8 @@ struct SweepPoint {
   std::string design;
   nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
   PointConfig config;
-  MachineUse use;      ///< units that the machine needs, for its cost
-  std::string broken;  ///< why it cannot run; "" if it can
+  sim::MachineUse use;  ///< units that the machine needs, for its cost
+  std::string broken;   ///< why it cannot run; "" if it can
 };
 
 struct SweepPoints {
@@ -95,6 +96,6 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
 std::string config_toml(const nlohmann::ordered_json& config);
 
 /// The configuration of a point. Throws Error if it is from an incompatible version of the program.
-GpuConfig config_from(const nlohmann::ordered_json& config);
+sim::GpuConfig config_from(const nlohmann::ordered_json& config);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/program_run.h"
 
 #include <fcntl.h>
@@ -13,7 +14,7 @@
 #include <stdexcept>
 #include <thread>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 constexpr int kCannotStart = 127;
@@ -108,4 +109,4 @@ std::string signal_name(int signal) {
   return name == nullptr ? "signal " + std::to_string(signal) : std::string("SIG") + name;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

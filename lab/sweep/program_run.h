@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a command in a child process, with limits on time and memory.
 #pragma once
 
@@ -9,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct ProgramLimits {
   double seconds = 0.0;            ///< wall time limit, after which it is killed; 0: none
@@ -50,4 +51,4 @@ class ProgramRun {
 /// "SIGKILL" and the like.
 std::string signal_name(int signal);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

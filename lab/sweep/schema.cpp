@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/schema.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 /// {0}: STRICT, column types are enforced; {1}: the same for a table without row ids. {2}, {3}: added by the current
@@ -81,4 +82,4 @@ std::string points_of(SweepSchema schema) {
   return "(SELECT *, '' AS machine, 0 AS earlier_plan FROM point)";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tables of a sweep's database, by version (docs/guide/sweep.md).
 #pragma once
 
@@ -9,7 +10,7 @@
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/lab/sweep/sqlite.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 enum class SweepSchema : std::uint8_t {
   loose,         ///< columns accepted values of any type
@@ -34,4 +35,4 @@ void check_tables(Sqlite& database, SweepSchema schema, bool strict);
 /// and all points belong to the plan.
 std::string points_of(SweepSchema schema);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

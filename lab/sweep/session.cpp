@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/session.h"
 
 #include <fmt/format.h>
@@ -19,7 +20,7 @@
 #include "grtx/lab/sweep/program_run.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,7 +90,7 @@ SweepSession::SweepSession(const SessionOptions& options, const SweepPlan& plan)
                program_version());
   }
   // Keys of points do not contain the model version: without this check, points of two models would be mixed.
-  const std::string version = std::to_string(kModelVersion);
+  const std::string version = std::to_string(sim::kModelVersion);
   if (const std::string before = database_.meta("model_version"); before.empty()) {
     database_.set_meta("model_version", version);
   } else if (before != version) {
@@ -130,4 +131,4 @@ void SweepSession::end() {
   work_.remove();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

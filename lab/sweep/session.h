@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shared by sweep and search: lock, database, work folder and launcher.
 #pragma once
 
@@ -11,7 +12,7 @@
 #include "grtx/lab/sweep/launcher.h"
 #include "grtx/lab/sweep/sweep.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 /// Version of this program; part of every key.
 std::string program_version();
@@ -59,4 +60,4 @@ class SweepSession {
   TraceWork trace_work_;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/lab/sweep/launcher.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -159,4 +160,4 @@ std::vector<TaskOutcome> SlurmLauncher::collect() {
   return outcomes;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/sqlite.h"
 
 #include <sqlite3.h>
@@ -10,7 +11,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 namespace {
 
@@ -138,4 +139,4 @@ SqliteTransaction::~SqliteTransaction() {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

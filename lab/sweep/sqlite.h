@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RAII wrappers of SQLite; failures throw Error naming the database.
 #pragma once
 
@@ -7,7 +8,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 class Sqlite {
  public:
@@ -83,4 +84,4 @@ class SqliteTransaction {
   bool committed_ = false;
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/stored_points.h"
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/schema.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -131,7 +132,8 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
     point.reason = row.text(10);
     point.earlier_plan = row.integer(11) != 0;
     if (!row.null(12)) point.inputs = stored_object(row.text(12), path, where + ": inputs");
-    if (!row.null(13)) point.notes = notes_from(parse_json(row.text(13), path, where + ": notes"), path + ": " + where);
+    if (!row.null(13))
+      point.notes = sim::notes_from(parse_json(row.text(13), path, where + ": notes"), path + ": " + where);
   }
   return points;
 }
@@ -158,4 +160,4 @@ void tell_apart(const std::vector<StoredPoint*>& points) {
   for (StoredPoint* point : points) fill(*point, differences.names());
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

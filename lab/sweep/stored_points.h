@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The points of a sweep's database, with the coordinates that distinguish them.
 #pragma once
 
@@ -11,7 +12,7 @@
 #include "grtx/lab/sweep/sqlite.h"
 #include "grtx/rtl_tlm/run/result_notes.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct StoredPoint {
   std::int64_t id = 0;
@@ -26,7 +27,7 @@ struct StoredPoint {
   nlohmann::ordered_json inputs;                        ///< inputs of the simulation; null without a document
   std::string status;                                   ///< pending, running, done, failed, killed or timeout
   std::string reason;
-  ResultNotes notes;          ///< limitations of its values
+  sim::ResultNotes notes;     ///< limitations of its values
   bool earlier_plan = false;  ///< not in the plan that filled the database last
 
   bool done() const { return status == "done"; }
@@ -48,4 +49,4 @@ std::vector<StoredPoint> read_points(
 /// settings of an edited plan, so that no two points have the same name.
 void tell_apart(const std::vector<StoredPoint*>& points);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/sweep.h"
 
 #include <deque>
@@ -10,7 +11,7 @@
 #include "grtx/lab/sweep/dominance.h"
 #include "grtx/lab/sweep/trace_queue.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 /// Schedules tasks: points wait for their trace, points and traces for a free job.
@@ -165,4 +166,4 @@ std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, Swee
   return front;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs the pending points of a sweep's database.
 #pragma once
 
@@ -8,7 +9,7 @@
 #include "grtx/lab/sweep/database.h"
 #include "grtx/lab/sweep/launcher.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct SweepSetting {
   std::string program;  ///< path of grtx that runs the tasks
@@ -37,4 +38,4 @@ TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& 
 /// The finished points on the Pareto front of gpu.time_us and cost.mm2 of their scene and view, in the given order.
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

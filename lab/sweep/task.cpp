@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/task.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/reader.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -227,7 +228,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
     if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep remakes it
     throw;
   }
-  ordered_json document = read_statistics(statistics);
+  ordered_json document = sim::read_statistics(statistics);
   const std::string memory_files = document.at("inputs").value(std::string("memory.") + kFilesHash, "");
   if (memory_files != task.at("memory_files")) {
     throw Failure{"pending", "sim: files that dram.simulator.config names were changed under way"};
@@ -340,4 +341,4 @@ TaskOutcome read_outcome(const std::string& result) {
   }
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

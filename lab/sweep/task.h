@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A task of a sweep (a trace or a point), described by a file so that any process on any node can run it: `grtx sweep
 // --task F`.
 #pragma once
@@ -11,7 +12,7 @@
 #include "grtx/lab/sweep/plan.h"
 #include "grtx/lab/sweep/points.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 struct Task {
   std::string key;  ///< key of the trace or point
@@ -56,4 +57,4 @@ void run_tasks(const std::vector<std::string>& descriptions, const std::vector<s
 /// Reads a result of run_tasks(). Throws Error if it is damaged.
 TaskOutcome read_outcome(const std::string& result);
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/lab/sweep/trace_queue.h"
 
 #include <algorithm>
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 void TraceQueue::add(const SweepTrace& trace) {
   auto scene = std::ranges::find(scenes_, trace.scene_file, &Scene::file);
@@ -38,4 +39,4 @@ std::vector<const SweepTrace*> TraceQueue::take(std::size_t places, std::size_t 
   return taken;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

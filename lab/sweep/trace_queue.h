@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Queue of traces to make, grouped by scene and acceleration structure, so that a process builds a structure once.
 #pragma once
 
@@ -7,7 +8,7 @@
 
 #include "grtx/lab/sweep/points.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 
 class TraceQueue {
  public:
@@ -36,4 +37,4 @@ class TraceQueue {
   std::vector<Scene> scenes_;  ///< none is empty; scenes and structures are ordered by their first trace
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::lab

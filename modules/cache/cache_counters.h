@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters that L1 and L2 share: accesses per memory region.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Saves and restores the cache state beside the tags, for a run that another process continues.
 #pragma once
 

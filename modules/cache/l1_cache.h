@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1 data cache of an SM: sectored, banked, non-blocking with MSHRs. Write-through without allocation; optionally
 // write-back for data private to one ray or warp (write_policy.h).
 // Paper Table I (128 KB, 128 B lines, 256-way, LRU, 20 cycles); MSHRs and queues as in Vulkan-Sim's GPGPU-Sim.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The L2 slices' counters.
 #include "grtx/modules/cache/l2_slice.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One slice of the shared L2: sectored, write-back, write-allocate without fetch, non-blocking, with a TLM-2.0 AT
 // socket to its DRAM channel. Paper Table I (4 MB, 16-way, 165 cycles); MSHRs and queues from Vulkan-Sim's GPGPU-Sim.
 // Costs one tag probe per access; sleeps when only DRAM requests are outstanding.

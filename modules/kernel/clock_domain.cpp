@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/kernel/clock_domain.h"
 
 #include <algorithm>

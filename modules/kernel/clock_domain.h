@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A clock domain: edges on an integer time grid, without a free-running clock. It ticks only in requested cycles, and
 // in each of them calls only the modules whose alarm is due.
 #pragma once

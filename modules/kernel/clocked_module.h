@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A clocked hardware unit: an sc_module that its clock domain calls in the cycles in which it has work.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brings base/declare into this namespace: the parameters, counter tables, statistics and registries that a unit
 // declares beside its Config and counters.
 #pragma once

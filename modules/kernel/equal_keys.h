@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares 16 keys with one key, like a row of parallel comparators; with SIMD on the host.
 #pragma once
 

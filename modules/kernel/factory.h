@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lets a user's factory construct a unit in place of the project's own.
 #pragma once
 

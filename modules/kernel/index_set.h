@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bit set of small numbers, for example the ports of a module that have work.
 #pragma once
 

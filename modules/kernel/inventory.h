@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Storage bits and operators of a module, derived from the parameters that it simulates with. The cost model
 // (lab/cost) reads only these.
 #pragma once

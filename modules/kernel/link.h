@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A registered link between two modules: one producer, one consumer, latency >= 1 cycle, finite capacity.
 // Items sent in cycle c are visible from c + latency; space freed in cycle c is visible to the producer from c + 1.
 // So results do not depend on the order in which producer and consumer are called within a cycle.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fast access to the channel bound to a port: the project's Link without virtual calls, any other channel through its
 // interface. Construct these from a port at the end of elaboration.
 #pragma once

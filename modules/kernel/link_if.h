@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The producer's and the consumer's interface of a link. Link<T> is the project's implementation; any channel that
 // keeps these contracts can replace it.
 #pragma once

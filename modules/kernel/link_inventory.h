@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Capacity of links for the cost model, and their contents for dumps of a stalled run.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reconstructs an object in place, for the start of another launch.
 #pragma once
 

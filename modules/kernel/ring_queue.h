@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A FIFO in a growable ring buffer: no allocation once it has reached its largest size. Used inside the memory modules.
 #pragma once
 

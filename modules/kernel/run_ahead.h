@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lets two clock domains tick in a loop of their own, without returning to the SystemC kernel after each tick.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ends a run in which a unit broke the contract of its interface, with a SystemC report that names the unit. Caused by
 // user-supplied units only, never by a trace.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Waveform signals that a unit declares itself. The signals of the standard units are in rtl_tlm/observe.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tracks which of a module's many input links hold something, so that the module polls only those.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Address interleaving: maps a global address to an L2 slice and a slice-local address, and slices to DRAM channels,
 // which several slices may share.
 #pragma once

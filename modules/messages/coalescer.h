@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Merges the addresses of one warp memory instruction into distinct 32 B sectors, in order of first touch (lane order).
 // Only lanes of the same instruction merge; two instructions that touch the same sector request it twice.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Heap of a ray's k nearest hits in the registers of its warp, kept by the any-hit unit instead of a shader: how long
 // its operations take. GauTracer (ISCA 2026): a max-heap of t, alpha and id, 2 to 12 cycles an operation.
 #pragma once

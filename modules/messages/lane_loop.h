@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lane numbers of the warp buffer, and a loop over the set bits of a lane mask.
 #pragma once
 

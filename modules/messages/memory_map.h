@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flat GPU address space, packed from 0: node image, shader records, per-ray buffers. All traffic uses it.
 #pragma once
 

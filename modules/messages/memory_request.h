@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory messages between the RT unit, the SIMT core and the memory hierarchy: one 32 B sector per request.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Messages between RT unit and SIMT core if the shaders fetch the nodes and the RT unit only intersects.
 #pragma once
 

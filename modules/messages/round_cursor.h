@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds the events of one round for each ray of a group. Rounds usually come in order, so the event offsets are
 // advanced from the previous round; any other round is found by summing from the start.
 #pragma once

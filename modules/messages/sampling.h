@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stride sampling: one event in `stride` is simulated in time, the others only functionally. One simulated cycle then
 // stands for `stride` cycles of the machine.
 #pragma once

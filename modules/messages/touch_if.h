@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The functional (untimed) access path through the memory hierarchy, for sampled runs. Every event, timed or not,
 // touches its sectors when it begins, and this alone updates the tags of L1 and L2. A timed request carries the hit or
 // miss result of its touch.

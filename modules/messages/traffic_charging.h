@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether per-ray data in memory causes memory traffic: a modelling assumption, not hardware.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Messages between the SIMT core and the RT unit of an SM. One warp is one RayGroup of the trace in a warp slot.
 #pragma once
 

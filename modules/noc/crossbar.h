@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Crossbar between the SMs and the L2 slices: separate request and reply networks, one packet per port and cycle.
 // Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit per packet.
 // Polls each non-empty input port once per active cycle; sleeps when empty.

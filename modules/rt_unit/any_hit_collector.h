@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any-hit collector of the RT unit: gathers the lanes of a warp that have a hit into one invocation of the any-hit
 // shader. Paper, Section IV-B: invoked "when all active rays in a warp hit a primitive or a timeout occurs". Cost: one
 // timer per warp.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface between the RT scheduler, which learns of hits, and the part that handles them: the any-hit collector,
 // which invokes the shader, or the any-hit unit.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface between the RT scheduler and the checkpoint unit: writing and replaying checkpoint entries.
 #pragma once
 

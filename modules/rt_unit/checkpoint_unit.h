@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint unit of the RT unit: addresses, combines and writes checkpoint entries, and reads them back for replay.
 // Paper: Section IV-B, "Traversal Checkpointing and Replay" and "Checkpoint and Eviction Buffer".
 // Cost: address generation; optionally, beyond the paper's table, per lane one open sector for writing and one for

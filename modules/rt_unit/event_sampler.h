@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Event sampling of a sampled run: one in `stride` of a lane's events is timed. The others are executed functionally
 // when the lane is next served; before that they touch the caches one by one, spread over the time between two timed
 // events.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interfaces of intersection units: the node dispatch passes lanes to a unit, and the RT scheduler receives the
 // results.
 #pragma once

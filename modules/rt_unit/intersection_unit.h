@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Intersection unit of the RT unit: `count` identical pipelines (ray-box, ray-triangle, ray-sphere, ray-Gaussian or
 // ray-transform) shared by all warps, behind one in-order queue. Paper: Section IV-B, "three types of fixed-function
 // units". Cost: the operators of one test per pipeline; the queue has one place per lane of the warp buffer.

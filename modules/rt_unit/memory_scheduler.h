@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory scheduler of the RT unit: merges equal node addresses of a warp into one fetch and issues it sector by sector.
 // Paper: Section IV-B ("fetches the node at the top of the traversal stack"; duplicate requests are merged).
 // Cost: a queue of fetches not fully issued, and per lane of the warp buffer a record of lanes and missing sectors.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interfaces of the memory scheduler: the RT scheduler requests node visits, the node dispatch receives fetched nodes.
 #pragma once
 

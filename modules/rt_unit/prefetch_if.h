@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface through which the RT scheduler tells a prefetcher of its visits. Nobody waits for the prefetcher.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Base classes of the parts of an RT unit: what its netlist requires of each, also of user-supplied ones.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RT scheduler: selects one warp per cycle, passes the next event of its ready lanes to the units, and receives the
 // results. Includes t-value validation: culling of stack entries beyond t_max, and of source entries when replaying.
 // Paper: Section IV-B, "Baseline Architecture" and "Traversal Checkpointing and Replay". Cost: an age matrix.

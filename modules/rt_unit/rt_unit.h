@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RT unit of an SM: the netlist of warp buffer, RT scheduler, memory scheduler, node dispatch, intersection units,
 // any-hit collector or any-hit unit, checkpoint unit, stack unit and sibling prefetcher. Paper: Section IV, Figure
 // "arch". Cost: the sum of its parts. It builds and binds the parts and calls their stages in order; all decisions are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters of one RT unit, or their sum over several.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Factories of the parts of an RT unit. A part without a factory is the project's own class; set a factory to replace
 // it by your own without editing a file of the project.
 #pragma once

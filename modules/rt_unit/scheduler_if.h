@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Base class of RT schedulers. The scheduler alone decides which warp proceeds and what an event does to a lane; all
 // other parts report to it.
 #pragma once

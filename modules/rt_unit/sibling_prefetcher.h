@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sibling prefetcher of the RT unit: the first demand fetch of a child leaf prefetches the siblings that were also hit;
 // optionally, a replayed leaf prefetches the siblings that were checkpointed with it.
 // Paper: Section V, "Simulation Infrastructure" (stands for undisclosed optimisations of real GPUs; not part of GRTX).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interface between the RT scheduler and the stack unit, used if stacks may exceed the warp buffer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stack unit of the RT unit: a lane keeps the top of its traversal stack in the warp buffer and the rest in memory.
 // Paper: the stack is "in the warp buffer", its depth is not given; spilling deeper entries is an assumption.
 // Cost: a queue of lanes and one offset per lane. docs/model/stack_unit.md has the timing.

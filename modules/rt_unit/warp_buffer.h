@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp buffer of the RT unit: the warps whose rays are being traversed, with the state of each lane.
 // Paper: Section IV-B, "Baseline Architecture" and "Hardware cost" (replay flag and buffer offsets).
 // Cost: per lane ray data, stack and status; with checkpointing also 33 bits per lane and 18 bytes per unit (1074 B for

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Interfaces of the warp buffer. The state of all warps is one table that all parts of the RT unit access, like a
 // register file.
 #pragma once

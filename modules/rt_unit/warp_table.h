@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of all warps and lanes in the warp buffer, shared by all parts of the RT unit. Plain C++.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Load-store unit of the SIMT core: sends the sectors of shader phases to the L1 in order of arrival, one or more per
 // cycle, and counts the outstanding loads and stores of each warp.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The register file of an SM. Like the number of warp slots, it limits the resident warps of an SM.
 #pragma once
 

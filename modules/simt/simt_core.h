@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIMT core of an SM (paper, Section IV and Listing 1): runs the ray generation shader of each resident warp and the
 // any-hit shader that the RT unit invokes. Four in-order warp schedulers (Table I) and a load-store unit.
 // Cost: that of the SM; GRTX adds nothing here. docs/model/simt_core.md has the timing to the cycle.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters of an SM's SIMT core; those of several SMs are summed.
 #pragma once
 

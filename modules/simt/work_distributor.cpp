@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/simt/work_distributor.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work distributor of the GPU: assigns the ray groups of a trace, in index order, to SMs with a free warp slot.
 // One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
 // A launch waits for the end of the previous one (launch_order.h): a frame's secondary rays for its primary rays, a

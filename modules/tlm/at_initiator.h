@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Initiator side of the TLM-2.0 AT base protocol, used by an L2 slice towards its DRAM channel. Any base-protocol
 // target with a 32-bit socket fits: the built-in Dram or an external DRAM simulator. IEEE 1666-2011, clauses 14 and 15.
 #pragma once

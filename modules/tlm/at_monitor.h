@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts the transactions on a 32-bit TLM-2.0 connection, approximately timed or blocking. Inserted between an
 // initiator and its target; changes nothing. Costs a few additions per call.
 #pragma once

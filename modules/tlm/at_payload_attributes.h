@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sets the attributes of a payload in the way common to all initiators of this project.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory manager and payload pool for TLM-2.0 AT transactions: a free list, no allocation in the steady state.
 #pragma once
 

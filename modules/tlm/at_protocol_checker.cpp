@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/tlm/at_protocol_checker.h"
 
 #include <bit>

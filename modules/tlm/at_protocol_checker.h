@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks the TLM-2.0 AT base protocol on a 32-bit connection; inserted between an initiator and its target.
 // Rules and clause numbers of IEEE 1666-2011, plus what DRAM simulators need (DRAMSys 5.1): power-of-two lengths,
 // natural alignment, END_RESP at least one clock after BEGIN_RESP and never TLM_COMPLETED instead. Costs one hash

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Connects TLM-2.0 sockets of different bus widths. The width is only part of the socket type; calls are passed on
 // unchanged, without delay. For sockets of other widths than the 32 bits of this project's bridges and GPU. No
 // hardware.

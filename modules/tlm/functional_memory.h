@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contents of a memory, without timing: pages allocated on first write; bytes never written read as 0.
 #pragma once
 

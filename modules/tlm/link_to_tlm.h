@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bridge from a pair of links to a TLM-2.0 initiator socket, so that a TLM memory can serve a module with link ports:
 // an L1 without an L2, a crossbar output, a unit under test. Approximately timed by default; blocking for targets that
 // offer nothing else.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters of the requests to and responses from a memory.
 #pragma once
 

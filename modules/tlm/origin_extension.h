@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ignorable TLM-2.0 extension with the SM and region that a transaction is for. Base-protocol targets may ignore it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/tlm/tlm_to_link.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bridge from a TLM-2.0 target socket to a pair of links, so that a TLM initiator can drive a module with link ports:
 // an L1 client port, an L2 slice, a crossbar input. Accepts approximately timed and blocking transactions, also mixed.
 // No hardware: it is the boundary of the model.

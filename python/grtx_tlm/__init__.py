@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the program `grtx` and reads what it writes: statistics, results and sweeps as pandas frames, and traces.
 
 Plots are in ``grtx_tlm.plots``, which needs matplotlib. Guide: docs/guide/python.md.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors: one line that names the file, the place and the rule, as the program's own."""
 
 

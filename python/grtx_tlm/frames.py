@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Statistics, results and sweeps of the program as pandas frames."""
 import json
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plots with matplotlib. Each takes an optional ``ax`` (else a new figure's) and gives the axes it drew on."""
 import matplotlib.pyplot as plt
 import numpy as np

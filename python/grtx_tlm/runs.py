@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the program `grtx` and gives what it measured as frames."""
 import itertools
 import os

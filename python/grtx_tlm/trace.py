@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Traces (``.grtx``) as numpy arrays: what ``grtx trace-dump --json`` prints."""
 import json
 import os

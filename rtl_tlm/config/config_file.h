@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading configuration files and `--set` into a list of keys.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cycles of a run as estimated from a sample of it, with confidence intervals for them and for the ratio of two runs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/estimate/sampled_result.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Result of an estimated run (sampled or windows mode), and the statistics of its confidence interval.
 #pragma once
 

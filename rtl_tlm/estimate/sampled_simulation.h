@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sampled mode: the machine of cycle mode, but only one in sample.stride events of each lane takes time. The same units
 // execute the other events functionally, in zero time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The built-in DRAM with its memory clock as a memory system.
 #pragma once
 

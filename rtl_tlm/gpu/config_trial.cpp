@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A configuration on which many sets of values are tried. Its keys and rules are built only once, which takes as long
 // as trying a thousand values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds parts in a chosen order, on which results must not depend: the kernel runs processes roughly in the order in
 // which their modules were built, and tests shuffle it to find a model that relies on it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GPU: work distributor, SMs, crossbar and L2 slices in one core clock domain, with one TLM-2.0 AT socket per slice
 // towards DRAM. Paper: Table I. Cost: the sum of its parts.
 #pragma once

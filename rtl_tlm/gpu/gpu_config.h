@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration of the whole GPU model: the parameters of all modules, and the keys by which people set them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All counters of a GPU's units, per unit and summed, and their description as statistics.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Factories of a GPU's units; an empty one stands for the project's own class. They let a unit of yours replace one of
 // ours without editing the project's files.
 #pragma once

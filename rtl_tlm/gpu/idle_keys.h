@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configuration keys that are set but have no effect, for a warning.
 #pragma once
 

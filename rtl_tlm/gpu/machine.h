@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Inventories (storage and operators) of a whole machine, asked from the modules that a simulation would build.
 #pragma once
 

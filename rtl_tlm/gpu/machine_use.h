@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a machine must support, given the structure that it traverses: this decides which units it has.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The files that configure a machine's memory system. Their contents are inputs of a result and are recorded with it:
 // the configuration itself only has their name.
 #pragma once

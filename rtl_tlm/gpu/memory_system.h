@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory behind the GPU's sockets: watchdog, conservation laws, statistics, waveforms and timelines use nothing but
 // this interface. The built-in DRAM implements it; other implementations can be registered.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A memory system made of any TLM-2.0 targets: a monitor on each of the GPU's memory sockets counts what the simulator
 // needs, optionally behind a protocol checker.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Streaming multiprocessor: SIMT core, RT units and L1 data cache, and the links between them. Paper: Table I and the
 // figure of the architecture (one RT unit an SM, behind the SM's L1). Cost: the sum of its parts.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The target side of one L2 slice's DRAM socket, in front of an external DRAM simulator: request phase with
 // back-pressure, response phase, fixed latency, counts. TLM-2.0 AT base protocol, as the built-in Dram speaks it.
 #pragma once

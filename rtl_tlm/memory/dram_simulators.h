@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The external DRAM simulators that this build was linked with (GRTX_DRAMSYS, GRTX_RAMULATOR).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM simulated by DRAMSys 5.1 (tukl-msd/DRAMSys), an external library that is linked only when the build is told
 // where it is (GRTX_DRAMSYS). DRAMSys is itself a TLM-2.0 AT target; this module stands between it and the slices for
 // local addresses, fixed latency and counts. It adds one DRAM clock to a response.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Common interface of the adapters to external DRAM simulators: one DramPort per slice.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/memory/ported_memory.h"
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"

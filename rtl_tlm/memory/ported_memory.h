@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A PortedDram as the memory system of a GPU.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM simulated by Ramulator 2.1 (CMU-SAFARI/ramulator2), an external library that is linked only when the build is
 // told where it is (GRTX_RAMULATOR). One AT target socket per slice; Ramulator's clock is a clock domain of its own.
 // Calls Ramulator once per DRAM clock, also for clocks without requests, because of refresh.

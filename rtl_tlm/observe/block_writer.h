@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands records in blocks to a thread that writes them in order. The producer waits if kWaiting blocks are unwritten.
 #pragma once
 

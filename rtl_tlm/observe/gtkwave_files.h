@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files with which GTKWave shows a waveform like the block diagram: a save file with nested groups, formats and
 // colours, and one filter file per enumeration, which turns values into coloured words.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Observes the model after every cycle of a window, from outside: modules have no code for it, and outside the window
 // it causes no kernel activity.
 #pragma once

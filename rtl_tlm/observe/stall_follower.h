@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Derives from an RT scheduler's counters what it did in each cycle: schedule a warp, or stall for a reason. Cycles in
 // which its unit sleeps are counted only later, with the reason of the state it sleeps in.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the cycles of a run went, as text bars, from its statistics alone.
 #pragma once
 

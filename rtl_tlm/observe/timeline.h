@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Timeline of a run for ui.perfetto.dev: a track for each warp slot (the warp, its rounds, what it does) and for each
 // unit (when it works, why the RT scheduler stalls), and counters of occupancy, hit rate and bandwidth.
 #pragma once

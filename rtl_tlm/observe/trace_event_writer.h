@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chrome trace-event JSON (the format of chrome://tracing, read by ui.perfetto.dev): slices that nest on tracks, and
 // counters. Written as it comes, never held in memory. Knows nothing of the model.
 #pragma once

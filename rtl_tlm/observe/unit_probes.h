@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Probes of a GPU's units: the parts of an RT unit, a SIMT core, an L1, an L2 slice, a link. Each adds its wires under
 // the module's name in the block diagram, and shows the module's state at the end of a cycle.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
 #include <fmt/format.h>

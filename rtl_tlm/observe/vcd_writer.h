@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Value change dump (IEEE 1364-2005, clause 18): writes only what changed. Knows nothing of the model. Changes become
 // text on a thread of their own, so that the simulation waits for neither the formatting nor the disk.
 #pragma once

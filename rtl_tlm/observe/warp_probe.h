@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Watches one entry of a warp buffer: its warp, the lanes, and the node, k-buffer and t_max known from their events.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The enumerated signals of a waveform: names of the values, and the colours that viewers show them in.
 #pragma once
 

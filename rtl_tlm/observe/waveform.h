@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes the GPU's state into a value change dump after each cycle of a window. Built only if a waveform is asked for.
 // docs/model/observation.md lists the signals.
 #pragma once

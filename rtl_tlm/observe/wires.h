@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The signals of a waveform that the user selected. A probe adds all its wires; those outside the scope or above the
 // level are not written.
 #pragma once

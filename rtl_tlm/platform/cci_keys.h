@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The machine's keys as CCI parameters (Accellera SystemC Configuration), so that a platform's broker sets them before
 // the GPU is built: docs/guide/platform.md. Only for programs that link with CCI; no other file includes this one.
 #pragma once

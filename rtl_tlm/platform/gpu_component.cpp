@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/platform/gpu_component.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GPU as a component of a virtual platform: an sc_module with registers behind a TLM-2.0 socket and an interrupt.
 // It never pauses or stops the kernel, starts on command, and may be instantiated several times:
 // docs/guide/platform.md.

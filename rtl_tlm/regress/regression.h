@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A regression: runs a folder of cases and compares their statistics with those on record (docs/guide/regress.md).
 #pragma once
 

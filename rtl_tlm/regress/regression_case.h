@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A case of a regression: a trace, the machine that runs it, and the statistics on record.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/regress/statistics_difference.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Differences between the statistics of a run and those on record, by unit in the order of the data flow.
 #pragma once
 

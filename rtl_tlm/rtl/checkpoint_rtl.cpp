@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The checkpoint unit as RTL behind checkpoint_if: calls become transfers at the pins of checkpoint_unit.sv, and back.
 // The bytes and t values of entries, which the trace does not contain, are generated here, and what the block returns
 // is checked against them. Compiled only if Verilator was found. docs/model/rtl_bridge.md lists every pin.

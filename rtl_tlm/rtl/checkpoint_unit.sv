@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint unit of the RT unit: t-value validation, addresses of entries in two buffers that swap by round, combining
 // writes, the queues of both directions. Pins and timing: docs/model/rtl_bridge.md. Paper: GRTX, Section IV-B.
 // An item is an entry that a ray hands over, or the rest of its open sector. All channels move at the rising edge at

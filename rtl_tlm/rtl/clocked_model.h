@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Verilated block with its clock: pins, clock edges and reset. The basis of bridges from a unit's interface to pins;
 // docs/model/rtl_bridge.md is the reference, examples/own_rtl.cpp a template.
 // Does not depend on Verilator itself; only the class passed as Model does.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // fp32 operators as functions, for inclusion inside a module: round to nearest even, no fused multiply-add, subnormal
 // numbers as numbers, infinities and NaN (given as 7fc00000). Combinational; a unit puts registers between them.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test operands for the RTL ray-box and ray-transform units, since a trace does not contain them: generated from ray,
 // visit and test, with reference results in the host's fp32 arithmetic, in the tracer's order of operations. The
 // bridges check the RTL against these; tests check these against the tracer.

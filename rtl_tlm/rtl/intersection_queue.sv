@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the intersection units have in common: the queue of rays, served in order, and for each pipeline what is being
 // tested in it and when it can start again. Pins and timing: docs/model/rtl_bridge.md.
 module intersection_queue #(

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ray-box and the ray-transform unit as RTL behind intersection_if: calls become transfers at the pins of
 // ray_box_unit.sv and ray_transform_unit.sv, and back. The operands, which the trace does not contain, are generated
 // here, and the results are checked against the host's arithmetic (intersection_operands.h). Compiled only if Verilator

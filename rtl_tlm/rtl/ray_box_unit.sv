@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ray-box unit of the RT unit: COUNT pipelines, each of which tests a ray against the BOXES children of a node at an edge
 // and sorts them by where the ray enters, behind one queue. The test is the tracer's, with its outward rounding.
 // Pins and timing: docs/model/rtl_bridge.md. Paper: GRTX, Section IV-B.

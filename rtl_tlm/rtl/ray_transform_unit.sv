@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ray-transform unit of the RT unit: COUNT pipelines, each of which takes a ray through a 3 x 4 matrix at an edge and
 // gives the reciprocals of its direction, behind one queue. Sums and reciprocals are rounded as the tracer's.
 // Pins and timing: docs/model/rtl_bridge.md. Paper: GRTX, Section IV-B.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ends a run in which an RTL block gave a wrong result, with a SystemC report of its own type.
 #pragma once
 

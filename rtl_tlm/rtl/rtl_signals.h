@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Signals of a Verilated block, shown below its unit in waveforms.
 #pragma once
 

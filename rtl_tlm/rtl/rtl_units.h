@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Factories of the units that also exist as RTL, and the configurations that the RTL supports.
 #pragma once
 

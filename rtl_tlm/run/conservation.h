@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Conservation laws of a run: every event of the trace executed exactly once, every request answered, nothing left.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulation speed on the host: the same figures for every mode, including those that other simulators report.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lower bounds on a run's cycles: each resource alone, perfectly used. A run below one of them is wrong; the largest
 // shows what limits the design.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Passes groups through and measures them: the totals that the hardware must execute, and the longest dependent chain.
 #pragma once
 

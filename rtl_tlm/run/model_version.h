@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Version of the model behind a figure. It rises when recorded results change: scripts/model_version.py raise TEXT.
 #pragma once
 

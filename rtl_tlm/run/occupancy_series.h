@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Occupancy over time: a coarse series of a run, whatever its length. Boundaries lie at multiples of an interval that
 // doubles whenever there are kMost of them, so a run has between kMost / 2 and kMost points.
 #pragma once

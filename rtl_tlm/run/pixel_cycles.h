@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long the warps of each pixel's rays ran: a picture of where the simulated time went.
 #pragma once
 

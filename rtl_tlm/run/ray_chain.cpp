@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/run/ray_chain.h"
 
 #include <algorithm>

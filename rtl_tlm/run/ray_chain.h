@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The longest chain of dependent work in a trace: no hardware of this configuration can be faster than its longest ray.
 #pragma once
 

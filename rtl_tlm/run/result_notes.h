@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Caveats on a run's figures. Decided here, kept with the result as "notes", and printed on stderr.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Evaluates a finished run: statistics, lower bounds, and violated conservation laws.
 #pragma once
 

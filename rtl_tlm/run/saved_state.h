@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Contents of caches and open DRAM rows after a run, in a file, for a run in another process: `grtx sim --save-state`
 // writes it; `--warm-state` then does what `--warm` does with the trace that ran.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a trace on the GPU model: builds it, steps it to the end, watches over it, checks the conservation laws and
 // gathers the statistics.
 #pragma once

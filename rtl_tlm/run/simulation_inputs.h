@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a simulation was made from: "inputs" of its statistics.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The statistics file of a run: {"schema": "grtx.stats/1", "config": {...}, "inputs": {...}, "notes": [...],
 // "stats": {...}}.
 #pragma once

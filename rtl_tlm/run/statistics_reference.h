@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference of all statistics that a run may report, made from the tables with which it reports.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics of several runs as a table to read and to compare with diff: a line per statistic, a column per run.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/run/strided_statistics.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scales the statistics of a sampled run, in which one event in `stride` took time, to all events.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A group source whose trace changes between launches.
 #pragma once
 

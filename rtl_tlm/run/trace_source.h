@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Feeds the ray groups of a trace file to the work distributor. Holds in memory only the groups of resident warps and
 // those decoded ahead, which are limited in number and bytes. Memory of groups is reused.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Detects a deadlock: work remains, but nothing moves and nothing is scheduled for a later time. Work scheduled for
 // later (an access of a slow memory, a long phase of a shader) is waited for, however long.
 #pragma once

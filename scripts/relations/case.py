@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A case of a relation: runs the program in a folder, reads what it wrote, and compares."""
 import array
 import json

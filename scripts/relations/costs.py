@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations of energy, area and leakage: wholes are sums, and every command prices alike."""
 import json
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scenes and cameras as Python values: read what grtx synth made, move, turn, scale, cut, write."""
 import json
 import math

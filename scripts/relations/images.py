@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations of images: what must not change them, and what must change them in a known way."""
 import math
 

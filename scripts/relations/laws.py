@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations within the statistics of one run, and between the statistics of commands that look at the same thing."""
 import os
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations of a machine's keys: more of a resource is not slower, and what only looks like a change changes nothing."""
 import re
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations of a run's surroundings: where it runs, in which language, time zone, home and with how many threads changes no byte."""
 import json
 import os

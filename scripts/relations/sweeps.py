@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Relations of sweeps: a point is a run, a killed sweep is a sweep, and a figure is one figure wherever it stands."""
 import html
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Generated views and random ways to trace them."""
 from . import gaussians
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A page in Chromium without a screen, looked at by a script in this folder. Needs node, Chromium and the packages that
 // the build fetched for the charts.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that are missing, cut, foreign or garbage: exit code 2, one line that names the file, and no output left
 // behind.
 #include <gmock/gmock.h>

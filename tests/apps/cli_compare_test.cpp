@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx compare: figures, JSON and the exit code of --min-psnr.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What has gone wrong once, named after its symptom.
 #include <gmock/gmock.h>
 #include <sys/stat.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the program says when there is no memory.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What shows where time goes, from the outside: waveform with its GTKWave files, timeline, heat maps, stall bars.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx sim from the outside: statistics file, summary, waveform, configuration list.
 #include <gmock/gmock.h>
 

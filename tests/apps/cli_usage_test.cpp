@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command line: help for every command with a default for every option, and one line with exit code 2 for mistakes.
 #include <gmock/gmock.h>
 

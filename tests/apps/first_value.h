@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a query of an SQLite file finds first, as text.
 #pragma once
 

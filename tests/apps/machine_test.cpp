@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --machine: hardware keys and tracer options in one word; what the command line names overrides it; a wrong name or
 // key is one line and exit code 2.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One place prices: the energy of a run is the sum of its parts, and what `grtx cost --stats` says of it, whatever the
 // trace's nodes are; the area of a swept point is that of `grtx cost`.
 #include <gtest/gtest.h>

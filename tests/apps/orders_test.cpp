@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Orders of children and the test of popped nodes through the program: the same image, sound traces, and a stack
 // without its t in the cost.
 #include <gmock/gmock.h>

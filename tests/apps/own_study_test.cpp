@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // examples/own_study does what `grtx run` does.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs the built `grtx` program and looks at what it prints and how it ends.
 #pragma once
 

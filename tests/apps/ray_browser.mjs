@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens a page of grtx ray in Chromium without a screen, steps through it by keyboard and prints, as JSON, what a reader
 // would find. The test that runs it says what must hold.
 //   node ray_browser.mjs PAGE FOLDER_WITH_NODE_MODULES CHROMIUM [SCREENSHOT_PREFIX]

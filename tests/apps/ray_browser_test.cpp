@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pages of grtx ray in a real browser: ray_browser.mjs steps through them, this says what must be there.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx ray: pages of every structure and mechanism, what they say, and what is refused.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx regress: what is equal, what differs and where, what is recorded and why, and what is refused.
 #include <gmock/gmock.h>
 

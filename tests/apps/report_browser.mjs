@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opens a report in Chromium without a screen and prints, as JSON, what a reader would find: drawn marks, the tooltip,
 // what a box chooses, messages, requests, overflow. The test that runs it says what must hold.
 //   node report_browser.mjs PAGE FOLDER_WITH_NODE_MODULES CHROMIUM [SCREENSHOT_PREFIX]

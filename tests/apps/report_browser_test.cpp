@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reports in a real browser: report_browser.mjs looks, this says what must be there. Needs node, Chromium and the
 // packages that the build fetched for the charts; skips without.
 #include <gmock/gmock.h>

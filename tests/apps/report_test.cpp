@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx report through the program: what it reads, what it refuses, what a page holds without JavaScript.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

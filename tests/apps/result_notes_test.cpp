@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A figure leaves the program with what limits its meaning: on stderr, in the statistics, the results of a run, and a
 // sweep's database.
 #include <gmock/gmock.h>

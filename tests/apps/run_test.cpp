@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The main job on a small generated scene, through the program: synth, trace, check, run, sim twice, errors.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx selftest: OK with each path of vector instructions, and one line where it cannot work.
 #include <gtest/gtest.h>
 

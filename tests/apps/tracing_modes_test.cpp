@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other ways to trace, through the program: same image, sound traces, a simulation without violations, and every
 // statistic of all six structures.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp size and mapping through the program: the same image, and traces that the model takes their warps from.
 #include <gmock/gmock.h>
 

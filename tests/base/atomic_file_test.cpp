@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file appears under its final name only when it was committed.
 #include "grtx/base/atomic_file.h"
 

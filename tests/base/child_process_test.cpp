@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work in a forked child: results come back whole, errors come back as what they were.
 #include "grtx/base/child_process.h"
 
@@ -8,7 +9,7 @@
 
 #include "grtx/base/error.h"
 
-namespace grtx::sim {
+namespace grtx {
 namespace {
 
 TEST(ChildProcess, ReturnsATextLargerThanAPipeHolds) {
@@ -56,4 +57,4 @@ TEST(ChildProcess, DeathByASignalIsAnError) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx

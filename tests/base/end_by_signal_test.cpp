@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A signal that ends a process removes what it is writing, and nothing else.
 #include "grtx/base/end_by_signal.h"
 

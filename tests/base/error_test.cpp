@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error messages are one line, whatever the input contained.
 #include "grtx/base/error.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What memory is free is asked before much of it is taken.
 #include "grtx/base/free_memory.h"
 

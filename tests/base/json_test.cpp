@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // JSON of others: an error names file and place, however wrong the text is. JSON for others is UTF-8.
 #include "grtx/base/json.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Enumerations with a name table: names and values go both ways, and an unknown name lists the known ones.
 #include "grtx/base/declare/named_enum.h"
 

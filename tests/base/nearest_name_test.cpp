@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Suggestions pick the smallest edit distance.
 #include "grtx/base/nearest_name.h"
 

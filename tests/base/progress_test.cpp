@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Progress on a terminal: never silent for two seconds, even while the work reports nothing.
 #include "grtx/base/progress.h"
 

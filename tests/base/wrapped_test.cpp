@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines of at most 80 characters, broken at spaces.
 #include "grtx/base/wrapped.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Preloaded by scripts/inject_faults.py, and by nothing else: lets the n-th call of a class fail, counts the calls, or
 // records what was written and synced, over a program and all processes that it starts. Only files below one folder
 // count. Calls inside the C library (a stream's own write) cannot be seen from outside, so fwrite() to such files is

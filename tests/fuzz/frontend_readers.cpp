@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers of scenes, cameras, object lists, images and traces.
 #include <algorithm>
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer's entry. GRTX_FUZZ_READER names the reader (*_readers.cpp); without it all names are printed.
 // GRTX_FUZZ_SEEDS: writes the reader's sound files into that folder, then ends.
 #include <cstdint>

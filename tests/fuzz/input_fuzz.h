@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Damaged inputs of readers: each is read, or refused with an Error. Nothing else.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers of configurations, plans, regressions, statistics, results of tasks and databases to fill.
 #include <filesystem>
 
@@ -32,8 +33,8 @@ const std::vector<InputReader>& lab_readers() {
        [] { return Seeds{source_file("configs/table1.toml")}; }},
       {"plan", "p.toml",
        [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
-         (void)sim::load_plan(path, tracer);
+         static const lab::test::FakeTracerRules tracer;
+         (void)lab::load_plan(path, tracer);
        },
        nullptr,
        [] {
@@ -46,8 +47,8 @@ const std::vector<InputReader>& lab_readers() {
        }},
       {"search_plan", "q.toml",
        [](const std::string& path) {
-         static const sim::test::FakeTracerRules tracer;
-         (void)sim::load_search_plan(path, tracer);
+         static const lab::test::FakeTracerRules tracer;
+         (void)lab::load_search_plan(path, tracer);
        },
        nullptr,
        [] {
@@ -66,12 +67,12 @@ const std::vector<InputReader>& lab_readers() {
        }},
       {"statistics", "s.json", [](const std::string& path) { (void)sim::read_statistics(path); }, nullptr,
        [] { return Seeds{kStatistics}; }},
-      {"task_result", "k.json", [](const std::string& path) { (void)sim::read_outcome(path); }, nullptr,
+      {"task_result", "k.json", [](const std::string& path) { (void)lab::read_outcome(path); }, nullptr,
        [] {
          return one(R"({"key": "k", "kind": "point", "status": "failed", "reason": "r", "seconds": 1.5, )"
                     R"("bytes": 3})");
        }},
-      {"database_filled", "w.sqlite", [](const std::string& path) { (void)sim::SweepDatabase(path).meta("plan"); },
+      {"database_filled", "w.sqlite", [](const std::string& path) { (void)lab::SweepDatabase(path).meta("plan"); },
        nullptr, [] { return Seeds{database()}; }},
   };
   return all;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every reader of the project as a function of bytes, for libFuzzer, for seeded mutations and for what fuzzers left.
 #pragma once
 

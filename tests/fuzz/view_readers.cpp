@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers of what reports are made of.
 #include "fuzz/readers.h"
 #include "fuzz/result_seeds.h"
@@ -8,9 +9,9 @@ namespace grtx::fuzzing {
 
 const std::vector<InputReader>& view_readers() {
   static const std::vector<InputReader> all = {
-      {"run_results", "r.json", [](const std::string& path) { (void)sim::read_run_results(path); }, nullptr,
+      {"run_results", "r.json", [](const std::string& path) { (void)view::read_run_results(path); }, nullptr,
        [] { return std::vector<std::string>{kStatistics}; }},
-      {"database", "d.sqlite", [](const std::string& path) { (void)sim::read_sweep_results(path); }, nullptr,
+      {"database", "d.sqlite", [](const std::string& path) { (void)view::read_sweep_results(path); }, nullptr,
        [] { return std::vector<std::string>{database()}; }},
   };
   return all;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A channel that is not a Link: what a user's own implementation of link_in_if and link_out_if looks like.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Producers and consumers that stand on the other side of the memory modules' links in tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test fixture for SystemC modules: a fresh simulation context for every test, 1 fs resolution, warnings are failures.
 // Also a clocked process for mocks, and running a clock domain for a number of cycles.
 #pragma once

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Run with cmake -P: no file of the installed package, and no path in its CMake files, leads back to where it was built.
 file(GLOB_RECURSE files ${PREFIX}/*.cmake)
 if(NOT files)

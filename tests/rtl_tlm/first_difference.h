@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where two documents differ, for the message of a test.
 #pragma once
 

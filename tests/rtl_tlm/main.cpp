@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Entry point of the assembly tests: GoogleTest drives, SystemC is a library (its own main needs a sc_main to link).
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A DRAM that never issues a command: a machine with it stands still although its clocks go on.
 #pragma once
 

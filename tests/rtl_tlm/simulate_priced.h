@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // simulate() as the program calls it: with the energy of the run.
 #pragma once
 
@@ -24,7 +25,7 @@ inline GpuConfig in_mode(GpuConfig config, SimulationMode mode) {
 
 inline SimulationResult simulate_priced(const std::string& trace, const GpuConfig& config,
                                         SimulationOptions options = {}, SimulationMode mode = SimulationMode::cycle) {
-  options.price = describe_energy;
+  options.price = lab::describe_energy;
   return simulate(trace, in_mode(config, mode), options);
 }
 

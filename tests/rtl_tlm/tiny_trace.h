@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A trace small enough to follow by hand: one root with two triangle leaves, k = 2, every ray the same.
 //
 //   round 0: root (both leaves pushed), leaf 2 inserted, leaf 3 inserted, two entries blended, ray terminated

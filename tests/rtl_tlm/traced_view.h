@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small view of a scene as a trace file, for tests that want real ray groups.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """data/traces: the files are those of SHA256SUMS, `grtx trace-check` proves them consistent, and `grtx regress` finds the
 statistics on record.
 

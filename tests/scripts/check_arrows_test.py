@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/check_arrows.py finds each kind of include that goes the wrong way, and names its line."""
 import os
 import subprocess

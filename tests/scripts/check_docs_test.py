@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/check_docs.py finds each kind of fault, and nothing in a tree without one."""
 import hashlib
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/check_format.py finds a line that is not as clang-format writes it, and says when it cannot look."""
 import os
 import shutil

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/check_tidy.py passes on what clang-tidy finds, and passes a file without findings."""
 import os
 import subprocess

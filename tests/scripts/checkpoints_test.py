@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bench/checkpoints.py on a small database: what a point is called, speeds over another, counts, and nothing to compare."""
 import json
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/demo.sh with a small scene: a picture with something in it, a table of three machines whose speed-ups are those of the results, and the
 report's path on the last line; scripts/install_dependencies.sh refuses what it does not know.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """bench/estimate_errors.py on a database whose errors are known: cycle mode 1000 and 500 cycles, estimates beside them."""
 import json
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What injected faults have found once, named after its symptom: inject_faults_test.py PROGRAM LIBRARY"""
 import os
 import shutil

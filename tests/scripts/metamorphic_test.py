@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """scripts/metamorphic.py notices what it looks for: metamorphic_test.py GRTX
 
 Of each relation a case is run. Then every value that it compares is altered, one at a time, as if the program had given

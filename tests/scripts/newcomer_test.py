@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """docs/guide/when-it-fails.md and newcomer_answers.txt: every command there gives the answer that stands below it, and each answer
 that is an error is one line with exit code 2 that says what to do next. Every command has --help; grtx alone shows a first session
 that works.

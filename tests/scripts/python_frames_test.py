@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """python/grtx_tlm: frames have the numbers of the files, plots draw them, bad files raise StatisticsError, and the package
 installs.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """python/notebooks/main_figure.ipynb runs from end to end, and its figure has the numbers of its runs.
 
     python_notebook_test.py GRTX       Exit code 77: a Python package is missing.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """grtx_tlm.read_trace gives what `grtx trace-dump --json` prints, as arrays whose counts are the totals of the trace;
 what the program refuses raises TraceError that names file, place and rule.
 

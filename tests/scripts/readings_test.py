@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """bench/readings.py on databases whose ratios are known."""
 import json
 import os

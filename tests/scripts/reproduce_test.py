@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/reproduce.sh on scenes of a few hundred Gaussians: pages that do not depend on how often it was killed, a broken
 parameter that is caught by name, and claims that all have a figure.
 

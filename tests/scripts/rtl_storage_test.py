@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The memories of the checkpoint unit's RTL have the bits of the inventory and of the paper's table, no more and no less; a
 difference is named. Skipped without yosys.
 

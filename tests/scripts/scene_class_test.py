@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """bench/scene_class.py on a small scene: what it counts entry by entry is what the trace's totals and the simulation count, and a row outside
 a given range is bold and ends with 1.
 

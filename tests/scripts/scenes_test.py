@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/scenes.sh with a repository made here: a scene comes from a clone or, where there is none, from the network (a file:// in place of
 GitHub); one whose SHA-256 is another is refused and leaves nothing. Every scene on the real list has cameras and a row in the guide.
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bench/silicon.py on a small database: speeds over monolithic icosahedra beside a chart, ways over the fastest rounds."""
 import json
 import os

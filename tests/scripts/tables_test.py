@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What every command prints: lines of at most 80 characters, and with --json one JSON document with the same figures. Each of the cases
 takes figures of the text and finds them in the document; there is a case for every command that `grtx --help` names.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """scripts/test_summary.py: parts, skipped tests with their reasons, failed tests, exit codes."""
 import json
 import os

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // check() catches each rule that a trace can break: one mutation of a sound trace for each.
 #include "grtx/traces/check.h"
 #include "grtx/traces/codec/check_group.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The orders in which a replay round reads the source buffer, each alone.
 #include "grtx/traces/orders/checkpoint_order.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The orders of children, each alone, against its description in words: for every set of children that a node can push,
 // of every kind.
 #include "grtx/traces/orders/child_order.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A damaged file is refused with file, place and rule, whatever byte is hit; it never crashes and never passes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // decode_group on damaged columns: refuses or yields a group that encodes again; never crashes, never takes much
 // memory.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The text dump: every round and event of what was asked for, with byte addresses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

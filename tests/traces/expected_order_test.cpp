@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NodeModel::order is a list of the eight slots: a popped slot moves before the first of those left.
 #include <gtest/gtest.h>
 

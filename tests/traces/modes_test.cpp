@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The modes in a trace's header: each name stands for one value, as trace files have always spelt it.
 #include "grtx/traces/modes.h"
 

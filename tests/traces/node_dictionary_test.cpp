@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a group's nodes are stored: by their place in the tree where children lie depth first, by address elsewhere.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Groups of a trace must agree on where nodes lie: a simulation merges their fetches by address.
 #include "grtx/traces/codec/node_places.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pops that repeat what was done last time are counted, 255 to a byte; only others take bytes of their own.
 #include <gtest/gtest.h>
 

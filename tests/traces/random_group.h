@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Legal traces of random trees: a small tracer in the space of hashes. Every node has, for every ray, a pseudo-random
 // entry distance behind its parent's and hits or misses at random; everything else (stack, k-buffer, eviction and
 // checkpoint buffers, rounds) follows the rules of the design, so that check() must accept the result.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written is read back, field by field, for every kind of trace.
 #include <gtest/gtest.h>
 

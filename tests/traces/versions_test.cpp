@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file takes the oldest version that can say what its header says, and a reader knows both.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

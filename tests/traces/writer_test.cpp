@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writer: the same bytes for any threads and order, nothing under the final name before finish(), misuse is refused.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

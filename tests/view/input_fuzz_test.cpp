@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fuzz/input_fuzz.h"
 
 namespace grtx::fuzzing {

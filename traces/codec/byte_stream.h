@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Little-endian numbers and varints in byte strings, and a bounds-checked reader.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks the rules of the trace format for a single group.
 #pragma once
 

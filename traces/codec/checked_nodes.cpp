@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/traces/codec/checked_nodes.h"
 
 #include <algorithm>

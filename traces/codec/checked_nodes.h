@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The checker's copy of a group's nodes: small, so that all nodes of a group stay in the host's caches.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/traces/codec/columns.h"
 
 #define ZSTD_STATIC_LINKING_ONLY  // for ZSTD_c_literalCompressionMode

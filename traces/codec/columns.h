@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A chunk's payload is a fixed list of byte columns, compressed separately: bytes of one meaning share statistics,
 // which suits zstd's entropy coder. The comments of Column give the item that adds to a column, then what is stored.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/traces/codec/count_totals.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Computes the totals of a trace. The order in which groups are added does not matter.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/traces/codec/decoded_size.h"
 
 #include "grtx/base/free_memory.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that decoded groups take: a small file may decode to very much.
 #pragma once
 

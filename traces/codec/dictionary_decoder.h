@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decodes the node dictionary of a group; inverse of DictionaryEncoder.
 #pragma once
 

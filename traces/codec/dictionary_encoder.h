@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes the node dictionary of a group: the internal nodes that its rays visited, stored as a tree if their addresses
 // allow it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes a group whose rays are all in memory.
 #include <cstddef>
 #include <stdexcept>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A group encoded as in the file.
 #pragma once
 

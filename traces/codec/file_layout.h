@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fixed parts of a trace file, and limits by which a reader rejects corrupt sizes. See docs/model/trace-format.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes a ray group as the payload of a chunk, and decodes it. docs/model/trace-format.md describes the columns.
 #pragma once
 

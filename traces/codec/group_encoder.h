@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes a group ray by ray from events. Rebuilds the traversal stack and checks that the events follow it.
 #pragma once
 

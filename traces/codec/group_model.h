@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The prediction model that encoder and decoder of a group share while they replay its events: where children lie, and
 // the outcome of each node's last visit. A ray that restarts, or the ray of the next lane, mostly repeats earlier
 // visits, and correct predictions take no bytes.

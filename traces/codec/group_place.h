@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Position of an encoder in a group, for its error messages.
 #pragma once
 

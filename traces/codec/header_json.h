@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Header and totals as JSON text, strict in both directions: every key present, none unknown.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks across groups that the internal nodes in their dictionaries are consistent parts of one node image.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Child offsets and masks that follow from the kinds of a node's children. The nodes of a tree share few shapes, so
 // each is computed once and cached.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Source from which an encoder gets the internal nodes of an acceleration structure.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encodes the traversal of a group's rays while it happens: each stack pop as an operation on a child of a known node.
 // The caller maintains the stack and the checkpoint buffers, as ChildPlace values.
 #pragma once

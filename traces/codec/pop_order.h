@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A child order (traces/orders/child_order.h) as used by encoder, decoder and checker, which do not know t values.
 #pragma once
 

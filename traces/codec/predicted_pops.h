@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pops of one kind as two columns: runs of predicted pops are counted, mispredicted pops have a symbol.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds which entry of the source checkpoint buffer each read of a replay round refers to, for read order nearest.
 #pragma once
 

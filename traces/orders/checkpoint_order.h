@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Policies for the order in which a replay round reads the source buffer, one file each in this folder, shared by
 // tracer, trace codec and hardware model. Templates, because the codec's inner loops compute an entry's place with a
 // line of arithmetic.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Policies for the order in which the hit children of a node are visited, one file each in this folder, shared by
 // tracer and trace codec. Templates, because the tracer's innermost loop uses them for each child of each node.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint order fifo: the entry written first is read first.
 #pragma once
 

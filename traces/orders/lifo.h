@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint order lifo: the entry written last is read first.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Child order near_first: the child that the ray enters first is visited first; for equal t, the lower slot.
 #pragma once
 

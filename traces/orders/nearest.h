@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint order nearest: the entry with the smallest t is read first; for equal t, the one written first. Not free
 // in hardware: it shows what a sorted buffer would gain.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Child order slot: children are visited in slot order, regardless of distance.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Child order vulkan_sim (ubc-aamodt-group/vulkan-sim, src/cuda-sim/vulkan_ray_tracing.cc; both levels): the first hit
 // internal child in slot order is visited at once; all others, and all leaves, are pushed in slot order. The stack is
 // LIFO, so the highest pushed slot is visited first. Nothing is sorted by distance.

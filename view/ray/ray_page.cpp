@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/ray/ray_page.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/page.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -250,4 +251,4 @@ std::string ray_page(const RayPage& page) {
   return out + "</script>\n</body>\n</html>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Content of the page of `grtx ray`, and its generation: one HTML file that shows how rays were traced.
 #pragma once
 
@@ -10,7 +11,7 @@
 #include "grtx/view/ray/ray_replay.h"
 #include "grtx/view/ray/warp_timeline.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// A Gaussian to draw.
 struct DrawnGaussian {
@@ -53,4 +54,4 @@ struct RayPage {
 
 std::string ray_page(const RayPage& page);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

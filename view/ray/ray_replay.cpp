@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/ray/ray_replay.h"
 
 #include <algorithm>
@@ -23,7 +24,7 @@
 //     a byte with the mask of those checkpointed, t of each pushed, t of each checkpointed; visit_instance with detail
 //     0: the root below; replay_*: place in the source list; visit_leaf: shifts if inserted or displaced, and t unless
 //     it was missed; the new t_max
-namespace grtx::sim {
+namespace grtx::view {
 
 using traces::Event;
 using traces::EventKind;
@@ -497,4 +498,4 @@ ReplayedRay replay_ray(const traces::Header& header, const traces::RayGroup& gro
   return Replay(header, group, lane, nodes, values).run();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Replays one ray of a trace for the page of `grtx ray`: its nodes, and the initial state and events of each round,
 // packed so that the page's script can show all lists after every event. docs/guide/ray.md describes the page.
 #pragma once
@@ -14,7 +15,7 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 inline constexpr std::uint32_t kNoGaussian = ~std::uint32_t{0};
 
@@ -82,4 +83,4 @@ struct ReplayedRay {
 ReplayedRay replay_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
                        const RayNodes& nodes, const RayValues* values);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

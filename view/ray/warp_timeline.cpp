@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/ray/warp_timeline.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::json;
@@ -97,4 +98,4 @@ WarpTimeline read_warp_timeline(const std::string& path, const std::string& trac
   return timeline;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads one warp from a timeline of `grtx sim`: when its rounds ran, and its activities in them.
 #pragma once
 
@@ -5,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 struct WarpSlice {
   std::string name;                  ///< name of the activity; "" for a round
@@ -22,4 +23,4 @@ struct WarpTimeline {
 /// Throws Error if the file is no timeline, is of another trace, or does not contain the warp.
 WarpTimeline read_warp_timeline(const std::string& path, const std::string& trace_hash, std::uint32_t group);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/assets.h"
 
 // Start and end of each file, defined in report_assets.S.
@@ -10,7 +11,7 @@ extern const char grtx_asset_rayscript[], grtx_asset_rayscript_end[];
 extern const char grtx_asset_paper[], grtx_asset_paper_end[];
 }
 
-namespace grtx::sim {
+namespace grtx::view {
 
 std::string_view chart_library() { return {grtx_asset_charts, grtx_asset_charts_end}; }
 std::string_view page_style() { return {grtx_asset_style, grtx_asset_style_end}; }
@@ -19,4 +20,4 @@ std::string_view ray_style() { return {grtx_asset_raystyle, grtx_asset_raystyle_
 std::string_view ray_script() { return {grtx_asset_rayscript, grtx_asset_rayscript_end}; }
 std::string_view paper_targets_text() { return {grtx_asset_paper, grtx_asset_paper_end}; }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // Styles, scripts and data files that the build links into the program.
 #pragma once
 
 #include <string_view>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// vega, vega-lite and vega-embed, minified, with their licences; empty in a build with GRTX_REPORT_CHARTS=OFF.
 std::string_view chart_library();
@@ -15,4 +16,4 @@ std::string_view ray_script();
 /// paper_targets.toml
 std::string_view paper_targets_text();
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

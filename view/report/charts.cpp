@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/charts.h"
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 
 #include "grtx/base/json.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -327,4 +328,4 @@ ordered_json series_lines(const ordered_json& rows, const std::string& value_tit
   return spec;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

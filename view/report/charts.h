@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vega-Lite specifications of a report's charts. Colours are CSS variables of the page, so that charts follow the light
 // and dark scheme and print well.
 #pragma once
@@ -6,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// A field shown in a tooltip or on an axis: its name in the rows and its title.
 struct ChartField {
@@ -54,4 +55,4 @@ nlohmann::ordered_json correlation_chart(const nlohmann::ordered_json& rows);
 /// Line chart over time. rows: {cycle, series, value}.
 nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/correlate.h"
 
 #include <fmt/format.h>
@@ -18,7 +19,7 @@
 #include "grtx/lab/sweep/axis.h"
 #include "grtx/view/report/mode_agreement.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -98,7 +99,8 @@ class Matcher {
       const double value = point.value(m.quantity);
       if (!point.done() || point.design != design || !std::isfinite(value) || value <= 0.0) continue;
       const bool fits = std::all_of(m.coordinates.begin(), m.coordinates.end(), [&](const auto& wanted) {
-        return point.coordinates.contains(wanted.first) && text_of(point.coordinates.at(wanted.first)) == wanted.second;
+        return point.coordinates.contains(wanted.first) &&
+               lab::text_of(point.coordinates.at(wanted.first)) == wanted.second;
       });
       if (!fits) continue;
       if (!found.emplace(point.scene, value).second) {
@@ -323,4 +325,4 @@ ordered_json correlation_json(const Correlation& c) {
   return json;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares measured values of real machines with simulated ones of a sweep: errors, rank correlation, outliers.
 #pragma once
 
@@ -7,7 +8,7 @@
 
 #include "grtx/view/report/sweep_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// A line of a file of measured values (docs/guide/correlate.md).
 struct Measured {
@@ -57,4 +58,4 @@ nlohmann::ordered_json correlation_json(const Correlation& correlation);
 /// HTML page with scatter plot and table. measured: name of the file.
 std::string correlation_page(const Correlation& correlation, const std::string& measured, const SweepResults& sweep);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

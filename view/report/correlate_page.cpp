@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of grtx correlate: a scatter plot with ranges, and a table.
 #include <fmt/format.h>
 
@@ -10,7 +11,7 @@
 #include "grtx/view/report/page.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -55,4 +56,4 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
   return html_page("Measured and simulated: " + measured, "correlate", body);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

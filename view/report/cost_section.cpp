@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Storage and area by hierarchy, and the resolved configuration.
 #include <fmt/format.h>
 
@@ -7,7 +8,7 @@
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -162,4 +163,4 @@ std::string configuration_section(const std::vector<ReportRun>& runs, const std:
   return out + "</section>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Table of points in a sweep's database that are not in its plan.
 #include <fmt/format.h>
 
@@ -6,7 +7,7 @@
 #include "grtx/view/report/sections.h"
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 std::string earlier_table(const SweepResults& results) {
   Table table(results.file + ": points of an earlier plan, which nothing above compares or counts",
@@ -21,7 +22,7 @@ std::string earlier_table(const SweepResults& results) {
   for (const ReportedPoint& p : results.earlier) {
     std::string coordinates;
     for (const auto& [name, value] : p.coordinates.items()) {
-      coordinates += (coordinates.empty() ? "" : ", ") + name + " = " + text_of(value);
+      coordinates += (coordinates.empty() ? "" : ", ") + name + " = " + lab::text_of(value);
     }
     table.row({fmt::format("#{}", p.id), escape(p.machine), escape(p.mode), escape(p.scene), escape(p.design),
                escape(coordinates), escape(p.status), number(p.value(kTime))});
@@ -31,4 +32,4 @@ std::string earlier_table(const SweepResults& results) {
   return table.rows() == 0 ? "" : details(summary, table.html());
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/html.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include "grtx/base/printable.h"
 #include "grtx/view/report/assets.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 std::string base64(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -141,4 +142,4 @@ std::string chart(const std::string& id, const std::string& label, const std::st
       id, role, group, escape(label), escape(caption), script_json(spec));
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // HTML building blocks. Text from files and command lines must pass through escape().
 #pragma once
 
@@ -7,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// Escapes text for HTML content and quoted attribute values.
 std::string escape(std::string_view text);
@@ -57,4 +58,4 @@ class Table {
 std::string chart(const std::string& id, const std::string& label, const std::string& caption,
                   const nlohmann::ordered_json& spec, const std::string& role = "", const std::string& group = "");
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

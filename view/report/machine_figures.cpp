@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/machine_figures.h"
 
 #include <optional>
@@ -13,12 +14,12 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
+ordered_json energy_of(const ordered_json& statistics, const sim::GpuConfig& config,
                        const std::vector<modules::Inventory>& inventories) {
   const auto value = [&](const std::string& name) {
     const auto found = statistics.find(name);
@@ -26,7 +27,8 @@ ordered_json energy_of(const ordered_json& statistics, const GpuConfig& config,
     return counted ? std::optional(found->at("value").get<double>()) : std::nullopt;
   };
   ordered_json energy = ordered_json::array();
-  for (const EnergyPart& part : run_energy(value, config, inventories, CostOptions(), EnergyOptions())) {
+  for (const lab::EnergyPart& part :
+       lab::run_energy(value, config, inventories, lab::CostOptions(), lab::EnergyOptions())) {
     if (part.actions == 0.0) continue;
     energy.push_back(
         {{"name", part.name},
@@ -45,12 +47,12 @@ MachineFigures machine_figures(const ordered_json& config, const ordered_json& i
   MachineFigures figures;
   figures.energy = ordered_json::array();
   try {
-    const GpuConfig machine = config_from(config);
-    const MachineUse use = machine_of_run(inputs, where);
+    const sim::GpuConfig machine = lab::config_from(config);
+    const sim::MachineUse use = lab::machine_of_run(inputs, where);
     ChildProcess child("cost of " + use.design, [&] {
-      const std::vector<modules::Inventory> inventories = machine_inventory(machine, use);
+      const std::vector<modules::Inventory> inventories = sim::machine_inventory(machine, use);
       ordered_json result;
-      result["cost"] = cost_json(machine_cost(machine, use.design, inventories, CostOptions()));
+      result["cost"] = lab::cost_json(lab::machine_cost(machine, use.design, inventories, lab::CostOptions()));
       result["energy"] = statistics.empty() ? ordered_json::array() : energy_of(statistics, machine, inventories);
       return json_text(result);
     });
@@ -63,4 +65,4 @@ MachineFigures machine_figures(const ordered_json& config, const ordered_json& i
   return figures;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

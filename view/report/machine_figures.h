@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of the machine that a run used, and the run's energy. A process can elaborate only one machine, so each is
 // computed in a child process.
 #pragma once
@@ -7,7 +8,7 @@
 
 #include "grtx/view/report/run_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 struct MachineFigures {
   /// As `grtx cost --json`; null if this program cannot build the configuration.
@@ -22,4 +23,4 @@ struct MachineFigures {
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const nlohmann::ordered_json& inputs,
                                const nlohmann::ordered_json& statistics, const std::string& where);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

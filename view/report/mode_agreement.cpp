@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/mode_agreement.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 /// Times of points that differ only in the mode.
@@ -88,4 +89,4 @@ std::vector<ModeAgreement> mode_agreements(const SweepResults& sweep) {
   return list;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Agreement of two simulation modes on the points run in both: shows how far a screening can be trusted.
 #pragma once
 
@@ -7,7 +8,7 @@
 
 #include "grtx/view/report/sweep_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// Kendall's tau-b of two rankings of the same things (Kendall, Biometrika 33, 1945): 1 for the same order, -1 for the
 /// reverse; pairs equal in one of them count half. NaN if all values of one are equal. Values must be finite.
@@ -25,4 +26,4 @@ struct ModeAgreement {
 /// One entry for each scene and pair of modes with at least two common points.
 std::vector<ModeAgreement> mode_agreements(const SweepResults& sweep);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

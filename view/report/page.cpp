@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/page.h"
 
 #include <fmt/format.h>
@@ -5,7 +6,7 @@
 #include "grtx/view/report/assets.h"
 #include "grtx/view/report/html.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 std::string navigation(const std::string& body) {
@@ -51,4 +52,4 @@ std::string html_page(const std::string& title, const std::string& command, cons
   return page + "</script>\n</body>\n</html>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frame that all HTML pages of the program share.
 #pragma once
 
 #include <string>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// Start of a page up to its styles: document type, title, and a content security policy that forbids loading anything
 /// ('unsafe-eval', since Vega compiles expressions). title: plain text.
@@ -13,4 +14,4 @@ std::string page_head(const std::string& title);
 /// directly by a heading; the table of contents links to them.
 std::string html_page(const std::string& title, const std::string& command, const std::string& body);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares the paper's results with runs, and with geometric means over runs that differ only in the view.
 #include <fmt/format.h>
 
@@ -10,7 +11,7 @@
 #include "grtx/view/report/paper_targets.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -144,4 +145,4 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
          table.html() + "</section>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

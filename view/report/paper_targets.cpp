@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/paper_targets.h"
 
 #include <toml++/toml.h>
@@ -6,7 +7,7 @@
 
 #include "grtx/view/report/assets.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 // The file is built into the program, so errors in it are internal errors.
@@ -78,4 +79,4 @@ const std::vector<CostTarget>& cost_targets() {
   return list;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's results, for comparison with the model's.
 #pragma once
 
@@ -7,7 +8,7 @@
 
 #include "grtx/view/report/run_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// A result of the paper that can be computed from the statistics of a run.
 struct RunTarget {
@@ -39,4 +40,4 @@ struct CostTarget {
 const std::vector<RunTarget>& run_targets();
 const std::vector<CostTarget>& cost_targets();
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/report.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/view/report/sections.h"
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -186,4 +187,4 @@ std::string report_page(const ReportOptions& options) {
   return html_page(options.title, "report", body);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 // grtx report: one self-contained HTML file. The same inputs give the same bytes.
 #pragma once
 
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 struct ReportOptions {
   std::vector<std::string> inputs;  ///< sweep databases, results.json of grtx run, statistics of grtx sim
@@ -15,4 +16,4 @@ struct ReportOptions {
 /// Returns the HTML page. Throws Error for inputs of another kind.
 std::string report_page(const ReportOptions& options);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/run_results.h"
 
 #include <fmt/format.h>
@@ -12,7 +13,7 @@
 #include "grtx/base/json.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -35,7 +36,7 @@ std::string text(const ordered_json& parent, const std::string& name) {
 
 DesignResult design_result(const std::string& name, const ordered_json& statistics, const ordered_json& inputs,
                            const std::string& path) {
-  check_statistics(statistics, path, name + ": ");
+  sim::check_statistics(statistics, path, name + ": ");
   DesignResult design;
   design.name = name;
   design.inputs = inputs;
@@ -85,7 +86,7 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.designs.push_back(design_result(name, statistics, inputs, path));
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
     if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
-      run.designs.back().notes = notes_from(notes->at(name), path);
+      run.designs.back().notes = sim::notes_from(notes->at(name), path);
     }
   }
   run.speedup_intervals = intervals(document, "speedup_interval");
@@ -104,7 +105,7 @@ void read_simulation(const ordered_json& document, const std::string& path, RunR
   std::string name = design_name(text(inputs, "accel"), text(inputs, "checkpoint"));
   if (name.empty()) name = "run";
   run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
-  if (document.contains("notes")) run.designs.back().notes = notes_from(document.at("notes"), path);
+  if (document.contains("notes")) run.designs.back().notes = sim::notes_from(document.at("notes"), path);
   run.over_time = document.value("over_time", ordered_json());
   run.program = text(inputs, "program");
 }
@@ -118,7 +119,7 @@ double DesignResult::value(const std::string& statistic) const {
 }
 
 std::optional<Interval> DesignResult::cycles_interval() const {
-  return grtx::sim::cycles_interval([this](const char* statistic) { return value(statistic); });
+  return grtx::view::cycles_interval([this](const char* statistic) { return value(statistic); });
 }
 
 std::optional<Interval> ratio_of(const std::optional<Interval>& over, const std::optional<Interval>& of) {
@@ -178,4 +179,4 @@ RunResults read_run_results(const std::string& path) {
   return run;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulation results for a report: results.json of `grtx run`, or the statistics of one `grtx sim`.
 #pragma once
 
@@ -11,7 +12,7 @@
 #include "grtx/rtl_tlm/run/result_notes.h"
 #include "grtx/view/report/subject.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// Confidence interval of an estimate.
 struct Interval {
@@ -32,7 +33,7 @@ struct DesignResult {
   nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
   nlohmann::ordered_json inputs;      ///< name -> text
   std::string binding_bound;          ///< "" when not recorded
-  ResultNotes notes;                  ///< limitations of its results
+  sim::ResultNotes notes;             ///< limitations of its results
 
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
@@ -69,4 +70,4 @@ RunResults read_run_results(const std::string& path);
 /// Name of the design with this structure and checkpointing, e.g. tlas-tri20 and "on": grtx.
 std::string design_name(const std::string& accel, const std::string& checkpoint);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sections on runs: headline, table of designs, stalls, energy, the paper's figures.
 #include <fmt/format.h>
 
@@ -11,7 +12,7 @@
 #include "grtx/view/report/paper_targets.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -322,4 +323,4 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
          "</section>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Describes what the results of runs refer to, and their limitations; used by every section with results.
 #include <fmt/format.h>
 
@@ -6,7 +7,7 @@
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 std::vector<Subject> subjects_of(const std::vector<ReportRun>& runs) {
@@ -51,10 +52,10 @@ std::string interval_html(const std::optional<Interval>& interval, std::string (
   return text.empty() ? "" : " <span class=\"interval\">(" + text + ")</span>";
 }
 
-std::string notes_html(const std::vector<std::pair<std::string, ResultNotes>>& by_name) {
+std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name) {
   std::vector<std::pair<std::string, std::string>> texts;  // {names, text of the note}, in order of appearance
   for (const auto& [name, notes] : by_name) {
-    for (const ResultNote& note : notes) {
+    for (const sim::ResultNote& note : notes) {
       const auto known = std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.second == note.text; });
       if (known == texts.end()) {
         texts.emplace_back(name, note.text);
@@ -80,7 +81,7 @@ std::string subject_html(const ReportRun& run) {
         "figures are estimates, too.";
   }
   out += "</p>\n";
-  std::vector<std::pair<std::string, ResultNotes>> notes;
+  std::vector<std::pair<std::string, sim::ResultNotes>> notes;
   for (const DesignResult& design : run.results.designs) notes.emplace_back(design.name, design.notes);
   return out + notes_html(notes);
 }
@@ -122,4 +123,4 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
   return table.html();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

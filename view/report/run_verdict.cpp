@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Summary of a run: which design wins and why, its memory traffic, and its bottleneck.
 #include <fmt/format.h>
 
@@ -9,7 +10,7 @@
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using modules::Region;
@@ -183,4 +184,4 @@ std::string bytes_table(const ReportRun& run) {
   return all > 0.0 ? table.html() : "";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

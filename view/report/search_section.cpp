@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sections on searches: the front, the way from the reference to the best design, what each parameter contributes, and
 // candidates that were not measured, by reason.
 #include <fmt/format.h>
@@ -9,7 +10,7 @@
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/sections.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -17,7 +18,7 @@ using nlohmann::ordered_json;
 std::string words(const ordered_json& coordinates) {
   std::string text;
   for (const auto& [name, value] : coordinates.items())
-    text += (text.empty() ? "" : ", ") + name + " = " + text_of(value);
+    text += (text.empty() ? "" : ", ") + name + " = " + lab::text_of(value);
   return text;
 }
 
@@ -36,8 +37,8 @@ class SearchPage {
     const ordered_json& counts = search_.at("counts");
     std::string cards =
         headline(cell(counts.at("candidates")), "Candidates",
-                 fmt::format("{} screened, {} confirmed, {} on the front", text_of(counts.at("screened")),
-                             text_of(counts.at("confirmed")), text_of(counts.at("front"))));
+                 fmt::format("{} screened, {} confirmed, {} on the front", lab::text_of(counts.at("screened")),
+                             lab::text_of(counts.at("confirmed")), lab::text_of(counts.at("front"))));
     if (!search_.at("front").empty()) {
       const ordered_json& best = candidate(search_.at("front").front());
       for (std::size_t o = 0; o < objectives_.size(); ++o) {
@@ -133,7 +134,7 @@ class SearchPage {
     Table table("The front, over the reference; the least " + objectives_[0] + " first" + of_, columns);
     for (const ordered_json& index : search_.at("front")) {
       const ordered_json& one = candidate(index);
-      std::vector<std::string> cells = {"#" + text_of(index)};
+      std::vector<std::string> cells = {"#" + lab::text_of(index)};
       for (std::size_t o = 0; o < objectives_.size(); ++o) cells.push_back(times(ratio(one.at("confirming"), o)));
       for (std::size_t o = 0; is_evaluated() && o < objectives_.size(); ++o) {
         const ordered_json& verdict = one.at("evaluation");
@@ -159,7 +160,7 @@ class SearchPage {
     for (const ordered_json& step : path) {
       const std::string label =
           fmt::format("{}: {} → {}", step.at("key").get<std::string>(),
-                      step.at("from").is_null() ? "base" : text_of(step.at("from")), text_of(step.at("to")));
+                      step.at("from").is_null() ? "base" : lab::text_of(step.at("from")), lab::text_of(step.at("to")));
       std::vector<std::string> cells = {escape(label)};
       for (std::size_t o = 0; o < objectives_.size(); ++o) {
         cells.push_back(step.contains("ratios") ? times(ratio(step, o)) : "");
@@ -195,7 +196,7 @@ class SearchPage {
       for (const ordered_json& parameter : effect.at("parameters")) {
         for (const ordered_json& value : parameter.at("values")) {
           rows.push_back({{"parameter", parameter.at("key")},
-                          {"value", text_of(value.at("value"))},
+                          {"value", lab::text_of(value.at("value"))},
                           {"factor", value.at("factor")},
                           {"candidates", value.at("candidates")}});
           table.row({cell(parameter.at("key")), cell(value.at("value")), cell(value.at("candidates")),
@@ -240,4 +241,4 @@ std::string search_section(const ReportSweep& sweep) {
   return sweep.results.search.is_null() ? "" : SearchPage(sweep).html();
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of a report's page. Each returns HTML; "" when there is nothing to say.
 #pragma once
 
@@ -9,7 +10,7 @@
 #include "grtx/view/report/run_results.h"
 #include "grtx/view/report/sweep_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// A run, and cost and energy of its designs, in the same order.
 struct ReportRun {
@@ -57,7 +58,7 @@ std::string interval_text(const std::optional<Interval>& interval, std::string (
 /// The same in brackets and small print, to append to the value.
 std::string interval_html(const std::optional<Interval>& interval, std::string (*shown)(double));
 /// One paragraph per note; a note shared by several designs appears once.
-std::string notes_html(const std::vector<std::pair<std::string, ResultNotes>>& by_name);
+std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name);
 
 // Runs.
 std::string run_headline(const ReportRun& run);
@@ -90,4 +91,4 @@ std::string picture(const std::string& uri, const std::string& caption);
 /// One headline figure: value is HTML, the others plain text.
 std::string headline(const std::string& value_html, const std::string& what, const std::string& note);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/subject.h"
 
 #include <fmt/format.h>
@@ -11,7 +12,7 @@
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/axis.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -85,7 +86,7 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
   std::map<std::string, std::string> all;
   if (inputs.is_object()) {
     for (const auto& [name, value] : inputs.items()) {
-      all[name.starts_with("trace.") ? name.substr(6) : name] = text_of(value);
+      all[name.starts_with("trace.") ? name.substr(6) : name] = lab::text_of(value);
     }
   }
   for (const auto& [name, value] : more) {
@@ -154,8 +155,8 @@ std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) cons
   // If the machines' names differ, their keys are not listed.
   if (setting("machine") != other.setting("machine") || config_ == other.config_) return facts;
   std::map<std::string, std::string> own, its;
-  for (const auto& [key, value] : config_.items()) own[key] = text_of(value);
-  for (const auto& [key, value] : other.config_.items()) its[key] = text_of(value);
+  for (const auto& [key, value] : config_.items()) own[key] = lab::text_of(value);
+  for (const auto& [key, value] : other.config_.items()) its[key] = lab::text_of(value);
   add_differences(own, its, facts);
   return facts;
 }
@@ -179,7 +180,7 @@ std::string Subject::fact(const std::string& name) const {
   for (const auto* facts : {&settings_, &view_, &checkpoint_settings_}) {
     if (std::string value = value_of(*facts, name); !value.empty()) return value;
   }
-  return config_.contains(name) ? text_of(config_.at(name)) : "";
+  return config_.contains(name) ? lab::text_of(config_.at(name)) : "";
 }
 
 std::string Subject::settings_text() const {
@@ -250,4 +251,4 @@ std::string machines_text(const std::vector<Subject>& subjects) {
   return joined(parts);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The subject of a result: machine, view, options, mode and model version. Results may be compared or averaged only if
 // their subjects match; this class decides that, for runs and for points of sweeps.
 #pragma once
@@ -7,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace grtx::sim {
+namespace grtx::view {
 
 /// Differences that are allowed between two results.
 enum class MayDiffer {
@@ -64,4 +65,4 @@ std::vector<std::string> set_apart(const std::vector<Subject>& subjects, const s
 /// "machines paper and paper-charged, mode cycle, model version 7": machine_text() for several subjects.
 std::string machines_text(const std::vector<Subject>& subjects);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Description of a sweep's points, and its headline results.
 #include <fmt/format.h>
 
@@ -8,7 +9,7 @@
 #include "grtx/view/report/sections.h"
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 /// The largest speed-up over a comparable point.
@@ -41,11 +42,12 @@ std::string machines_of(const SweepResults& results) {
 std::string subject_html(const SweepResults& results) {
   std::string out;
   if (const std::string of = machines_of(results); !of.empty()) out = "<p class=\"subject\">" + escape(of) + ".</p>\n";
-  std::vector<std::pair<ResultNote, std::vector<std::int64_t>>> notes;  // {first note of each id, ids of its points}
+  std::vector<std::pair<sim::ResultNote, std::vector<std::int64_t>>>
+      notes;  // {first note of each id, ids of its points}
   std::size_t done = 0;
   for (const ReportedPoint& p : results.points) {
     done += p.done() ? 1 : 0;
-    for (const ResultNote& note : p.notes) {
+    for (const sim::ResultNote& note : p.notes) {
       const auto known = std::find_if(notes.begin(), notes.end(), [&](const auto& n) { return n.first.id == note.id; });
       (known == notes.end() ? notes.emplace_back(note, std::vector<std::int64_t>()) : *known).second.push_back(p.id);
     }
@@ -93,4 +95,4 @@ std::string sweep_headline(const ReportSweep& sweep) {
                      subject_html(results), cards);
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

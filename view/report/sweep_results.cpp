@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/sweep_results.h"
 
 #include <algorithm>
@@ -13,13 +14,14 @@
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/database.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
 
-void select(Sqlite& database, const std::string& query, const std::function<void(const SqliteStatement&)>& each) {
-  SqliteStatement row(database, query);
+void select(lab::Sqlite& database, const std::string& query,
+            const std::function<void(const lab::SqliteStatement&)>& each) {
+  lab::SqliteStatement row(database, query);
   while (row.step()) each(row);
 }
 
@@ -45,28 +47,30 @@ bool is_database(const std::string& path) {
 }
 
 SweepResults read_sweep_results(const std::string& path) {
-  check_sweep(path);
-  Sqlite database(path, Sqlite::Open::read_only);
+  lab::check_sweep(path);
+  lab::Sqlite database(path, lab::Sqlite::Open::read_only);
   SweepResults sweep;
   sweep.file = std::filesystem::path(path).filename().string();
   select(database, "SELECT key, value FROM meta ORDER BY key",
-         [&](const SqliteStatement& row) { sweep.meta[row.text(0)] = row.text(1); });
+         [&](const lab::SqliteStatement& row) { sweep.meta[row.text(0)] = row.text(1); });
 
   if (const auto search = sweep.meta.find("search"); search != sweep.meta.end()) {
-    sweep.search = stored_object(search->second, path, "meta.search");
+    sweep.search = lab::stored_object(search->second, path, "meta.search");
     if (sweep.search.value("schema", "") != "grtx.search/1") throw Error(path, "meta.search", "must be grtx.search/1");
   }
 
   std::map<std::int64_t, ReportedPoint> points;
-  for (StoredPoint& point : read_points(database)) static_cast<StoredPoint&>(points[point.id]) = std::move(point);
-  std::vector<StoredPoint*> all;
+  for (lab::StoredPoint& point : lab::read_points(database))
+    static_cast<lab::StoredPoint&>(points[point.id]) = std::move(point);
+  std::vector<lab::StoredPoint*> all;
   for (auto& [id, point] : points) all.push_back(&point);
-  tell_apart(all);
-  select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name", [&](const SqliteStatement& row) {
-    const auto point = points.find(row.integer(0));
-    if (point == points.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
-    point->second.values[row.text(1)] = row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
-  });
+  lab::tell_apart(all);
+  select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name",
+         [&](const lab::SqliteStatement& row) {
+           const auto point = points.find(row.integer(0));
+           if (point == points.end()) throw Error(path, "value of point " + row.text(0), "must belong to a point");
+           point->second.values[row.text(1)] = row.null(2) ? std::numeric_limits<double>::quiet_NaN() : row.real(2);
+         });
   for (auto& [id, point] : points) {
     if (point.earlier_plan) {
       sweep.earlier.push_back(std::move(point));
@@ -80,16 +84,17 @@ SweepResults read_sweep_results(const std::string& path) {
     sweep.points.push_back(std::move(point));
   }
   select(database, "SELECT key, scene, options, status, reason, bytes FROM trace ORDER BY key",
-         [&](const SqliteStatement& row) {
+         [&](const lab::SqliteStatement& row) {
            sweep.traces.push_back({row.text(0), row.text(1), row.text(2), row.text(3), row.text(4),
                                    static_cast<std::uint64_t>(row.integer(5))});
          });
   std::string content;  // hashed instead of the file, whose bytes depend on the order of writing
-  select(database, "SELECT key, status, reason, document FROM point ORDER BY key", [&](const SqliteStatement& row) {
-    content += row.text(0) + ' ' + row.text(1) + ' ' + row.text(2) + ' ' + hex(xxh3(row.text(3))) + '\n';
-  });
+  select(database, "SELECT key, status, reason, document FROM point ORDER BY key",
+         [&](const lab::SqliteStatement& row) {
+           content += row.text(0) + ' ' + row.text(1) + ' ' + row.text(2) + ' ' + hex(xxh3(row.text(3))) + '\n';
+         });
   sweep.hash = hex(xxh3(content));
   return sweep;
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a sweep database (docs/guide/sweep.md) for a report.
 #pragma once
 
@@ -9,9 +10,9 @@
 
 #include "grtx/lab/sweep/stored_points.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
-struct ReportedPoint : StoredPoint {
+struct ReportedPoint : lab::StoredPoint {
   std::map<std::string, double> values;  ///< statistics and cost.*, by name
 
   /// NaN if there is no such value.
@@ -42,4 +43,4 @@ bool is_database(const std::string& path);
 /// Throws Error if the file is no sweep database.
 SweepResults read_sweep_results(const std::string& path);
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The section on a sweep, view by view: Pareto fronts, table of points, stalls and energy of chosen points, effects of
 // the coordinates.
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 #include "grtx/view/report/sections.h"
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -23,7 +24,7 @@ using nlohmann::ordered_json;
 std::string words(const ReportedPoint& p) {
   std::string text = p.machine + (p.machine.empty() || p.design.empty() ? "" : ", ") + p.design;
   for (const auto& [name, value] : p.coordinates.items()) {
-    text += (text.empty() ? "" : ", ") + name + " = " + text_of(value);
+    text += (text.empty() ? "" : ", ") + name + " = " + lab::text_of(value);
   }
   return text;
 }
@@ -53,7 +54,7 @@ std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& 
 std::string note_ids(const SweepResults& results, const ShownPoint& point) {
   std::vector<std::string> ids;
   for (const std::size_t i : point.of) {
-    for (const ResultNote& note : results.points[i].notes) {
+    for (const sim::ResultNote& note : results.points[i].notes) {
       if (std::find(ids.begin(), ids.end(), note.id) == ids.end()) ids.push_back(note.id);
     }
   }
@@ -353,4 +354,4 @@ std::string sweep_section(const ReportSweep& sweep) {
   return out + "</section>\n";
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

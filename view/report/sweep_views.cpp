@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/view/report/sweep_views.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "grtx/lab/sweep/axis.h"
 #include "grtx/lab/sweep/dominance.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -33,7 +34,7 @@ struct ViewName {
 };
 ViewName view_of(const ReportedPoint& p, const Subject& subject) {
   const auto coordinate = [&p](const char* name) {
-    return p.coordinates.contains(name) ? text_of(p.coordinates.at(name)) : std::string();
+    return p.coordinates.contains(name) ? lab::text_of(p.coordinates.at(name)) : std::string();
   };
   std::string title = p.scene;
   if (!coordinate("view").empty()) title += ", view " + coordinate("view");
@@ -168,7 +169,7 @@ void SweepViews::find_fronts() {
       area.push_back({time, value(points_[i], kArea)});
       energy.push_back({time, value(points_[i], kEnergy)});
     }
-    const std::vector<bool> on_area = non_dominated(area), on_energy = non_dominated(energy);
+    const std::vector<bool> on_area = lab::non_dominated(area), on_energy = lab::non_dominated(energy);
     for (std::size_t m = 0; m < members.size(); ++m) {
       points_[members[m]].on_area = on_area[m];
       points_[members[m]].on_energy = on_energy[m];
@@ -205,7 +206,7 @@ std::string SweepViews::name(const ReportedPoint& point) const {
       continue;
     }
     ++listed;
-    parts.push_back(varying_[i] + " = " + text_of(own));
+    parts.push_back(varying_[i] + " = " + lab::text_of(own));
   }
   if (more != 0) parts.push_back(fmt::format("{} more", more));
   if (listed == 0 && varying_.size() > kFew) parts.push_back("all else as most points have it");
@@ -259,4 +260,4 @@ std::optional<Interval> SweepViews::time_interval(const ShownPoint& point) const
   return Interval{cycles->low * scale, cycles->high * scale};
 }
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Groups the points of a sweep for comparison: within one view of a scene, and as means over all views. Points of
 // different views trace different rays, so they must not share a front.
 #pragma once
@@ -9,7 +10,7 @@
 #include "grtx/view/report/run_results.h"
 #include "grtx/view/report/sweep_results.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 
 // Names of values in a sweep database.
 inline constexpr const char* kTime = "gpu.time_us";
@@ -93,4 +94,4 @@ class SweepViews {
   std::vector<nlohmann::ordered_json> commonest_;  ///< most common value of each of varying_
 };
 
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables I and II: the machine, and the scenes with the sizes of their structures."""
 TITLE = "Configuration and scenes (Tables I and II)"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What GRTX costs: storage in the RT unit, buffers in memory, area."""
 from .. import figures
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the gain comes from: node fetches, their latency, L1 and L2; the sibling prefetcher."""
 from .. import figures
 

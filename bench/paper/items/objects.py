@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Three-level scenes: objects that move, traced and simulated, with the cost of a frame's update."""
 from dataclasses import replace
 

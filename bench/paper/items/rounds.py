@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motivation: what a round's time is made of, one round against many, k of the baseline, unique and total visits."""
 from .. import figures
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Secondary rays: a glass sphere and a mirror; primary and secondary rays apart."""
 from .. import figures
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensitivity: k of grtx, field of view, resolution."""
 from .. import figures
 from ..study import Frame, geometric_mean

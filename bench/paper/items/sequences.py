@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frame sequences: what caches that stay warm from frame to frame are worth."""
 from .. import figures
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The main comparison, at both k and both thresholds; other proxies."""
 import math
 from dataclasses import replace

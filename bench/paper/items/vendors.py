@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """RT units of other vendors."""
 from .. import figures
 

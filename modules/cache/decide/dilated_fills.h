@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fills in flight in a sampled run, in which one simulated cycle stands for `stride` machine cycles: a later access to
 // a requested sector waits only (latency - elapsed cycles * stride), whether or not the fill itself was simulated in
 // time.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Miss status holding registers: one entry per outstanding sector, each with a bounded list of requests waiting for it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/cache/decide/replacement.h"
 
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cache replacement policies: which line of a full set is evicted. Selected by name, free of SystemC. `lru` is built
 // into the tag array for speed; the others are in policies/, one file each. Register a policy of your own before the
 // first cache is constructed.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 
 #include <bit>

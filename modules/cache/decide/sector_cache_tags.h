@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tag array of a sectored set-associative cache: one tag per line, valid and dirty bits per sector.
 // Plain C++, shared by L1 and L2. Speed depends on how many of the host's cache lines an access touches. A set of up to
 // 16 ways is compact, with its LRU order in one word; larger sets use a hash index and an intrusive LRU list.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The L1's write policy, used by its timed and by its functional path.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One DRAM channel: banks with open rows and command timing, scheduled by a policy. Plain C++, no SystemC.
 // GPGPU-Sim's GDDR model as configured by Vulkan-Sim; optional bank groups and refresh (docs/model/dram.md).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Configuration of a DRAM channel and its timing: the keys dram.* and dram.timing.*.
 #pragma once
 

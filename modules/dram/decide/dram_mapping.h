@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Maps a channel-local address to its bank and row. Free of SystemC.
 #pragma once
 

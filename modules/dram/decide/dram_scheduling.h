@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM scheduling policies: which command a channel issues in a clock. Selected by name, free of SystemC. The project's
 // policies are in policies/, one file each. Register a policy of your own before configurations are read.
 #pragma once

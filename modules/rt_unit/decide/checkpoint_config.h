@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameters of checkpoint entries and of their transfer, used by the checkpoint unit, its untimed layout and the
 // memory map.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bit widths of the node references in a checkpoint entry: whether they fit, and how an 8 B entry divides its 32 bits.
 // All layouts are in docs/model/checkpoint_unit.md.
 #pragma once

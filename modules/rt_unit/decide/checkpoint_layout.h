@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Addresses of a lane's checkpoint entries, the sectors that each one writes or reads, and the order of replay.
 // Untimed: the checkpoint unit sends these sectors.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Effect of a trace event on its lane: stack, checkpoint entries, shader calls. Used by both the timed and the
 // functional path.
 #pragma once

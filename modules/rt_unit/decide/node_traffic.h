@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory reads of a node visit: which bytes, and the region under which the caches count them.
 #pragma once
 

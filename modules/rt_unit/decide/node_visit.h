@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node that a trace event visits, and the sectors to read for it. Every conversion of visits to memory requests
 // uses this.
 #pragma once

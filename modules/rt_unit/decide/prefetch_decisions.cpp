@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/rt_unit/decide/prefetch_decisions.h"
 
 #include <string>

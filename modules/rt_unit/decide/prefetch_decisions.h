@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decisions of the RT unit's sibling prefetcher: which siblings of a leaf to prefetch, and whether each is queued,
 // merged with a queued one, or dropped. Used by both the timed and the functional path.
 #pragma once

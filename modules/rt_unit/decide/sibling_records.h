@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which siblings to prefetch with a leaf: each lane's records of its recent internal visits. Used by the timed and the
 // functional path of the sibling prefetcher.
 #pragma once

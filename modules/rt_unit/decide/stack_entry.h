@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Layout of a traversal stack entry: the node's address and, if popped nodes are tested against t_max
 // (Header::pop_test), its t. The paper gives no layout. Determines storage, spills and stack areas.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Spill decisions for a lane's traversal stack: the top stays in the warp buffer, and entries move to and from memory
 // one sector at a time. Untimed: the stack unit sends the sectors.
 #pragma once

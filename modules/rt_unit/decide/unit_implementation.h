@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Choice between the SystemC and the RTL implementation of a unit.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp selection policies of the RT scheduler: which warp of the warp buffer is served. Selected by name, free of
 // SystemC. The project's are in policies/, one file each. Register one of your own before the first RT unit is built.
 #pragma once

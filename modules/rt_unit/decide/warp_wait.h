@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a warp in the warp buffer waits for, and why no warp is scheduled in a cycle.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The warp schedulers of an SM as resources that shader phases reserve: one warp instruction per cycle and scheduler.
 #pragma once
 

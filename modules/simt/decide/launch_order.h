@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order of launches: the groups of a launch start when all groups of the previous launch have ended. The primary
 // rays of a frame are one launch, its secondary rays another.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ray generation shader if hits are in an unsorted list per ray (traces::Tracing::list), as in GRay. Before each
 // batch it scans the whole list and keeps the nearest hits beyond the last batch, sorted, in registers.
 // docs/model/simt_core.md.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost of the two shaders of the paper's Listing 1: instructions and memory sectors of each phase of a warp. Free of
 // SystemC; every decision (which hit is inserted, evicted, blended) comes from the trace.
 // SIMT: lanes run in lock step, so a loop costs the iterations of its longest lane.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shaders in single-round tracing (traces::Header::tracing): the any-hit shader appends hits, the ray generation
 // shader sorts them. docs/model/simt_core.md.
 #include <algorithm>

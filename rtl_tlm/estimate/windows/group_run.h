@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulates some groups of a trace in a child process and records when each of them ran.
 #pragma once
 

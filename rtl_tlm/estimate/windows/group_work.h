@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work of a trace's groups for the hardware, counted without simulating it: the auxiliary variables of windows mode.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random numbers for choosing samples. The standard library's distributions differ between implementations.
 #pragma once
 

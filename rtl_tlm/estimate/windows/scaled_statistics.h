@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The statistics of a whole run as estimated from its windows.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Estimates the cycles of a whole run from a run of its windows only.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chooses the groups that windows mode simulates: windows of consecutive groups, one in each stratum of the trace.
 #pragma once
 

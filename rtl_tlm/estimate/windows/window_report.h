@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Completes an estimate from windows (inputs, interval, energy, host cost), or simulates the whole trace instead.
 #pragma once
 

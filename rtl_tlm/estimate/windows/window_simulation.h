@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Windows mode: simulates stretches of a large trace back to back on the whole machine and estimates the run from them.
 #pragma once
 

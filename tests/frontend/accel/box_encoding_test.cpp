@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codes of child boxes against the plain loop: one child and axis at a time, in double precision, step by step.
 #include "grtx/frontend/accel/box_encoding.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Layout compact, byte for byte (docs/model/node-image.md), and that its structures hold what those of vulkan_sim hold.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Layout compressed, byte for byte (docs/model/node-image.md), and that a decoded box contains what was encoded.
 #include <gtest/gtest.h>
 

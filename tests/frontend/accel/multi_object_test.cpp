@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several objects by three-level instancing: equal to one flat scene, any traversal setting, moving without rebuilding.
 #include "grtx/frontend/accel/multi_object.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node image: decoded boxes contain what was encoded; headers, leaves and instances lie where the layout says.
 #include "grtx/frontend/accel/node_image.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Packing by several threads against the plain way, one node after the other; and the boxes that trees are built of.
 #include "grtx/frontend/accel/tree_packer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Primary rays of known pixels, and how resolution and field of view change them.
 #include "grtx/frontend/camera/camera.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cameras.json of 3DGS: what is read, what is refused, and that writing and reading gives the same cameras.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

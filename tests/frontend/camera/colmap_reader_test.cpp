@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // COLMAP's binary model, written by hand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NeRF transforms.json: OpenGL axes, focal lengths from angles or pixels, image sizes from keys or PNG files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written reads as what it was: .ply to the bit, .spz within its steps.
 #include "grtx/frontend/convert/scene_writer.h"
 

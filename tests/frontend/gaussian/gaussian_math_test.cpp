@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernel radius against published values, the exponential against libm, SH against a plain table.
 #include "grtx/frontend/gaussian/gaussian_math.h"
 

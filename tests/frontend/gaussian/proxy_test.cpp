@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Proxies circumscribe the unit sphere; numbers of faces, extents and face pairs as published.
 #include "grtx/frontend/gaussian/proxy.h"
 

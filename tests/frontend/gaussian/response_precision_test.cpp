@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 16-bit formats against their definitions, and the response in them against fp32.
 #include "grtx/frontend/gaussian/response_precision.h"
 

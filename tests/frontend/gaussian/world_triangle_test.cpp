@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The test against stored vertices: right where the answer is clear, watertight where triangles meet, and close to the
 // canonical hit function in whole images.
 #include "grtx/frontend/gaussian/world_triangle.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images survive their files: exactly in the float formats, rounded to bytes in PNG; bad files are refused by name.
 #include "grtx/frontend/image/image.h"
 

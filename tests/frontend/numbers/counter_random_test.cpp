@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elementary functions and random numbers that are the same on every host.
 #include "grtx/frontend/numbers/counter_random.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference agrees with a straightforward evaluation in long double: explicit covariance inverse, world-space
 // triangles of the published vertex table, one loop over everything.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference follows the rules of blending, acceptance, ordering and rays that start inside, one case each.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

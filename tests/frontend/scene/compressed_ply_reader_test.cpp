@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PlayCanvas compressed .ply, packed by hand from the format's bit layout.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Our readers on bytes that programs of others wrote from a generated scene (tests/data/converters/README.md), compared
 // with that scene within each format's quantisation. With GRTX_SPLAT_TRANSFORM (path of the npm program
 // splat-transform) larger scenes make the round trip, and its reader checks ours.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every reader of scenes and cameras notes every file that it opens, and each byte of them counts.
 #include "grtx/base/files_read.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // .glb and .gltf: where values lie, how nodes place them, which axes they have, and what is refused.
 #include "grtx/frontend/scene/readers.h"
 

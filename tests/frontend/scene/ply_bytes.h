@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A table of Gaussians that can be written as .ply in every encoding, property order and type.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Damaged .ply files end in one Error that names the place and the rule, never in a crash or a wrong scene.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // INRIA .ply files give the same scene in every encoding, property order and type that the format allows.
 #include <gtest/gtest.h>
 

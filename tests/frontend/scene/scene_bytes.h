@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds small scene and camera files byte by byte and loads them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The description of a scene: boxes, percentiles, histogram and report, as numbers, text and JSON.
 #include "grtx/frontend/scene/scene_info.h"
 

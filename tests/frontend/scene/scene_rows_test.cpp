@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which rows become Gaussians, and how they are activated, clamped and recentred.
 #include "grtx/frontend/scene/scene_rows.h"
 #include "parameter_names.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SOG: each value of a texel, by its formula, and what is refused.
 #include "grtx/frontend/scene/readers.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // .spz versions 1 to 4, built from the format's description without its library.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics of a scene as docs/model/synthetic-scenes.md defines them, by brute force. For the acceptance tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generated scenes with their cameras, loaded through the file as any other scene.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Acceptance: generated scenes have the statistics of trained ones (docs/model/synthetic-scenes.md). Limits are the
 // ranges measured on trained scenes, not this generator's values.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generated scenes: the same request gives the same bytes, every preset loads, and the stress presets do what
 // docs/model/synthetic-scenes.md promises.
 #include "grtx/frontend/synth/synth.h"

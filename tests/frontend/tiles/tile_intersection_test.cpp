@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tests of tile tracing never turn away what a ray hits: a Gaussian's outline, the boxes of a node. And they turn
 // away most of the rest, on every path of vector instructions.
 #include "grtx/frontend/tiles/tile_intersection.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tile tracing gives the image of --tracing multi, bit for bit: for every proxy, option and camera, any number of
 // threads and every path of vector instructions.
 #include "grtx/frontend/tiles/tile_tracer.h"

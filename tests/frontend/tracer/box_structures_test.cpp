@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes hold what ellipsoids and spheres do, and a shader computes the same hit: the same images, visits and rounds.
 #include <gtest/gtest.h>
 

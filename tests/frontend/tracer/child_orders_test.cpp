@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Orders of children, test of popped nodes and orders of checkpoints, all together: the events of each ray against a
 // second implementation, and the image against that of the defaults.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lies behind the ends of rays: all proxy hits against a brute-force count.
 #include <gtest/gtest.h>
 

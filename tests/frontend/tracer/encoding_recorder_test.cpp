@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Groups encoded while they are traced against the same groups encoded from their events, byte for byte.
 #include "grtx/frontend/tracer/encoding_recorder.h"
 

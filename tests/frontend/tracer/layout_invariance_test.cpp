@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A layout decides which bytes a ray reads, never which Gaussians it hits: images of all layouts are equal to the bit,
 // under every setting that meets another part of the traversal.
 #include <gtest/gtest.h>

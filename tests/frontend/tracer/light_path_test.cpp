@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Paths of light through the glass sphere and the mirror: Snell, total internal reflection, bounds.
 #include "grtx/frontend/tracer/light_path.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tracer's blended Gaussians against the fp64 reference's: a difference must be one that tiny changes of t, d or
 // alpha explain, and the smallest such changes are reported.
 #pragma once

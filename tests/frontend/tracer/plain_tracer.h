@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A second implementation of multi-round tracing, from docs/model/tracer.md: one ray after the other, every box and
 // leaf tested anew, buffers as plain lists. It shares with the tracer what is not its matter: the node image, boxes
 // against rays, and the canonical hit. When a ray ends by its transmittance it takes from the trace.

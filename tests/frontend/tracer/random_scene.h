@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small scenes for tests, made in memory, and a camera that looks at them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Anchors on real trained scenes: bytes a Gaussian of both structures, image identity. Skipped where the scenes lack.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trained scenes of several programs load with the counts that their files announce. Skipped where they are missing:
 // GRTX_SCENES (a folder of .ply or .ply.xz files) or ../shared/scenes beside the project.
 #include <gtest/gtest.h>

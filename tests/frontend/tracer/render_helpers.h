@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One call from scene to picture.
 #pragma once
 

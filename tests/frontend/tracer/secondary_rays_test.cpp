@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Secondary rays in the tracer: the first invariant, agreement with the reference, limits, groups, counters.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every path of vector instructions gives the same bits: node tests, face tests and whole renders.
 #include <gtest/gtest.h>
 

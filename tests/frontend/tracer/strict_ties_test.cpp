@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The strict resume rule (t_min < t_hit) loses hits tied with the last one of a round. Ray by ray, what the exact rule
 // processes and the strict one does not is as much as the tracer counts, for every way to trace.
 #include <gtest/gtest.h>

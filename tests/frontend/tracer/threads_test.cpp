@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Neither threads nor what the tracer leaves out change an image or a trace.
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The first invariant: with the exact resume rule no setting of the traversal changes a bit of the image, nor which
 // Gaussians a ray blends, in which order. Each scene gets a seeded sample in which every pair of settings occurs;
 // GRTX_FULL_INVARIANCE=1 runs the whole product.

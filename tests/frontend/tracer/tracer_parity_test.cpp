@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fp32 tracer against the fp64 brute force on every generated, stress and trained scene: picture, and which
 // Gaussians a ray blends in which order. Every ray that differs must be explained by gaps below the bounds of
 // docs/model/numerics.md.

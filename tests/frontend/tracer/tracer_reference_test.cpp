@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fp32 tracer against the fp64 brute force of the same proxy and sort key: it shares no code with the tracer.
 #include <gtest/gtest.h>
 

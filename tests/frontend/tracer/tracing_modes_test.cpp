@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single-round, list and closest-hit tracing: the same image and blended Gaussians as multi-round tracing, bit for bit,
 // and the work that each mode stands for.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One class from scene to image and trace: the same as its steps by hand, for one structure after the other.
 #include "grtx/frontend/tracer/view_tracer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distinct nodes of a ray and of a view, against sets.
 #include "grtx/frontend/tracer/visit_tracker.h"
 

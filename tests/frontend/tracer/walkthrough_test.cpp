@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The example of docs/model/walkthrough.md, which is that of the paper (Section IV-B, "Walkthrough Example"): a
 // k-buffer of four is full, its last entry is Gaussian 33 at t = 2.85, and Gaussian 5 is hit at t = 3.2.
 #include <gmock/gmock.h>

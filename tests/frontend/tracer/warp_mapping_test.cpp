@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How pixels form warps: every pixel once, warps of the size and shape asked for.
 #include <gtest/gtest.h>
 

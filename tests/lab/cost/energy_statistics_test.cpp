@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // gpu.energy_nj: its parts add up to it in whole picojoules, and rays share it.
 #include "grtx/lab/cost/energy_statistics.h"
 
@@ -11,7 +12,7 @@
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 std::int64_t picojoules(const nlohmann::json& stats, const std::string& name) {
@@ -28,7 +29,7 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
   for (const traces::RayGroup& group : trace.groups) rays += group.rays.size();
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
   ChildProcess child("simulation", [&] {
-    return test::simulate_priced(file.path(), load_config("", {}), {}).document.at("stats").dump();
+    return sim::test::simulate_priced(file.path(), sim::load_config("", {}), {}).document.at("stats").dump();
   });
   const auto stats = nlohmann::json::parse(child.result());
 
@@ -50,4 +51,4 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole machine: sums, scaling with parameters, and the RT unit against published silicon.
 #include <gtest/gtest.h>
 
@@ -7,14 +8,14 @@
 #include "grtx/lab/cost/cost_report.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 nlohmann::json cost_of(const std::vector<std::string>& settings, const std::string& design = "grtx",
                        const CostOptions& options = {}) {
   ChildProcess child("cost", [&] {
-    const GpuConfig config = load_config("", settings);
-    return cost_json(machine_cost(config, design, machine_inventory(config, {.design = design}), options)).dump();
+    const sim::GpuConfig config = sim::load_config("", settings);
+    return cost_json(machine_cost(config, design, sim::machine_inventory(config, {.design = design}), options)).dump();
   });
   return nlohmann::json::parse(child.result());
 }
@@ -133,4 +134,4 @@ TEST(MachineCost, CheckpointLanesAreTheRealKnob) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A parameter is stated once: changing a configuration key changes the simulated machine and the priced machine
 // together, or only one of them for the reason given here. A key that is not in the table fails, so a new key must be
 // classified.
@@ -19,7 +20,7 @@
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -245,7 +246,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
-      if (kind == "ellipsoid" || kind == "box") test::make_procedural(made, kind == "box");
+      if (kind == "ellipsoid" || kind == "box") sim::test::make_procedural(made, kind == "box");
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -256,18 +257,18 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const std::string path = trace(kind);
     const std::string file = grtx::paths::source_dir() + "/configs/small.toml";
     ChildProcess simulation("simulation", [&] {
-      return test::simulate_priced(path, load_config(file, settings), {}).document.at("stats").dump();
+      return sim::test::simulate_priced(path, sim::load_config(file, settings), {}).document.at("stats").dump();
     });
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
-      const GpuConfig config = load_config(file, settings);
+      const sim::GpuConfig config = sim::load_config(file, settings);
       const bool one_level = kind == "single" || kind == "list";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
-      MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
-      if (kind == "sphere" || kind == "ellipsoid") use.leaves = LeafTest::spheres;
-      if (kind == "box") use.leaves = LeafTest::boxes;
+      sim::MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
+      if (kind == "sphere" || kind == "ellipsoid") use.leaves = sim::LeafTest::spheres;
+      if (kind == "box") use.leaves = sim::LeafTest::boxes;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
-      const std::vector<modules::Inventory> inventories = machine_inventory(config, use);
+      const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
       const auto value = [&](const std::string& name) {
         return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
       };
@@ -326,9 +327,9 @@ INSTANTIATE_TEST_SUITE_P(Tables, OneParameter, ::testing::ValuesIn(kGroups), [](
 });
 
 TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) {
-  GpuConfig config;
+  sim::GpuConfig config;
   std::set<std::string> keys, classified;
-  for (const modules::Parameter& key : config_keys(config)) {
+  for (const modules::Parameter& key : sim::config_keys(config)) {
     if (key.name.starts_with("sample.")) continue;        // how sampled mode samples: no hardware
     if (key.name == "dram.model") continue;               // has one value until a program registers more
     if (key.name.ends_with(".implementation")) continue;  // two ways to simulate the same hardware
@@ -344,4 +345,4 @@ TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) 
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Energy of a run against sums by hand: counted actions times their prices.
 #include "grtx/lab/cost/run_energy.h"
 
@@ -10,7 +11,7 @@
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 // Central energy of a part in nJ, for one machine an elaboration.
@@ -18,12 +19,12 @@ double energy_of(const std::string& part, const std::map<std::string, double>& s
                  const std::vector<std::string>& settings = {}) {
   ChildProcess child("energy", [&] {
     CostOptions options{.nm = 45};
-    const GpuConfig config = load_config("", settings);
+    const sim::GpuConfig config = sim::load_config("", settings);
     const auto value = [&](const std::string& name) {
       const auto found = statistics.find(name);
       return found == statistics.end() ? 0.0 : found->second;
     };
-    const auto parts = run_energy(value, config, machine_inventory(config, {.design = "grtx"}), options, {});
+    const auto parts = run_energy(value, config, sim::machine_inventory(config, {.design = "grtx"}), options, {});
     double sum = 0.0;
     for (const EnergyPart& p : parts) sum += p.name == part || part == "total" ? p.nanojoules.central : 0.0;
     return std::to_string(sum);
@@ -34,12 +35,12 @@ double energy_of(const std::string& part, const std::map<std::string, double>& s
 TEST(RunEnergy, AStatisticThatIsMissingIsFree) {
   const auto energy = [](const std::string& missing) {
     ChildProcess child("energy", [&] {
-      const GpuConfig config = load_config("", {});
+      const sim::GpuConfig config = sim::load_config("", {});
       const auto value = [&](const std::string& name) -> std::optional<double> {
         if (name == missing) return std::nullopt;
         return 1.0;
       };
-      run_energy(value, config, machine_inventory(config, {.design = "grtx"}), {}, {}, "s.json");
+      run_energy(value, config, sim::machine_inventory(config, {.design = "grtx"}), {}, {}, "s.json");
       return std::string("priced");
     });
     try {
@@ -90,4 +91,4 @@ TEST(RunEnergy, LeakageIsPowerTimesTime) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

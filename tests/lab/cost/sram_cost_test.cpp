@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memories: the table's own points come back, sizes in between lie between, smaller nodes are smaller.
 #include "grtx/lab/cost/sram_cost.h"
 
@@ -5,7 +6,7 @@
 
 #include "grtx/lab/cost/technology.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 TEST(SramCost, GivesBackThePointsOfTheTable) {
@@ -55,4 +56,4 @@ TEST(SramCost, MoreThanTheTableIsBanked) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's hardware-cost table to the byte, from the very module that is simulated; and the buffers in global
 // memory.
 #include <gtest/gtest.h>
@@ -7,12 +8,12 @@
 #include "grtx/lab/cost/cost_report.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 nlohmann::json storage_of(unsigned warps, const std::string& design) {
-  GpuConfig config = load_config("", {"rt.warp_buffer.entries=" + std::to_string(warps), "gpu.sms=1"});
-  const auto inventories = machine_inventory(config, {.design = design});
+  sim::GpuConfig config = sim::load_config("", {"rt.warp_buffer.entries=" + std::to_string(warps), "gpu.sms=1"});
+  const auto inventories = sim::machine_inventory(config, {.design = design});
   return cost_json(machine_cost(config, design, inventories, {}));
 }
 
@@ -51,4 +52,4 @@ TEST(BufferSizes, ReproduceThePapersTotals) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

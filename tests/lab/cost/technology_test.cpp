@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scaling against the published evaluations, operator coefficients against their bounds, latencies against hand sums.
 #include "grtx/lab/cost/technology.h"
 
@@ -9,7 +10,7 @@
 #include "grtx/lab/cost/operator_cost.h"
 #include "grtx/lab/cost/unit_latency.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 TEST(Technology, StillmakerAndBaasAtTheirNodes) {
@@ -95,4 +96,4 @@ TEST(UnitLatency, SumsTheStagesOfEachOperator) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each parameter contributes: recovered from samples that mix the parameters up.
 #include "grtx/lab/search/main_effects.h"
 
@@ -5,7 +6,7 @@
 
 #include <cmath>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 const SearchSpace kSpace = {{{2, true}, {3, true}}};
@@ -38,4 +39,4 @@ TEST(MainEffects, AnInteractionIsNotExplained) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

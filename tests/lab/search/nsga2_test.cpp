@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NSGA-II over choices: it finds a front that is known, and the same one for the same seed.
 #include "grtx/lab/search/nsga2.h"
 
@@ -10,7 +11,7 @@
 
 #include "grtx/lab/sweep/dominance.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using Costs = std::vector<double>;
@@ -109,4 +110,4 @@ TEST(Nsga2, EveryChoiceIsWithinItsDimension) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A search's plan: what it says, and the one line that a wrong one gets.
 #include "grtx/lab/search/search_plan.h"
 
@@ -10,7 +11,7 @@
 #include "paths.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using Values = std::vector<SweepValue>;
@@ -189,4 +190,4 @@ TEST_F(SearchPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

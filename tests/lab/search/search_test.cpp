@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A search through the program: the front against brute force, constraints, resuming after SIGKILL, and what is
 // refused.
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::json;
@@ -208,4 +209,4 @@ TEST_F(SearchProgram, BadInputIsOneLine) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a plan's axes become points: every combination, seeded draws, Latin hypercubes.
 #include "grtx/lab/sweep/axis.h"
 
@@ -6,7 +7,7 @@
 
 #include <set>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 Axis choices(const std::string& name, std::vector<SweepValue> values) {
@@ -83,4 +84,4 @@ TEST(SweepAxis, ALatinHypercubeUsesEachStratumOnce) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which designs no other beats, in any number of costs: by hand, and against the definition on random points.
 #include "grtx/lab/sweep/dominance.h"
 
@@ -7,7 +8,7 @@
 #include <limits>
 #include <random>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 TEST(Dominance, IsNoWorseInAllAndBetterInOne) {
@@ -53,4 +54,4 @@ TEST(Front, IsWhatNoOtherPointBeats) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A tracer that knows two options: k (1 to 64), and which k single-round tracing takes.
 #pragma once
 
@@ -7,7 +8,7 @@
 #include "grtx/base/files_read.h"
 #include "grtx/lab/sweep/plan.h"
 
-namespace grtx::sim::test {
+namespace grtx::lab::test {
 
 class FakeTracerRules final : public TracerRules {
  public:
@@ -37,4 +38,4 @@ class FakeTracerRules final : public TracerRules {
   }
 };
 
-}  // namespace grtx::sim::test
+}  // namespace grtx::lab::test

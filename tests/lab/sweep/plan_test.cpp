@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sweep's plan: what it says, and the one line that a wrong one gets.
 #include "grtx/lab/sweep/plan.h"
 
@@ -10,7 +11,7 @@
 #include "paths.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 class SweepPlanTest : public testing::Test {
@@ -156,4 +157,4 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

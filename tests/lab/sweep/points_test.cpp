@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What decides a point's key: everything it is made from, and nothing else.
 #include "grtx/lab/sweep/points.h"
 
@@ -16,7 +17,7 @@
 #include "lab/sweep/fake_tracer_rules.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 class SweepPointsTest : public testing::Test {
@@ -82,8 +83,8 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
 }
 
 TEST_F(SweepPointsTest, AChangedFileThatConfiguresTheMemoryIsAnotherPoint) {
-  register_memory_system(
-      "by_file", [](Gpu&, const BuildOptions&) { return std::unique_ptr<MemorySystem>(); }, true);
+  sim::register_memory_system(
+      "by_file", [](sim::Gpu&, const sim::BuildOptions&) { return std::unique_ptr<sim::MemorySystem>(); }, true);
   SweepPlan by_file = plan();
   by_file.settings = {{"dram.model", "by_file"}, {"dram.simulator.config", folder + "/memory.yaml"}};
   EXPECT_NE(points(by_file).points.at(0).broken, "");  // no such file
@@ -172,7 +173,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"l2.xor_hash", true}}};
   const SweepPoint point = points(p).points.at(0);
   write_file(folder + "/config.toml", config_toml(point.config.json()));
-  EXPECT_EQ(config_json(load_config(folder + "/config.toml", {})), point.config.json());
+  EXPECT_EQ(sim::config_json(sim::load_config(folder + "/config.toml", {})), point.config.json());
 }
 
 // Databases hold keys: how they are made must not change them.
@@ -182,12 +183,12 @@ TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   p.on.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
-  GpuConfig config;
+  sim::GpuConfig config;
   config.core_mhz = 999.5;
   config.rt.scheduler.policy = "round_robin";
-  EXPECT_EQ(point.config.text(), config_json(config).dump());
+  EXPECT_EQ(point.config.text(), sim::config_json(config).dump());
   const nlohmann::ordered_json inputs = {{"trace", point.trace_key},
-                                         {"config", config_json(config)},
+                                         {"config", sim::config_json(config)},
                                          {"machine", "own"},
                                          {"mode", "sampled"},
                                          {"program", "grtx \"1\""}};
@@ -264,4 +265,4 @@ TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces of one scene and structure come from one process, which builds it once. Nobody can tell from the traces.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using test::Outcome;
@@ -207,4 +208,4 @@ TEST_F(SharedStructures, AreSaidInTheSummary) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

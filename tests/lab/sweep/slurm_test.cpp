@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same sweep as a job array of a real Slurm, which the test starts for itself, equals the local one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -54,4 +55,4 @@ TEST_F(SlurmSweep, EqualsTheLocalOneAlsoWhenKilledAndWhenAJobIsLost) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sweep or a search through the program, in a folder of its own.
 #pragma once
 
@@ -19,7 +20,7 @@
 #include "shell.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim::test {
+namespace grtx::lab::test {
 
 using grtx::test::Outcome;
 using grtx::test::shell;
@@ -81,4 +82,4 @@ class SweepBench : public testing::Test {
   std::string command = "sweep";
 };
 
-}  // namespace grtx::sim::test
+}  // namespace grtx::lab::test

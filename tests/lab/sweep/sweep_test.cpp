@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A sweep through the program: results, resuming after SIGKILL at any moment, points that fail, are killed or take too
 // long, and the confirmation of the front.
 #include <gmock/gmock.h>
@@ -10,7 +11,7 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using test::Outcome;
@@ -442,7 +443,7 @@ TEST_F(Sweep, PointsOfTwoModelsStandInOneDatabase) {
   const Outcome filled = sweep("a.sqlite");
   EXPECT_EQ(filled.code, 2);
   EXPECT_THAT(filled.output, HasSubstr("meta.model_version: 1: this program's model has version " +
-                                       std::to_string(kModelVersion) + ": begin another database"));
+                                       std::to_string(sim::kModelVersion) + ": begin another database"));
 }
 
 TEST_F(Sweep, ADatabaseCalledMemoryIsEmpty) {
@@ -535,4 +536,4 @@ TEST_F(Sweep, AnEditedGeneratedSceneIsTraced) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

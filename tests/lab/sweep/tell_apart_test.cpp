@@ -1,9 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
 // What points are called: everything that they are made from and differ in, varied or not.
 #include <gtest/gtest.h>
 
 #include "grtx/lab/sweep/stored_points.h"
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using nlohmann::ordered_json;
@@ -96,4 +97,4 @@ TEST(TellApart, AFileThatConfiguresTheMemoryIsTold) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

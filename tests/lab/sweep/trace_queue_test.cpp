@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which traces one process makes.
 #include "grtx/lab/sweep/trace_queue.h"
 
@@ -6,7 +7,7 @@
 
 #include <list>
 
-namespace grtx::sim {
+namespace grtx::lab {
 namespace {
 
 using testing::ElementsAre;
@@ -93,4 +94,4 @@ TEST_F(TraceQueueOf, TakesNoMoreThanAProcessDoes) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::lab

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole memory hierarchy between mock clients: L1s, crossbar, L2 slices, DRAM, a protocol checker on every socket.
 // The modules are constructed in an order of choice, which must not matter.
 #pragma once

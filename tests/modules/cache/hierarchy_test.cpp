@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory hierarchy as a whole: latency formulas through all levels, conservation, and results that depend neither
 // on the order of construction nor on idle skip.
 #include <gmock/gmock.h>

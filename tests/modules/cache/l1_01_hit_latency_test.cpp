@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1: a request visible at cycle c is answered at exactly c + latency when it hits.
 #include "grtx/base/error.h"
 #include "modules/cache/l1_bench.h"

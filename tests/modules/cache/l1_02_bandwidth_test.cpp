@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1: one request per client and one per bank a cycle; conflicts cost a cycle each; responses leave one per client a
 // cycle.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1: MSHRs merge requests of one sector, and every limit stalls without losing anything.
 #include "modules/cache/l1_bench.h"
 

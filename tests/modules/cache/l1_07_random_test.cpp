@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1: random traffic with random back-pressure loses nothing, ends empty, keeps every conservation law, and does not
 // depend on idle skip.
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The L1 between channels that are not the project's own: every cycle is that of the same run over our Links.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L1: private buffers by policy: written through or back, with or without a line of their own; what is dirty reaches
 // the memory when its line goes, and a fill never waits for that.
 #include "modules/cache/l1_bench.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An L1 cache between mock clients and a mock memory of fixed latency.
 #pragma once
 

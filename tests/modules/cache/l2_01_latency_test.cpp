@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L2 slice: hit latency, miss latency through the DRAM to the cycle, one access a cycle, `perfect`.
 #include "grtx/base/error.h"
 #include "modules/cache/l2_bench.h"

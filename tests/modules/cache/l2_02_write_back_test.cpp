@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L2 slice: writes allocate without a fetch, stay until eviction, and exactly the dirty sectors go to DRAM.
 #include "modules/cache/l2_bench.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // L2 slice: merging, limits, and random traffic against every limit with conservation and idle skip on and off.
 #include "modules/cache/l2_bench.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An L2 slice between a mock client (in place of the crossbar) and the built-in DRAM, protocol checker in between.
 #pragma once
 

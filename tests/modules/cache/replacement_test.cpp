@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cache replacement policies: the victim that each names, in tags of few and of many ways.
 #include "grtx/modules/cache/decide/replacement.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SectorCacheTags and AddressIndex against plain reference models, with random operations.
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 

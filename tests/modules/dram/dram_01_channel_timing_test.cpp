@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM channel: exact clocks of row hits, misses and conflicts, of turnarounds and of the four-bank pipeline.
 #include <gtest/gtest.h>
 

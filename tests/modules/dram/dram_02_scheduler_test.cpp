@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM channel scheduler: row hits first, then oldest first, with an age cap; lazy execution equals clock by clock.
 #include <gtest/gtest.h>
 

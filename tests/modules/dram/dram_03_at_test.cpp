@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dram behind its AT socket: exact latency across the two clocks, peak bandwidth, back-pressure, errors, `perfect`.
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"

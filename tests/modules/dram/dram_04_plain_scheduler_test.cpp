@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel keeps which banks are ready; the plain one of tests/rtl_tlm/plain, which looks at all requests in every
 // clock, decides the same.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Something between the GPU and its DRAM that gives the kernel events while the clocks run ahead of it.
 #include <tlm_utils/peq_with_get.h>
 

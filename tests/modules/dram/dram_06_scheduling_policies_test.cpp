@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM scheduling policies: what each chooses, alone and in a channel; one of the user's own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

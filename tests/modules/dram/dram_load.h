@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random traffic of a DRAM channel, the same for every implementation of one.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ClockDomain: ticks fall on the integer grid, bookings persist, idle cycles are skipped and skipping changes nothing.
 #include "grtx/modules/kernel/clock_domain.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counters that are named once: how they add up, what statistics they become, and that no unit forgets one.
 #include "grtx/modules/kernel/declare.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Link: items appear after the latency, freed space a cycle later, whatever runs first in a cycle.
 #include "grtx/modules/kernel/link.h"
 

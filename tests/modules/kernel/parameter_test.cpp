@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One parameter: what may be assigned, how a refusal reads, and how units' lists are put together under prefixes.
 #include "grtx/modules/kernel/declare.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A kernel with another time resolution than 1 fs gave wrong cycles without a word.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory map: regions are disjoint and aligned, every address lies inside its region, no two buffers overlap.
 #include "grtx/modules/messages/memory_map.h"
 

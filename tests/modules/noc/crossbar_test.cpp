@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Crossbar: exact latency, one packet a cycle per port, round robin, routing, back-pressure without loss.
 #include "grtx/modules/noc/crossbar.h"
 

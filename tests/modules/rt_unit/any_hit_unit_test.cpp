@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any-hit unit: the cycle in which each hit is answered, by the fill of its heap, its outcome and what waits before it;
 // what falls out of a heap.
 #include "grtx/modules/rt_unit/any_hit_unit.h"

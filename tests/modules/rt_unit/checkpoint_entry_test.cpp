@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What entries of 8 and 16 B can name: bits by the size of the structure, and what is too large.
 #include "grtx/modules/rt_unit/decide/checkpoint_entry.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bits of the checkpoint unit, by hand from what each part holds; what is switched off has none.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which sectors a lane's checkpoint entries take. Sectors are 32 B. Where entries are 20 B, entry n lies at 20 n, so of
 // eight entries (five sectors) numbers 1, 3, 4 and 6 straddle two; of 16 and 8 B none does.
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"

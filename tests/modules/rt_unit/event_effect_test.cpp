@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each kind of event does to its lane: a table.
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which node an event visits, and which sectors that visit reads, in order.
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Intersection unit: exact start and result cycles for count, latency and interval, in queue order.
 #include "grtx/modules/rt_unit/intersection_unit.h"
 

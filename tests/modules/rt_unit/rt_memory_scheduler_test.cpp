@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory scheduler: what merges, in which order sectors leave, when a fetch is complete, what counts in which region.
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 

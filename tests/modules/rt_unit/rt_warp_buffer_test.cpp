@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp buffer: entries, lane states, the events of a round, occupancy, and the storage the paper counts.
 #include "grtx/modules/rt_unit/warp_buffer.h"
 

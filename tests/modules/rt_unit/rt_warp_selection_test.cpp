@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp selection policies, without a kernel: which entry each chooses in a sequence of cycles.
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
 

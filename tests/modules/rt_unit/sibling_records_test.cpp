@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which siblings a leaf brings along.
 #include "grtx/modules/rt_unit/decide/sibling_records.h"
 

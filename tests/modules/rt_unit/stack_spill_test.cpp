@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which stack entries move between warp buffer and memory: a sector at a time, as few as needed, none ahead of need.
 #include "grtx/modules/rt_unit/decide/stack_spill.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The load-store unit: oldest sector first, one a cycle, nothing lost when the L1 takes none; coalescing of one access.
 #include <gtest/gtest.h>
 

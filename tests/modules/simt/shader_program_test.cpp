@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What shader phases cost: instructions of the longest lane, sectors after coalescing, buffers of each lane kept in
 // step.
 #include "grtx/modules/simt/decide/shader_program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bench for the SIMT core: a mock RT unit that replays the any-hit calls of a group, a mock memory of fixed latency,
 // and builders of small ray groups.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SIMT core answers and acknowledges everything, and its results depend neither on construction order nor on idle
 // skip nor on small links. What it executes of a trace is a law of each run (conservation.cpp), to the number in
 // tests/rtl_tlm/plain.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SIMT core's timing to the cycle: one warp, rounds, any-hit batches, contention for a scheduler, stores at the
 // end. Formulas are those of docs/model/simt_core.md: a phase with m load sectors that begins in cycle c has its
 // loads back in c + m - 1 + R (m > 0), issues from a = max(that + 1, scheduler free), and is ready in a + n + L.

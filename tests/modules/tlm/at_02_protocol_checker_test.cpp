@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // AtProtocolChecker: each forbidden habit of a target, and each wrong request, is reported with its clause.
 #include <gmock/gmock.h>
 

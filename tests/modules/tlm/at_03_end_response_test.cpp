@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // END_RESP: a forward call that takes effect one clock after BEGIN_RESP, whatever the target's clock.
 #include <deque>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The monitor counts each transaction once, whichever way its phases take, and ends it when its response has ended.
 #include "grtx/modules/tlm/at_monitor.h"
 

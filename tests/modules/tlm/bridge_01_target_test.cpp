@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TlmToLink: a foreign TLM-2.0 initiator drives an L1 (and what is behind it) or an L2 slice.
 #include <tuple>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LinkToTlm: a module that asks for links is answered by a TLM-2.0 memory, approximately or loosely timed.
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/dram/dram.h"

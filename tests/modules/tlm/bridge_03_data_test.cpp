@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Data before and behind the bridges: what an initiator writes it reads, and what others hold stays.
 #include <tlm_utils/simple_initiator_socket.h>
 #include <tlm_utils/simple_target_socket.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // BusWidth: through it everything is as without it.
 #include "grtx/modules/tlm/bus_width.h"
 

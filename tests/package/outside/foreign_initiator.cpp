@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A foreign TLM-2.0 initiator drives L1 -> L2 -> DRAM of the library, with blocking calls at times that are no clock
 // edge of it; nothing else is under way, so the time of each access is a formula.
 #include <tlm_utils/simple_initiator_socket.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a trace on the GPU model with a memory of this program's own: approximately timed, of random latency, and so
 // small that it holds back requests all the time. The simulator's watchdog, conservation laws, statistics and waveforms
 // see it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Replays a trace through one RT unit of the library whose ray-box unit is this program's own:
 //   own_ray_box TRACE.grtx
 // Around it: a shader core that answers any-hit batches after a fixed time, and a memory of fixed latency.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a trace event by event and compares what it counts with the totals that the trace states; then has the trace
 // proved consistent:
 //   read_trace TRACE.grtx

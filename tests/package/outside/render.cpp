@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes a small room and renders it through the tracer, with a trace of what the rays did:
 //   render ROOM.ply IMAGE.pfm TRACE.grtx
 #include <cstdio>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The system's SystemC, as the CMake package that Accellera's own build installs and Debian leaves out.
 find_path(systemc_include systemc REQUIRED)
 find_library(systemc_library systemc REQUIRED)

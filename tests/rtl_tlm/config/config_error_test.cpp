@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything that a configuration may get wrong: one line with the file, the line, the key and the nearest known name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

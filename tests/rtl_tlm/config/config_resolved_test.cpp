@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The resolved configuration: the paper's values, a stable hash, and a reference that names every key.
 #include <gtest/gtest.h>
 

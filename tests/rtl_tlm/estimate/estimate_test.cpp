@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Intervals: Student's quantiles, and the variances against a second, plain implementation.
 #include "grtx/rtl_tlm/estimate/estimate.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sampled mode: what the interval follows from, and runs of a view that is large enough.
 #include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 
@@ -68,7 +69,7 @@ class SampledSimulation : public ::testing::Test {
   ordered_json run(const std::vector<std::string>& settings, double target_error) const {
     ChildProcess child("simulation", [&] {
       SimulationOptions options;
-      options.price = describe_energy;
+      options.price = lab::describe_energy;
       const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", settings);
       const SampledResult r = simulate_sampled(trace(), config, options, target_error);
       EXPECT_LE(r.cycles.low, r.cycles.value);

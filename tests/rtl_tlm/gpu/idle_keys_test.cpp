@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys that are set and have no effect are named, with what leaves them so.
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 

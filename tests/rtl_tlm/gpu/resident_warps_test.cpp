@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warps that an SM holds: as many as it has slots for, or as its register file has registers for.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

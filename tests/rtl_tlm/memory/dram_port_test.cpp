@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DramPort between a requester at 1365 MHz and a memory whose clock is incommensurate: one answer each, back-pressure,
 // fixed latency, refusals, counts.
 #include "grtx/rtl_tlm/memory/dram_port.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // configs/dram/gddr6.toml against what its clocks allow: streaming, one bank group, activation limits, the share of
 // refresh.
 #include <gtest/gtest.h>

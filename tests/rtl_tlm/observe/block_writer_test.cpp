@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records reach the writer all and in order, whatever the number of blocks; what the writer throws reaches the
 // producer.
 #include "grtx/rtl_tlm/observe/block_writer.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The save file names signals that the dump has, in groups that nest as the hierarchy does, and filters that exist.
 #include "grtx/rtl_tlm/observe/gtkwave_files.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SMs with several RT units: waveform and timeline show each unit under its own name, add up to the statistics, and
 // change none of them.
 #include <gtest/gtest.h>

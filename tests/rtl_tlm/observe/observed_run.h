@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A run of a random trace on the small GPU in a process of its own, for tests of what observers write.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SystemC's own sc_trace works beside this model: a user's module that watches an SM is traced into a standard file.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the cycles went: sections from statistics, whatever stalls there are, and their bars.
 #include "grtx/rtl_tlm/observe/stall_report.h"
 

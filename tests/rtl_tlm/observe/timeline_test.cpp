@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The timeline keeps the rules of the trace-event format, and its slices last as long as the statistics say.
 #include "grtx/rtl_tlm/observe/timeline.h"
 

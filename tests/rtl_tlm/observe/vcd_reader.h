@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small reader of value change dumps, for tests: scopes, variables and all changes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The waveform file, read back: hierarchy, initial values, changes only, and acceptance by GTKWave's converter.
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a waveform shows is what the statistics count, to the cycle: busy pipelines, stall reasons, occupancy, warp
 // activities, requests, checkpoint entries. Read back by a parser that shares no code with the writer.
 #include <gtest/gtest.h>

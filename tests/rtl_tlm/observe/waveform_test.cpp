@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The waveform of a run: read back, it shows the run; windows and scopes cut it; it never changes the result.
 #include "grtx/rtl_tlm/observe/waveform.h"
 

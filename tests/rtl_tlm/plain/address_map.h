@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where things lie in memory, and which slice an address belongs to: docs/model/memory_map.md.
 #pragma once
 

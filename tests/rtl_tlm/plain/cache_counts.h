@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What both plain caches count by region: docs/model/l1_cache.md, docs/model/l2_slice.md.
 #pragma once
 

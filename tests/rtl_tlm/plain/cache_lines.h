@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines of a plain sectored cache with their replacement: docs/model/l1_cache.md.
 #pragma once
 

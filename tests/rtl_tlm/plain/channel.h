@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The registered queue between two plain units: what is pushed in cycle c is seen from c + latency on, and a place that
 // is freed in cycle c is free from c + 1 on. So the order in which units tick within a cycle does not matter.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two clocks as grids of time from 0: docs/model/tlm.md, "Time".
 #pragma once
 

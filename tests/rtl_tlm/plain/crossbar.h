@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain crossbar network, used twice: docs/model/crossbar.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain DRAM channel with its side of the sockets: docs/model/dram.md, and docs/model/tlm.md for the phases.
 #pragma once
 

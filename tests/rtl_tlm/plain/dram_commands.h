@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which command a plain DRAM channel issues in a clock: docs/model/dram.md. Looks at all bursts in every clock.
 #pragma once
 

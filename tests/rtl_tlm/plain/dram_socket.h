@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a plain L2 slice and its DRAM channel tell each other, in the times of the TLM-2.0 phases: docs/model/tlm.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole model a second time: plain C++, every unit ticked in every cycle, from the pages of docs/model alone.
 // docs/model/gpu.md says how the units are joined.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain L1 data cache: docs/model/l1_cache.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain L2 slice: docs/model/l2_slice.md, and docs/model/tlm.md for its socket.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What plain units tell each other.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SystemC model against the plain one: gpu.cycles and every counter of every unit, on random traces with random
 // small machines and on a trained scene. GRTX_PLAIN_TRACES: how many random traces (docs/guide/testing.md).
 #include <fmt/format.h>

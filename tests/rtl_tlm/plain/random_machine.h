@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A random trace's options and a random machine, from roomy to starved, for tests that compare two models.
 #pragma once
 

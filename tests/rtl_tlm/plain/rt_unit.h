@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
 // memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit}.md.
 #pragma once

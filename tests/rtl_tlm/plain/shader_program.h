@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the shader phases of a plain warp load, execute and store: docs/model/simt_core.md, "What the phases do".
 #pragma once
 

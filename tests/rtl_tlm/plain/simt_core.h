@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain SIMT core: docs/model/simt_core.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statistics of the plain model by their names in docs/model/statistics.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain work distributor: docs/model/work_distributor.md, docs/model/secondary-rays.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CciKeys: a platform's broker sets the machine's keys before the GPU is built.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GpuComponent: a GPU on somebody else's platform. Every launch gives the statistics of a run of its own, whatever ran
 // before; with kept caches those of `simulate()` after the trace before.
 #include <gtest/gtest.h>

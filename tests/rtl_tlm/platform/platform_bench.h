@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A platform of two signals and a thread: launches what a test asks for on a GpuComponent and gathers the results.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // examples/platform: two GPUs, each launched twice, take the cycles of `grtx sim` for each launch.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which unit a statistic belongs to, and which unit moved first.
 #include "grtx/rtl_tlm/regress/statistics_difference.h"
 

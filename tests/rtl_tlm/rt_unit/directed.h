@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small hand-written traces through the whole GPU, and the times of the steps that they are made of. One SM, one warp
 // slot, core and memory clock alike, so that the arithmetic stays on one page. Cycles count from the launch of a warp.
 #pragma once

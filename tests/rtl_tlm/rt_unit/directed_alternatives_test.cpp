@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The alternatives that a configuration can choose, each on a hand-written trace with the total computed by hand.
 #include "rtl_tlm/rt_unit/directed.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small hand-written traces through the whole GPU, with the total computed by hand: gpu.cycles must be exactly that.
 // The pages in docs/model give each step; directed.h names them.
 #include "rtl_tlm/rt_unit/directed.h"

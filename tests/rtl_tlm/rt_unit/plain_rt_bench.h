@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plain RT unit in the surroundings of RtBench: a SIMT core that answers after a fixed time, memories of fixed
 // latency, and a record of what the unit sent and when.
 #pragma once

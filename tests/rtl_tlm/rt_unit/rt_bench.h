@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bench for the RT unit: a SIMT core that answers any-hit batches after a fixed time and calls the next round, and a
 // memory of fixed latency behind each of the four L1 clients. Also a builder of small ray groups.
 #pragma once

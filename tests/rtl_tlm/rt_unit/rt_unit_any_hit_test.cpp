@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any-hit: a batch fires when all unfinished lanes of a warp have a hit, or on timeout; lanes resume when the shader is
 // done.
 #include <gmock/gmock.h>

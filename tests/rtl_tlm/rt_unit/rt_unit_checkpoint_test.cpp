@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoint traffic: which sectors are written and read, in which cycles, and that replay needs no traversal from the
 // root.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The RT unit alone on random traces: nothing depends on the construction order or on idle skip. That every event is
 // executed once and every request answered is a law of each run (conservation.cpp), to the number in
 // tests/rtl_tlm/plain.

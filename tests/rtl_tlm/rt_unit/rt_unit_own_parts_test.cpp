@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parts of a user's own in the RT unit: made by factories, no file of the project edited.
 #include <gtest/gtest.h>
 

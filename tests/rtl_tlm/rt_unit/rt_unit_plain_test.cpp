@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SystemC RT unit against the plain one (tests/rtl_tlm/plain), cycle by cycle: every retirement, any-hit batch and
 // memory request.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sibling prefetch: the first demand fetch of a child leaf asks for the hit siblings, once per internal visit.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Short stacks of the RT unit: which sectors move, when, and what that costs a lane. docs/model/stack_unit.md.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Closed forms of the RT unit's timing (docs/model/rt_scheduler.md), cycle by cycle.
 #include "grtx/modules/rt_unit/rt_unit.h"
 

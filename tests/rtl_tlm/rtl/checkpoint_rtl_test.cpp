@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The checkpoint unit in SystemVerilog against the SystemC unit, each in an RT unit of its own on the same trace: every
 // statistic, retirement, batch and memory request, to the cycle. The bridge checks bytes and t-value validation by
 // itself (rtl_tlm/rtl/checkpoint_rtl.cpp), so each of these runs checks them, too.

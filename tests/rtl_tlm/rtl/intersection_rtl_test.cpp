@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ray-box and the ray-transform unit in SystemVerilog against the SystemC unit, each in an RT unit of its own on
 // the same trace: every statistic, retirement, batch and memory request, to the cycle. The bridge holds each result
 // against the host's arithmetic by itself (rtl_tlm/rtl/intersection_rtl.cpp); here that arithmetic is held against the

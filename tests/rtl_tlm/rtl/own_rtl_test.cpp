@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The example of docs/guide/own-rtl.md: a ray-box unit of a user's in SystemVerilog.
 #include <gtest/gtest.h>
 #include <sys/wait.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One random trace and configuration on two RT units that differ in one of their units: SystemC, and RTL. The tests run
 // some of them, bench/rtl_random.sh many.
 #pragma once

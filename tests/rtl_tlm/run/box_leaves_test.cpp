@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes as leaves: a shader on the SM tests what lies in them, one call after the other for a ray that waits for it.
 #include <gtest/gtest.h>
 

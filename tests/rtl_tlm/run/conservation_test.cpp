@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Each conservation law fails when its counter is off by one.
 #include "grtx/rtl_tlm/run/conservation.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole runs give the statistics on record, to the last count: a change that is meant to make the model faster must not
 // change what it says. A change that is meant to alter timing writes the table anew and says so:
 //   GRTX_WRITE_GOLDEN=tests/rtl_tlm/run/golden.tsv rtl_tlm_tests --gtest_filter='*Golden*'

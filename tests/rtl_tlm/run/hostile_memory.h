@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A memory that does whatever the TLM-2.0 base protocol allows, at random: latency, order, withheld END_REQ, annotated
 // delays, completion on the spot. Its refresh never ends, so the kernel always has something to do.
 #pragma once

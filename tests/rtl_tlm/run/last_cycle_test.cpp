@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What still comes back in the very cycle in which the last warp is seen to have ended is no part of the run.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lists of hits in memory: the shader scans a list for each batch that it blends.
 #include <gtest/gtest.h>
 

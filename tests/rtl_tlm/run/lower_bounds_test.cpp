@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lower bounds from counters, with the formula beside each, and the longest dependent chain of a hand-made group.
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Machines at the ends of their keys' ranges, each named after what went wrong once: a run ends with every law and
 // bound held, or is refused. scripts/fuzz_machines.py looks for more.
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // simulate() with a memory from outside: statistics, conservation, waveform, timeline and watchdog work as with the
 // built-in DRAM; dram.model names it.
 #include "grtx/rtl_tlm/gpu/memory_system.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The example of docs/model/gpu.md: another DRAM model behind the TLM-2.0 sockets of the GPU.
 #include <gtest/gtest.h>
 #include <sys/wait.h>

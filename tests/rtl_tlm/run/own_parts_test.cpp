@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Units of a user's own in the whole GPU: simulate() takes their factories, conservation and waveforms go on working.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // examples/own_unit: its key, statistics, energy and signals are the program's own, and it takes 80 lines.
 #include <gtest/gtest.h>
 

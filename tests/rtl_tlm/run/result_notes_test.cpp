@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What limits the meaning of a run's figures is said with them, and nothing is said where nothing does.
 #include "grtx/rtl_tlm/run/result_notes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A state that one process saves and another begins from: its statistics are those of `--warm`, both traces in one
 // process, whatever the machine.
 #include "grtx/rtl_tlm/run/saved_state.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole runs of small traces: conservation, determinism, independence of how the model is built and stepped.
 #include "grtx/rtl_tlm/run/simulation.h"
 

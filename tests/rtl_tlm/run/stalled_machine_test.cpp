@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a machine that stands still prints: each unit lists what it holds, and the lists of different units agree.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The statistics file: order, number formats, one line a statistic, host.* at the end.
 #include "grtx/rtl_tlm/run/statistics_json.h"
 

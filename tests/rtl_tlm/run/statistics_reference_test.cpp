@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reference of all statistics: the page is what the program prints, and no run reports what it does not list.
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The table of records: what is put in comes out, as text that does not depend on the order, one line a statistic.
 #include "grtx/rtl_tlm/run/statistics_table.h"
 

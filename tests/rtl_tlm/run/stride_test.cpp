@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // GpuConfig::sampling: one event in so many takes time, the others are done at once by the same units.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a trace claims, damaged where its hashes still fit: refused by the reader or by the check, or simulated to its
 // end in cycle and in sampled mode (or refused there with an Error).
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The trace source: same groups with and without decoding ahead, bounded memory, chosen groups, errors that name the
 // place.
 #include "grtx/rtl_tlm/run/trace_source.h"

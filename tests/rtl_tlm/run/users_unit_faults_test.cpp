@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a user's unit does wrong ends the run in one line that says what, where and when.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warps of every size and both mappings: the same image and the same work, executed once by the hardware model.
 #include <gtest/gtest.h>
 

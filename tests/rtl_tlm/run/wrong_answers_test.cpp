@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A unit of a user's that answers what nobody asked ends the run in one line that names the unit, not the trace.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Measured figures against a small database: pairs of scenes, means where scenes differ, and what is wrong in a file.
 #include "grtx/view/report/correlate.h"
 
@@ -14,7 +15,7 @@
 #include "sweep_database.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::json;
@@ -136,4 +137,4 @@ TEST_F(Correlate, TheProjectsOwnFilesAreRead) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

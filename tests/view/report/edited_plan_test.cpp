@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A database that one plan has filled and another goes on with: what the present plan does not ask for is of an earlier
 // plan, is called by whatever tells it apart, and takes part in nothing.
 #include <gmock/gmock.h>
@@ -11,7 +12,7 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using test::Outcome;
@@ -24,7 +25,7 @@ struct Edit {
   const char* differs;                ///< the coordinate that tells the points apart
 };
 
-class EditedPlan : public test::SweepBench {
+class EditedPlan : public lab::test::SweepBench {
  protected:
   /// Two designs with two warp buffers; in scene: further lines of the scene.
   void write(const std::string& in_scene, const std::string& more = "") {
@@ -232,7 +233,7 @@ TEST_F(EditedPlan, ADatabaseOfAnEarlierVersionTellsItsMixedPointsApart) {
   fill("a.sqlite", "--machine paper");
   write("width = 16\nheight = 8");
   fill("a.sqlite", "--machine paper-charged");
-  Sqlite(folder + "/a.sqlite", Sqlite::Open::create)
+  lab::Sqlite(folder + "/a.sqlite", lab::Sqlite::Open::create)
       .execute(
           "ALTER TABLE point DROP COLUMN machine; DROP TABLE present; UPDATE meta SET value = 'grtx.sweep/2' WHERE key "
           "= "
@@ -268,4 +269,4 @@ TEST_F(EditedSearch, TheResultOfAnEarlierSearchIsShownWithTheNewPoints) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

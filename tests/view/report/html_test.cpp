@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pieces of a report's page.
 #include "grtx/view/report/html.h"
 
@@ -11,7 +12,7 @@
 #include "grtx/base/error.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -86,4 +87,4 @@ TEST(Html, ATableNamesItsRowsAndColumns) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

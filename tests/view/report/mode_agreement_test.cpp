@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rank correlation by hand, and what two modes say of the same points.
 #include "grtx/view/report/mode_agreement.h"
 
@@ -6,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 TEST(KendallTau, OfOrdersThatCanBeCounted) {
@@ -67,4 +68,4 @@ TEST(ModeAgreement, ComparesPointsOfTheSameSceneDesignAndCoordinates) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The paper's figures and how a run's are made comparable.
 #include "grtx/view/report/paper_targets.h"
 
@@ -8,7 +9,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/view/report/machine_figures.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 RunResults run_of(const std::map<std::string, double>& cycles) {
@@ -38,8 +39,8 @@ TEST(PaperTargets, ASpeedUpIsCyclesOfTheBaselineOverThoseOfTheDesign) {
 }
 
 TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
-  const MachineFigures figures =
-      machine_figures(config_json(load_config("", {})), {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
+  const MachineFigures figures = machine_figures(sim::config_json(sim::load_config("", {})),
+                                                 {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
   ASSERT_EQ(figures.problem, "");
   ASSERT_EQ(cost_targets().size(), 3u);
   EXPECT_EQ(cost_targets()[0].of_machine(figures.cost), 1074.0);
@@ -59,7 +60,7 @@ TEST(PaperTargets, AMachineHasTheBinsOfItsRun) {
     nlohmann::ordered_json inputs = {{"accel", "tlas-tri20"}, {"checkpoint", "on"}};
     inputs.update(more);
     const MachineFigures figures =
-        machine_figures(config_json(load_config("", {"rt.checkpoint.entry_bytes=8"})), inputs, {}, "run");
+        machine_figures(sim::config_json(sim::load_config("", {"rt.checkpoint.entry_bytes=8"})), inputs, {}, "run");
     EXPECT_EQ(figures.problem, "");
     return figures.cost.at("tree").at("memory_bits").get<std::uint64_t>();
   };
@@ -67,11 +68,11 @@ TEST(PaperTargets, AMachineHasTheBinsOfItsRun) {
   const std::uint64_t bins = bits({{"checkpoint_bins", "4"}, {"checkpoint_capacity", "512"}});
   EXPECT_GT(bins, buffers);
   EXPECT_GT(bits({{"checkpoint_bins", "4"}, {"checkpoint_capacity", "1024"}}), bins);
-  EXPECT_EQ(machine_figures(config_json(load_config("", {})),
+  EXPECT_EQ(machine_figures(sim::config_json(sim::load_config("", {})),
                             {{"accel", "tri20"}, {"checkpoint", "on"}, {"checkpoint_bins", "x"}}, {}, "run")
                 .problem,
             "run: inputs.checkpoint_bins: must be a whole number");
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

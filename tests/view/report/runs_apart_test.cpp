@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs on one page: what joins, what is averaged, and what stands beside a figure.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include "grtx/view/report/sections.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -31,7 +32,7 @@ ordered_json inputs_of(const std::string& scene, const std::string& camera, cons
 /// results.json of a run of two designs.
 ordered_json results(const std::string& machine, const std::string& scene, double baseline, double grtx) {
   ordered_json document = {{"schema", "grtx.run/1"}, {"version", "1"}, {"model_version", 7}, {"machine", machine}};
-  document["config"] = config_json(load_config("", {}));
+  document["config"] = sim::config_json(sim::load_config("", {}));
   for (const auto& [design, cycles] : {std::pair("baseline", baseline), std::pair("grtx", grtx)}) {
     for (const char* statistic : {"gpu.cycles", "gpu.rt.selections", "gpu.rt.stall.memory"}) {
       document["designs"][design][statistic] = {{"value", cycles}, {"unit", "cycles"}, {"description", "of the run"}};
@@ -145,4 +146,4 @@ TEST(DesignName, IsThePapersOfThePapersStructuresAlone) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a report says of a search: front, path, contributions, reasons; all of it text and never markup.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include "sweep_database.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using testing::HasSubstr;
@@ -87,4 +88,4 @@ TEST_F(SearchSection, AnotherSchemaIsRefused) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of two results must be the same for their figures to be put together, and how results are called.
 #include "grtx/view/report/subject.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
@@ -134,4 +135,4 @@ TEST(MachinesText, NamesEveryMachineAndMode) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

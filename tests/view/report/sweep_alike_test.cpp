@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What points of a sweep are compared with, and what they are averaged with.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +8,7 @@
 #include "grtx/view/report/sections.h"
 #include "grtx/view/report/sweep_views.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 using testing::AllOf;
@@ -118,4 +119,4 @@ TEST(SweepIntervals, StandWithTheTime) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

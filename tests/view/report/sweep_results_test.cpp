@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a report reads from a sweep database.
 #include "grtx/view/report/sweep_results.h"
 
@@ -9,7 +10,7 @@
 #include "sweep_database.h"
 #include "temporary_folder.h"
 
-namespace grtx::sim {
+namespace grtx::view {
 namespace {
 
 class SweepResultsTest : public testing::Test {
@@ -91,4 +92,4 @@ TEST_F(SweepResultsTest, APointIsCalledByWhatSetsItApart) {
 }
 
 }  // namespace
-}  // namespace grtx::sim
+}  // namespace grtx::view

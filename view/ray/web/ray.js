@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shows how rays were traced. A round's events lie packed in an element of their own (ray_replay.cpp says how) and are
 // taken up when the round is looked at; of every list only the rows in sight are elements.
 'use strict';

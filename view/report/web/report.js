@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws the page's charts and links those of a sweep: a box drawn in one chooses points in all, and in the table.
 'use strict';
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cache replacement fifo: evicts the line that was filled first, regardless of hits.
 #pragma once
 

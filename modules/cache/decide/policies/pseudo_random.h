@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cache replacement random: evicts a random line of the set. The generator gives the same sequence on every host.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM scheduling fcfs: column commands in order of arrival, regardless of row hits.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM scheduling fr_fcfs: first ready, first come (Rixner et al., ISCA 2000), with an age cap.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DRAM scheduling fr_fcfs_cap (FR-FCFS+Cap of Mutlu and Moscibroda, MICRO 2007): like fr_fcfs, but at most hit_cap
 // column commands of a bank may overtake its oldest request.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp selection policy greedy_then_oldest.
 #pragma once
 

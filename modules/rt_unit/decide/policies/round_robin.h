@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp selection policy round_robin.
 #pragma once
 

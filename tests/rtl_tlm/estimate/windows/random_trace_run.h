@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A random trace and a small machine, for tests of estimates against cycle mode.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The estimate from windows, against closed forms: a machine that runs one group after the other.
 #include "grtx/rtl_tlm/estimate/windows/window_estimate.h"
 

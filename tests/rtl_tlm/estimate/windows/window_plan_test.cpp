@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Windows: one in each stratum, the last at the trace's end, the same for every design.
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
 

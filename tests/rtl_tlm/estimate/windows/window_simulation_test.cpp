@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sampled mode, on a random trace that is large for a small machine: near cycle mode and honest about its error, exact
 // where all is simulated.
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
@@ -26,7 +27,7 @@ class WindowSimulation : public test::RandomTraceRun {
     config_.resident_warps = 8 / config_.sms;
   }
   static WindowOptions windows(std::uint64_t seed = 1) {
-    WindowOptions options{.seed = seed, .price = describe_energy};
+    WindowOptions options{.seed = seed, .price = lab::describe_energy};
     return options;
   }
   static ordered_json without_host(const ordered_json& stats) {
