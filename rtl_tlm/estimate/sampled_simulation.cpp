@@ -13,6 +13,13 @@
 namespace grtx::sim {
 namespace {
 
+/// Above so many lanes a fetch, strides merge too few lanes (docs/model/sampled-mode.md).
+constexpr double kMostLanesAFetch = 1.6;
+
+double lanes_a_fetch(const SampledResult& r) {
+  return r.result.document.at("stats").at("gpu.rt.merge_factor").at("value").get<double>();
+}
+
 /// Adds estimate, interval, gpu.sampled.* and `notes` to the result of a run.
 SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes& notes) {
   SampledResult r;
@@ -92,13 +99,19 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
     own.sampling = {stride, stride == 1 ? 0 : std::min(config.sample.offset, stride - 1)};
     return finished(simulation(trace_path, own, options), stride, notes);
   };
-  if (target_error == 0.0 || stride == 1) return run(simulate);
+  const auto checked = [&](SampledResult r) {
+    if (stride == 1 || lanes_a_fetch(r) <= kMostLanesAFetch) return r;
+    notes.push_back({"merging", fmt::format("cycle mode: {:.1f} lanes a fetch are too many to sample", lanes_a_fetch(r))});
+    stride = 1;
+    return run(simulate_in_child);
+  };
+  if (target_error == 0.0 || stride == 1) return checked(run(simulate));
   for (;; stride /= 2) {
     // Skips strides whose bias alone exceeds the target.
     SampledEstimate least;
     least.bias = stride_bias(stride);
     if (stride > 1 && cycles_interval(least).half_width > target_error) continue;
-    SampledResult r = run(simulate_in_child);
+    SampledResult r = checked(run(simulate_in_child));
     if (r.cycles.half_width <= target_error) return r;
   }
 }

@@ -54,10 +54,11 @@ TEST(SampledEstimate, LargerStridesAreWorthLess) {
 /// A generated view of more than 3 million visits.
 class SampledSimulation : public ::testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { write_trace(1.0); }
+  void write_trace(double fov_scale) {
     frontend::synthesise({"hall", 3000, 5, 1}, base_ + ".ply");
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
-    const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0];
+    const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].fov_scaled(fov_scale);
     test::write_view(trace(), scene, camera, 128, 96, frontend::AccelKind::tri20, false);
     ASSERT_GT(traces::Reader(trace()).totals().visits(), kFewestSampledVisits);
   }
@@ -104,6 +105,15 @@ TEST_F(SampledSimulation, HasAnIntervalAndEnergyAndATargetBelowItIsCycleMode) {
   const double truth = value(exact, "gpu.cycles");
   EXPECT_LE(value(sampled, "gpu.sampled.cycles_low"), truth);
   EXPECT_GE(value(sampled, "gpu.sampled.cycles_high"), truth);
+}
+
+TEST_F(SampledSimulation, LanesThatMeetAtTheSameNodesAreNotSampled) {
+  write_trace(0.01);  // all rays go the same way
+  const ordered_json exact = run({"gpu.sms=2"}, 0.0);
+  EXPECT_EQ(value(exact, "gpu.sampled.stride"), 1.0);
+  EXPECT_EQ(value(exact, "gpu.sampled.half_width"), 0.0);
+  EXPECT_EQ(exact.at("notes").at(0).at("id"), "merging");
+  EXPECT_GT(value(exact, "gpu.rt.merge_factor"), 1.6);
 }
 
 TEST_F(SampledSimulation, RefusesATargetOutOfRange) {
