@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Crossbar between the SMs and the L2 slices: separate request and reply networks, one packet per port and cycle.
-// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit per packet.
+// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar: every packet is one unit (flit) of 40 B.
 // Polls each non-empty input port once per active cycle; sleeps when empty.
 #pragma once
 
