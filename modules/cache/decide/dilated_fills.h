@@ -62,6 +62,7 @@ class DilatedFills {
   bool idle() const { return held_.empty(); }
   void restart() {
     std::fill(lines_.begin(), lines_.end(), Line());
+    held_.clear();
     usual_ = kFirstGuess;
   }
 
