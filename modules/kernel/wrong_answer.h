@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a unit or a policy of a user's is blamed with when it breaks the contract of its interface; without SystemC, so
 // that decisions can throw it, too.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shortest program with the GPU model: how it is found and linked is what is tested.
 #include <systemc>
 

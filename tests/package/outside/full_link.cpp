@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A user's release build, in which asserts are gone: a link says what is wrong all the same.
 #include <cstdio>
 #include <cstring>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A shared library that links the static ones, as a simulator's plug-in or a Python extension does.
 #include <systemc>
 

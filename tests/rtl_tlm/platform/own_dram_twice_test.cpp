@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // examples/own_dram: its memory, launched twice on a GpuComponent, gives the same figures twice.
 #include <gtest/gtest.h>
 
