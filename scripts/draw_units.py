@@ -416,7 +416,7 @@ def warp_walk():
     f.box("memory", 20, 198, 150, 20, "memory: spilled", kind="mem")
     f.box("slots", 250, 50, 150, 70, "node slots", "ahead (8): record,", "lanes in tests", kind="mem")
     f.box("units", 460, 20, 130, 60, "units", "a test a lane", kind="unit")
-    f.box("hits", 460, 120, 130, 60, "hits", "four a lane", kind="mem")
+    f.box("hits", 460, 120, 130, 60, "hits", "128, a list a lane", kind="mem")
     f.box("any", 650, 120, 110, 60, "any-hit unit", "or collector", kind="area")
     f.box("fetch", 250, 158, 150, 50, "memory scheduler", "once for all lanes", kind="area")
     f.arrow("b:r", "slots:l.2", "", bend=0.5)

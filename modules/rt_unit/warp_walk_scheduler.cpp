@@ -37,6 +37,7 @@ WarpWalkScheduler::WarpWalkScheduler(const sc_core::sc_module_name& name, const 
       entries_(entries),
       layout_(warp_stack_entry_layout(header.pop_test)),
       boxes_(traces::has_box_leaves(header.accel)),
+      by_slot_(header.child_order == traces::ChildOrder::slot),
       selection_(make_warp_selection(scheduler.policy)) {
   require_allowed("rt.warp_stack", config);
   require_walkable(header);
@@ -78,7 +79,7 @@ void WarpWalkScheduler::begin(unsigned entry) {
   assert(walk.stack.empty() && walk.hits == 0 && !walk.moving);
   WarpStackEntry root;
   root.lanes = warp.in_state(LaneState::ready);
-  walk.full = 0;
+  walk.held = 0;
   walk.seen = 0;
   walk.seed = warp.group->index * 4096ull + warp.round;
   stack_->begin_lane(lane_id(entry, 0), warp.slot);
@@ -91,7 +92,6 @@ void WarpWalkScheduler::begin(unsigned entry) {
     const char* broken = lane.tree.plant({warp.lane[i].next, warp.lane[i].left}, *warp.group, *traffic_);
     if (broken != nullptr) refuse(entry, i, broken);
     lane.left = lane.tree.size();
-    lane.held = 0;
     if (!first && root.address != lane.tree.address(0)) refuse(entry, i, "begins at another node than its warp");
     root.address = lane.tree.address(0);
     root.kind = lane.tree.kind(0);
@@ -112,7 +112,7 @@ Stall WarpWalkScheduler::stall_reason() const {
 
 void WarpWalkScheduler::refresh(unsigned entry) {
   Walk& walk = walks_[entry];
-  walk.next = walk.stack.next(walk.full, leaf_);
+  walk.next = walk.stack.next(WarpStackConfig::kHits - walk.held, leaf_);
   const LaneMask ready = walk.next != WarpStack::kNone ? 1 : 0;
   buffer_->tell(entry, wait_of(ready, walk.fetching, 0, walk.moving ? 1 : 0, walk.testing, walk.hits));
 }
@@ -168,21 +168,12 @@ void WarpWalkScheduler::start(Cycle now, unsigned entry, std::size_t place) {
   const auto visits = static_cast<unsigned>(std::popcount(visiting));
   counters_.walk.in_vain += lanes - visits;
   counters_.walk.under_way += walk.stack.under_way();
-  if (node.kind == leaf_) for_each_bit(node.lanes, [&](unsigned lane) { hold(walk, lane); });
+  if (node.kind == leaf_) walk.held += lanes;
   const NodeVisit visit{node.kind, traffic_->address(node.address), false};
   memory_->begin_warp(now, entry);
   memory_->visit(lane_id(entry, slot), visit.kind, visit.address, visit.header);
   for (unsigned i = 1; i < visits; ++i) memory_->count_visit(visit);
   ++walk.fetching;
-}
-
-void WarpWalkScheduler::hold(Walk& walk, unsigned lane) {
-  if (++walk.lanes[lane].held == WarpStackConfig::kHitsOfALane) walk.full |= bit(lane);
-}
-
-void WarpWalkScheduler::release(Walk& walk, unsigned lane) {
-  --walk.lanes[lane].held;
-  walk.full &= ~bit(lane);
 }
 
 void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeKind kind) {
@@ -221,7 +212,7 @@ void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
   if (EventEffect(walk.lanes[lane].tree.event(index)).calls_shader(boxes_)) {
     found(now, entry, lane, index);
   } else {
-    if (node.entry.kind == leaf_) release(walk, lane);
+    if (node.entry.kind == leaf_) --walk.held;
     event_done(entry, lane);
   }
   if (node.testing == 0) node_done(entry, slot);
@@ -254,7 +245,7 @@ void WarpWalkScheduler::any_hit_done(Cycle now, const AnyHitDone& done) {
   for_each_bit(done.lanes, [&](unsigned lane) {
     walk.lanes[lane].hits.pop();
     --walk.hits;
-    release(walk, lane);
+    --walk.held;
     event_done(entry, lane);
   });
   if (buffer_->warp(entry).in_state(LaneState::in_any_hit) == 0) any_hit_->finished(entry);
@@ -277,7 +268,7 @@ void WarpWalkScheduler::node_done(unsigned entry, unsigned slot) {
 
 void WarpWalkScheduler::children(const Walk& walk, const WarpStackEntry& node) {
   children_of(
-      node, [&](unsigned lane) -> const LaneTree& { return walk.lanes[lane].tree; }, children_);
+      node, by_slot_, [&](unsigned lane) -> const LaneTree& { return walk.lanes[lane].tree; }, children_);
 }
 
 void WarpWalkScheduler::expand(unsigned entry) {
@@ -366,7 +357,7 @@ void WarpWalkScheduler::make_room(Cycle now, unsigned entry, std::size_t more, b
 
 Inventory WarpWalkScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
-  const std::uint64_t n = entries_, slots = n * config_.ahead, lanes = n * kMaxLanes;
+  const std::uint64_t n = entries_, slots = n * config_.ahead;
   const unsigned place = static_cast<unsigned>(std::bit_width(config_.entries - 1));
   const unsigned entry_bits = layout_.bits + place;  // entries are linked, so that children come where their parent was
   auto& storage = inventory.storage;
@@ -374,9 +365,10 @@ Inventory WarpWalkScheduler::inventory() const {
   storage.push_back({"nodes", StorageKind::ram, slots * record_bits_, 1, 1, false, record_bits_});
   // Of a slot: address, place in the stack, state; lanes, those being tested, those of each of eight children.
   storage.push_back({"slots", StorageKind::flip_flop, slots * (48 + place + 2 + kMaxLanes * (2 + traces::kMaxWidth))});
-  storage.push_back({"hits", StorageKind::ram, lanes * WarpStackConfig::kHitsOfALane * 32 * HitHeap::kEntryWords, 1, 1,
-                     false, 32 * HitHeap::kEntryWords});
-  storage.push_back({"hits_held", StorageKind::flip_flop, lanes * 3});
+  // Hits are linked, a list for each lane: t, alpha, id and the next one; the first and the last of each list.
+  constexpr unsigned kHitBits = 32 * HitHeap::kEntryWords + 7;
+  storage.push_back({"hits", StorageKind::ram, n * WarpStackConfig::kHits * kHitBits, 1, 1, false, kHitBits});
+  storage.push_back({"hit_lists", StorageKind::flip_flop, n * kMaxLanes * 2 * 7});
   storage.push_back({"age_matrix", StorageKind::flip_flop, n * n});
   inventory.operators.push_back({"arbiter", static_cast<unsigned>(n), n});
   inventory.operators.push_back({"arbiter", config_.ahead, n});

@@ -66,20 +66,19 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
  private:
   struct LaneWalk {
     LaneTree tree;
-    RingQueue<std::uint32_t> hits{WarpStackConfig::kHitsOfALane};  ///< events; the first is at the any-hit part
-    std::uint32_t left = 0;                                        ///< events that are not done
-    unsigned held = 0;                                             ///< leaf tests under way and hits
+    RingQueue<std::uint32_t> hits;  ///< events; the first is at the any-hit part
+    std::uint32_t left = 0;         ///< events that are not done
   };
   struct Walk {
     explicit Walk(WarpStack of_warp) : stack(std::move(of_warp)) {}
     WarpStack stack;
     std::vector<LaneWalk> lanes = std::vector<LaneWalk>(kMaxLanes);
-    LaneMask full = 0;          ///< lanes that may have no further hit
     std::deque<unsigned> done;  ///< slots of finished nodes whose children are not on the stack yet
     std::size_t next = WarpStack::kNone;
-    unsigned fetching = 0;  ///< slots whose node is not there
-    unsigned testing = 0;   ///< tests of lanes that the units have
-    unsigned hits = 0;
+    unsigned fetching = 0;                 ///< slots whose node is not there
+    unsigned testing = 0;                  ///< tests of lanes that the units have
+    unsigned hits = 0;                     ///< not answered
+    unsigned held = 0;                     ///< places for hits that leaf tests and hits take
     bool moving = false, filling = false;  ///< the stack unit is at work for it
     std::uint64_t seed = 0, seen = 0;      ///< sampled run: of the choice of timed entries; entries so far
   };
@@ -95,8 +94,6 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   void expand(unsigned entry);
   void move(unsigned entry, std::size_t more, bool top);
   void refresh(unsigned entry);
-  void hold(Walk& walk, unsigned lane);
-  void release(Walk& walk, unsigned lane);
   void children(const Walk& walk, const WarpStackEntry& node);
   // Sampled run.
   bool timed(Walk& walk) const;
@@ -111,6 +108,7 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   StackEntryLayout layout_;
   unsigned record_bits_;  ///< of a node, as read
   bool boxes_;
+  bool by_slot_;  ///< children are visited in slot order
   std::unique_ptr<WarpSelection> selection_;
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;

@@ -1,6 +1,7 @@
 #include "grtx/modules/rt_unit/decide/warp_stack.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 
 #include "grtx/modules/rt_unit/decide/event_effect.h"
@@ -54,13 +55,13 @@ void WarpStack::begin(const WarpStackEntry& root) {
   waiting_ = 1;
 }
 
-std::size_t WarpStack::next(LaneMask full, NodeKind leaf) const {
+std::size_t WarpStack::next(unsigned room, NodeKind leaf) const {
   if (!has_slot()) return kNone;
   unsigned seen = 0;
   for (std::size_t place = order_.size(); place-- > 0 && seen < ahead_;) {
     const Item& item = order_[place];
     if (item.slot >= 0) continue;
-    if (item.entry.kind != leaf || (item.entry.lanes & full) == 0) return place;
+    if (item.entry.kind != leaf || static_cast<unsigned>(std::popcount(item.entry.lanes)) <= room) return place;
     ++seen;
   }
   return kNone;

@@ -85,9 +85,9 @@ class WarpStack {
   unsigned slots() const { return ahead_; }
 
   /// Place of the entry to start next: of the topmost `ahead` that wait, the topmost that may start; kNone if there is
-  /// none, or no slot. full: lanes that may have no further hit, so that a leaf must wait.
+  /// none, or no slot. room: hits that the warp has room for; a leaf with more lanes must wait.
   static constexpr std::size_t kNone = ~std::size_t{0};
-  std::size_t next(LaneMask full, traces::NodeKind leaf) const;
+  std::size_t next(unsigned room, traces::NodeKind leaf) const;
   const WarpStackEntry& at(std::size_t place) const { return order_[place].entry; }
   /// Starts the entry at `place`; returns its slot.
   unsigned start(std::size_t place);
@@ -118,11 +118,11 @@ class WarpStack {
   unsigned waiting_ = 0, under_way_ = 0;
 };
 
-/// Children of a finished entry as entries, the topmost first: those of the lowest lane in its order, then what only
-/// other lanes push, lane by lane.
-/// tree(lane): the lane's tree.
+/// Children of a finished entry as entries, the topmost first. by_slot: lanes visit children in the order of their
+/// slots, and so does the warp. Else first those of the lowest lane in its order, then what only other lanes push, lane
+/// by lane. tree(lane): the lane's tree.
 template <typename Trees>
-void children_of(const WarpStackEntry& parent, Trees&& tree, std::vector<WarpStackEntry>& children) {
+void children_of(const WarpStackEntry& parent, bool by_slot, Trees&& tree, std::vector<WarpStackEntry>& children) {
   children.clear();
   for_each_bit(parent.lanes, [&](unsigned lane) {
     const LaneTree& of_lane = tree(lane);
@@ -135,6 +135,9 @@ void children_of(const WarpStackEntry& parent, Trees&& tree, std::vector<WarpSta
       child->event[lane] = event;
     });
   });
+  if (!by_slot) return;
+  std::sort(children.begin(), children.end(),
+            [](const WarpStackEntry& a, const WarpStackEntry& b) { return a.address < b.address; });
 }
 
 }  // namespace grtx::modules

@@ -18,8 +18,8 @@ struct WarpStackConfig {
   /// A node's children, and what a sector holds, must fit.
   static constexpr unsigned kFewestEntries = 10;
   static constexpr unsigned kMostAhead = 32;  ///< a test's tag names one of so many node slots
-  /// Hits of a lane that wait for the any-hit unit, and leaf tests that may find one, together.
-  static constexpr unsigned kHitsOfALane = 4;
+  /// Hits of a warp that are not answered, and leaf tests that may find one, together: four for each lane.
+  static constexpr unsigned kHits = 128;
 
   unsigned entries = 64;
   unsigned ahead = 8;

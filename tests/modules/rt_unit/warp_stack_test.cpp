@@ -18,9 +18,9 @@ WarpStackEntry entry(std::uint32_t address, LaneMask lanes = 1, NodeKind kind = 
 }
 
 /// Addresses of all that can be started one after the other, without anything finishing.
-std::vector<std::uint32_t> starts(WarpStack& stack, LaneMask full = 0) {
+std::vector<std::uint32_t> starts(WarpStack& stack, unsigned room = 128) {
   std::vector<std::uint32_t> addresses;
-  for (std::size_t place; (place = stack.next(full, NodeKind::triangle)) != WarpStack::kNone;) {
+  for (std::size_t place; (place = stack.next(room, NodeKind::triangle)) != WarpStack::kNone;) {
     addresses.push_back(stack.at(place).address);
     stack.start(place);
   }
@@ -30,7 +30,7 @@ std::vector<std::uint32_t> starts(WarpStack& stack, LaneMask full = 0) {
 WarpStack with_children(WarpStackConfig config, const std::vector<WarpStackEntry>& children) {
   WarpStack stack(config, 2);
   stack.begin(entry(1));
-  stack.finish(stack.start(stack.next(0, NodeKind::triangle)), children);
+  stack.finish(stack.start(stack.next(128, NodeKind::triangle)), children);
   return stack;
 }
 
@@ -53,22 +53,22 @@ TEST(WarpStack, ChildrenComeWhereTheirParentWas) {
   EXPECT_THAT(starts(stack), ElementsAre(13));
 }
 
-TEST(WarpStack, ALeafWaitsForItsLanesHitsAndOthersPassIt) {
-  WarpStack stack = with_children({64, 3}, {entry(11, 0b01, NodeKind::triangle), entry(12, 0b10, NodeKind::triangle),
-                                            entry(13, 0b01), entry(14, 0b01)});
-  EXPECT_THAT(starts(stack, 0b01), ElementsAre(12, 13, 14));
+TEST(WarpStack, ALeafWaitsForRoomForItsLanesHitsAndOthersPassIt) {
+  WarpStack stack = with_children({64, 3}, {entry(11, 0b111, NodeKind::triangle), entry(12, 0b10, NodeKind::triangle),
+                                            entry(13, 0b111), entry(14, 0b01)});
+  EXPECT_THAT(starts(stack, 2), ElementsAre(12, 13, 14));
 }
 
 TEST(WarpStack, LooksNoDeeperThanTheTopmostEntriesThatMayBeUnderWay) {
   WarpStack stack = with_children({64, 1}, {entry(11, 1, NodeKind::triangle), entry(12)});
-  EXPECT_THAT(starts(stack, 1), IsEmpty());
+  EXPECT_THAT(starts(stack, 0), IsEmpty());
 }
 
 TEST(WarpStack, SpillsTheLowestThatWaitAndFillsThemWhenNoneIsLeft) {
   std::vector<WarpStackEntry> eight;
   for (std::uint32_t i = 0; i < 8; ++i) eight.push_back(entry(10 + i));
   WarpStack stack = with_children({10, 1}, eight);
-  const unsigned slot = stack.start(stack.next(0, NodeKind::triangle));  // 10: seven wait
+  const unsigned slot = stack.start(stack.next(128, NodeKind::triangle));  // 10: seven wait
   EXPECT_TRUE(stack.has_room(3));
   ASSERT_FALSE(stack.has_room(4));
   const StackSpill::Move move = stack.settle(4, false);
@@ -136,8 +136,8 @@ TEST_F(LaneTreeTest, AWarpTakesTheOrderOfItsLowestLaneAndThenWhatOthersPush) {
   ASSERT_EQ(plant(trees[0], first), nullptr);
   ASSERT_EQ(plant(trees[1], second), nullptr);
   std::vector<WarpStackEntry> children;
-  children_of(
-      entry(1, 0b11), [&](unsigned lane) -> const LaneTree& { return trees[lane]; }, children);
+  const auto tree = [&](unsigned lane) -> const LaneTree& { return trees[lane]; };
+  children_of(entry(1, 0b11), false, tree, children);
   ASSERT_EQ(children.size(), 3u);
   EXPECT_EQ(children[0].address, 12u);
   EXPECT_EQ(children[0].kind, NodeKind::internal);
@@ -147,6 +147,10 @@ TEST_F(LaneTreeTest, AWarpTakesTheOrderOfItsLowestLaneAndThenWhatOthersPush) {
   EXPECT_EQ(children[1].lanes, 0b11u);
   EXPECT_EQ(children[2].address, 11u);
   EXPECT_EQ(children[2].lanes, 0b10u);
+  children_of(entry(1, 0b11), true, tree, children);
+  EXPECT_EQ(children[0].address, 10u);
+  EXPECT_EQ(children[1].address, 11u);
+  EXPECT_EQ(children[2].address, 12u);
 }
 
 TEST_F(LaneTreeTest, SaysWhichRuleEventsBreak) {

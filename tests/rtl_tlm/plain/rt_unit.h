@@ -1167,7 +1167,6 @@ class RtUnit {
       walk_in_vain_ += entry->events.size() - visiting.size();
       for (const auto& [lane, number] : entry->events) {
         entry->testing.push_back(lane);
-        if (entry->kind != traces::NodeKind::internal) ++walk.leaf_tests[lane];
       }
       const std::uint64_t address = entry->address * unit();
       fetch({w, slot}, entry->kind, address, false);
@@ -1201,7 +1200,6 @@ class RtUnit {
     Warp& warp = warps_[name.first];
     const auto entry = warp.walk.in_slot(slot);
     std::erase(entry->testing, lane);
-    if (entry->kind != traces::NodeKind::internal) --warp.walk.leaf_tests[lane];
     const traces::Event& e = walk_event(warp, *entry, lane);
     if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       auto& hits = warp.walk.hits[lane];
@@ -1240,6 +1238,9 @@ class RtUnit {
         for (const std::size_t child : walk.children[lane][number]) {
           add_child(children, warp, lane, child, definition(warp, warp.lanes[lane].ray->events[number]));
         }
+      }
+      if (header_.child_order == traces::ChildOrder::slot) {
+        std::sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
       }
       if (walk.waiting() + children.size() > config_.warp_stack.entries) {
         while (walk.waiting() + children.size() > config_.warp_stack.entries) {

@@ -31,7 +31,6 @@ struct WarpWalk {
   std::map<unsigned, std::map<std::size_t, std::vector<std::size_t>>> children;  // lane, event: events of its children
   std::map<unsigned, std::size_t> left;                                          // lane: events that are not done
   std::map<unsigned, std::deque<std::size_t>> hits;                              // lane: the first is being answered
-  std::map<unsigned, unsigned> leaf_tests;                                       // lane: under way
   bool moving = false;
 
   /// Reads the lane's events from `at` on, depth first; returns the first behind the node's subtree.
@@ -56,11 +55,13 @@ struct WarpWalk {
     for (const auto& [lane, of_lane] : hits) all += of_lane.size();
     return all;
   }
-  /// Whether a leaf may find another hit of the lane.
-  bool full(unsigned lane) const {
-    const auto tests = leaf_tests.find(lane);
-    const auto found = hits.find(lane);
-    return (tests == leaf_tests.end() ? 0 : tests->second) + (found == hits.end() ? 0 : found->second.size()) >= 4;
+  /// Places for hits that are taken: by hits, and by leaf tests that may find one.
+  std::size_t held() const {
+    std::size_t all = hits_held();
+    for (const Entry& entry : stack) {
+      if (entry.kind != traces::NodeKind::internal) all += entry.testing.size();
+    }
+    return all;
   }
   /// Of the topmost `ahead` that wait, the topmost that may start.
   const Entry* next(unsigned ahead) const {
@@ -70,8 +71,7 @@ struct WarpWalk {
       if (entry->slot) continue;
       ++looked_at;
       const bool leaf = entry->kind != traces::NodeKind::internal;
-      const bool blocked = leaf && std::any_of(entry->events.begin(), entry->events.end(),
-                                               [this](const auto& lane) { return full(lane.first); });
+      const bool blocked = leaf && held() + entry->events.size() > 128;
       if (!blocked) return &*entry;
     }
     return nullptr;

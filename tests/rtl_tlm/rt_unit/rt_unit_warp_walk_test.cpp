@@ -98,8 +98,8 @@ TEST_F(WarpWalk, HitsOfALaneAreAnsweredOneByOneWhileOthersAreFound) {
   EXPECT_EQ(bench.counters().any_hit.unit.hits, 3u);
 }
 
-TEST_F(WarpWalk, AFifthHitOfALaneWaitsUntilOneIsAnswered) {
-  const auto group = fan(1, 5, LeafOutcome::inserted);
+TEST_F(WarpWalk, ALeafThatFindsNoRoomForTheHitsOfItsLanesWaitsUntilSomeAreAnswered) {
+  const auto group = fan(32, 5, LeafOutcome::inserted);  // four leaves take all 128 places
   BenchOptions options = walking(8);
   options.rt.any_hit_unit.enabled = true;
   options.rt.any_hit_unit.latency = 50;
