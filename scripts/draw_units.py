@@ -407,11 +407,36 @@ def any_hit_unit():
     return f
 
 
+def warp_walk():
+    f = Figure("A warp's stack, its node slots and where children come", 220)
+    f.text(20, 20, "top", anchor="start")
+    rows = [("a", "11…1", "unit"), ("b", "under way", "mark"), ("c", "0110…", "unit"), ("d", "under way", "mark"),
+            ("e", "1…", "unit"), ("f", "…01", "unit")]
+    for row, (name, mask, kind) in enumerate(rows):
+        f.box(name, 20, 28 + 28 * row, 150, 26, f"node {name}: {mask}", kind=kind)
+    f.box("memory", 20, 198, 150, 20, "memory: spilled", kind="mem")
+    f.box("slots", 250, 50, 150, 70, "node slots", "ahead (8): record,", "lanes in tests", kind="mem")
+    f.box("units", 460, 20, 130, 60, "units", "a test a lane", kind="unit")
+    f.box("hits", 460, 120, 130, 60, "hits", "128, a list a lane", kind="mem")
+    f.box("any", 650, 120, 110, 60, "any-hit unit", "or collector", kind="area")
+    f.box("fetch", 250, 158, 150, 50, "memory scheduler", "once for all lanes", kind="area")
+    f.arrow("b:r", "slots:l.2", "", bend=0.5)
+    f.arrow("d:r", "slots:l.8", "", bend=0.5)
+    f.arrow("slots:r.2", "units:l", "", bend=0.5)
+    f.arrow("units:b", "hits:t", "")
+    f.arrow("hits:r", "any:l", "")
+    f.arrow("fetch:t", "slots:b", "")
+    f.text(620, 45, "children of b come", anchor="start")
+    f.text(620, 60, "between a and c", anchor="start")
+    return f
+
+
 FIGURES = {
     "checkpoint-lists": checkpoint_lists, "checkpoint-entries": checkpoint_entries, "k-buffer": k_buffer,
     "node-formats": node_formats, "l1-cache": l1_cache, "l2-slice": l2_slice, "dram-channel": dram_channel, "crossbar": crossbar,
     "memory-scheduler": memory_scheduler, "intersection-units": intersection_units, "lane-states": lane_states,
-    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "any-hit-unit": any_hit_unit}
+    "stack-unit": stack_unit, "prefetcher": prefetcher, "work-distributor": work_distributor, "any-hit-unit": any_hit_unit,
+    "warp-walk": warp_walk}
 
 
 def main():

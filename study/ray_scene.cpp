@@ -48,6 +48,7 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
       path_(scene),
       settings_(traced_settings(trace, header.inputs)),
       options_(tracer_options(settings_, header.checkpoint, header.accel)) {
+  if (header.ahead > 1) throw Error(trace, "ahead", "has no t_max of each event: a ray is shown with --ahead 1");
   camera_ = select_camera(with_resolution(std::move(view), header), files);
   if (camera_.width != header.width || camera_.height != header.height) {
     throw Error(scene, fmt::format("{} x {} pixels", camera_.width, camera_.height),

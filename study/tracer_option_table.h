@@ -6,6 +6,7 @@
 
 #include "grtx/study/tracer_settings.h"
 #include "grtx/traces/checkpoint_bins.h"
+#include "grtx/traces/modes.h"
 
 namespace grtx::study {
 
@@ -44,6 +45,10 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("any-hit", o.any_hit,
         "When any-hit shaders run: while the ray waits, or when its warp's traversal of the round has ended; a machine "
         "may choose another");
+  visit("ahead", o.ahead,
+        "Nodes of a ray under way at once, so that t_max is later known, as where a warp runs ahead; a machine may "
+        "choose another",
+        InRange{1U, traces::kMostAhead});
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   visit("checkpoint-order", o.checkpoint_order, "Order in which replay reads the source buffer");
   visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");

@@ -67,6 +67,21 @@ TracerSettings traced_settings(const std::string& trace, const std::map<std::str
 
 Kernel kernel_of(KernelRadius radius, unsigned degree) { return {radius == KernelRadius::adaptive, degree}; }
 
+namespace {
+
+/// Several nodes of a ray under way: the rays and modes that a warp walks together.
+void check_ahead(const TracerOptions& o, AccelKind accel) {
+  const std::string value = std::to_string(o.ahead);
+  if (o.tracing != Tracing::multi) throw Error("--ahead", value, "is for rounds of k hits: it needs --tracing multi");
+  if (o.checkpoint) throw Error("--ahead", value, "has no replay: it needs checkpointing off");
+  if (o.any_hit == AnyHit::delayed) throw Error("--ahead", value, "needs --any-hit immediate: else t_max stays");
+  if (traces::is_two_level(accel)) {
+    throw Error("--ahead", value, "needs a structure of one level, not --accel " + accel_name(accel));
+  }
+}
+
+}  // namespace
+
 TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
   if (settings.tracing == "tiles") {
     throw Error("--tracing", "tiles", "visits what it likes and renders only: it needs trace --no-trace");
@@ -86,6 +101,7 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
   if (o.any_hit == AnyHit::delayed && checkpoint) {
     throw Error("--any-hit", "delayed", "leaves nothing beyond t_max to resume from: it needs checkpointing off");
   }
+  if (o.ahead > 1) check_ahead(o, accel);
   if (o.ert_check == ErtCheck::round && o.tracing == Tracing::list) {
     throw Error("--ert-check", "round", "is not for --tracing list, which tests each batch of a round as it blends it");
   }
@@ -138,7 +154,7 @@ std::map<std::string, std::string> option_inputs(const TracerSettings& settings,
   std::map<std::string, std::string> inputs = option_texts(settings);
   const std::map<std::string, std::string> defaults = option_texts({});
   for (const char* later :
-       {"pop_test", "any_hit", "ert_check", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
+       {"pop_test", "any_hit", "ert_check", "ahead", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
   if (!checkpoint) {

@@ -61,6 +61,9 @@ constexpr auto enum_names(AnyHit) { return names_in_order<AnyHit>({"immediate", 
 enum class ErtCheck : std::uint8_t { hit, round };
 constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "round"}); }
 
+/// Most nodes of a ray that may be under way at once.
+inline constexpr unsigned kMostAhead = 32;
+
 /// How pixels form warps.
 enum class WarpMapping : std::uint8_t { tile8x4, linear };
 constexpr auto enum_names(WarpMapping) { return names_in_order<WarpMapping>({"tile8x4", "linear"}); }

@@ -388,6 +388,7 @@ void check_tile_options(const TracerOptions& options) {
   if (options.any_hit == AnyHit::delayed) {
     throw Error("--any-hit", "delayed", "runs behind a round's traversal: it needs --tracing multi");
   }
+  if (options.ahead > 1) throw Error("--ahead", std::to_string(options.ahead), "needs --tracing multi");
   if (options.ert_check == ErtCheck::round) {
     throw Error("--ert-check", "round", "needs rounds, which --tracing tiles does not have");
   }

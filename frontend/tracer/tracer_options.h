@@ -69,6 +69,9 @@ struct TracerOptions {
   ChildOrder child_order = ChildOrder::near_first;
   PopTest pop_test = PopTest::on;
   AnyHit any_hit = AnyHit::immediate;  ///< delayed needs tracing = multi without checkpoint
+  /// Nodes of a ray under way at once, 1..traces::kMostAhead: what a node finds changes t_max only when it is done.
+  /// More than 1 needs tracing = multi, any_hit = immediate, one level and no checkpoint.
+  unsigned ahead = 1;
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< kernel of the traced Gaussians
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1

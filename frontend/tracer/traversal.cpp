@@ -62,6 +62,7 @@ void Traversal::round(const TraceRay& ray, RayState& state, Recorder& recorder) 
     stack_.clear();
     if (state.replay) return resume<Order>(ray, state, recorder);
     push_root(0, 0.0f, 0, 0);
+    if (options_.ahead > 1) return drain_ahead<Order>(ray, state, recorder);
     drain_stack<Order>(ray, state, recorder);
   });
 }
@@ -115,25 +116,86 @@ void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& reco
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
     }
-    switch (ReachedNode::kind_of(entry.packed)) {
-      case NodeKind::internal:
-        visit_internal<Order>(local_ray(ray, entry), entry, state, recorder);
+    visit<Order>(ray, entry, state, recorder);
+  }
+}
+
+template <typename Order, typename Recorder>
+inline void Traversal::visit(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
+  switch (ReachedNode::kind_of(entry.packed)) {
+    case NodeKind::internal:
+      visit_internal<Order>(local_ray(ray, entry), entry, state, recorder);
+      break;
+    case NodeKind::instance:
+      visit_instance<Order>(ray, entry, state, recorder);
+      break;
+    default:
+      if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
+        ++state.counters.visits_leaf;
+        ++state.counters.skipped_retests;
+        visited(units_of(entry.node), 1);
+        recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
+                       static_cast<unsigned>(traces::LeafOutcome::miss), 0);
         break;
-      case NodeKind::instance:
-        visit_instance<Order>(ray, entry, state, recorder);
-        break;
-      default:
-        if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
-          ++state.counters.visits_leaf;
-          ++state.counters.skipped_retests;
-          visited(units_of(entry.node), 1);
-          recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
-                         static_cast<unsigned>(traces::LeafOutcome::miss), 0);
-          break;
-        }
-        visit_leaf<Order>(local_ray(ray, entry), entry, state, recorder);
-        break;
+      }
+      visit_leaf<Order>(local_ray(ray, entry), entry, state, recorder);
+      break;
+  }
+}
+
+template <typename Order, typename Recorder>
+void Traversal::drain_ahead(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  if constexpr (Recorder::kEnabled) {
+    tree_.begin();
+    walk_ahead<Order>(ray, state, tree_);
+    tree_.replay(recorder);
+  } else {
+    walk_ahead<Order>(ray, state, recorder);
+  }
+}
+
+// Of the nodes under way the one that was started first is handled first: each takes as long as the others. What it
+// pushes comes where it was.
+template <typename Order, typename Recorder>
+void Traversal::walk_ahead(const TraceRay& ray, RayState& state, Recorder& recorder) {
+  walk_.clear();
+  started_ = under_way_ = 0;
+  walk_.push_back({stack_.pop(), {}, 0});
+  while (true) {
+    start_ahead(state, recorder);
+    if (walk_.empty()) return;
+    std::size_t first = walk_.size();
+    for (std::size_t i = 0; i < walk_.size(); ++i) {
+      if (walk_[i].started != 0 && (first == walk_.size() || walk_[i].started < walk_[first].started)) first = i;
     }
+    const AheadEntry done = walk_[first];
+    --under_way_;
+    [[maybe_unused]] std::uint32_t parent = 0;
+    if constexpr (Recorder::kEnabled) recorder.at(done.place);
+    visit<Order>(ray, done.entry, state, recorder);
+    if constexpr (Recorder::kEnabled) parent = recorder.last();
+    const auto place = walk_.erase(walk_.begin() + static_cast<std::ptrdiff_t>(first));
+    std::size_t at = static_cast<std::size_t>(place - walk_.begin());
+    for (std::uint32_t child = static_cast<std::uint32_t>(stack_.size()); child-- > 0;) {
+      walk_.insert(walk_.begin() + static_cast<std::ptrdiff_t>(at), {stack_.pop(), {parent, child}, 0});
+    }
+  }
+}
+
+/// Starts the topmost entries that wait, as long as there is room; entries beyond t_max are culled then.
+template <typename Recorder>
+void Traversal::start_ahead(const RayState& state, Recorder& recorder) {
+  for (std::size_t i = walk_.size(); i-- > 0 && under_way_ < options_.ahead;) {
+    AheadEntry& next = walk_[i];
+    if (next.started != 0) continue;
+    if (pop_test_ && next.entry.t > state.t_max) {
+      if constexpr (Recorder::kEnabled) recorder.at(next.place);
+      recorder.event(traces::EventKind::cull, units_of(next.entry.node), 0, 0);
+      walk_.erase(walk_.begin() + static_cast<std::ptrdiff_t>(i));
+      continue;
+    }
+    next.started = ++started_;
+    ++under_way_;
   }
 }
 

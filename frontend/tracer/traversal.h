@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
@@ -15,6 +16,7 @@
 #include "grtx/frontend/tracer/traced_structure.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/frontend/tracer/traversal_stack.h"
+#include "grtx/frontend/tracer/tree_recorder.h"
 #include "grtx/frontend/tracer/visit_tracker.h"
 #include "grtx/frontend/tracer/walk_memory.h"
 
@@ -47,6 +49,15 @@ class Traversal {
   void resume_at(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
   void drain_stack(const TraceRay& ray, RayState& state, Recorder& recorder);
+  /// The same with up to TracerOptions::ahead nodes under way at once.
+  template <typename Order, typename Recorder>
+  void drain_ahead(const TraceRay& ray, RayState& state, Recorder& recorder);
+  template <typename Order, typename Recorder>
+  void walk_ahead(const TraceRay& ray, RayState& state, Recorder& recorder);
+  template <typename Recorder>
+  void start_ahead(const RayState& state, Recorder& recorder);
+  template <typename Order, typename Recorder>
+  void visit(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
   void visit_internal(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
@@ -97,7 +108,18 @@ class Traversal {
   const NodeTest test_children_;
   const HitPolicy policy_;
 
+  /// ahead > 1: an entry that waits, or is under way.
+  struct AheadEntry {
+    StackEntry entry;
+    PushedPlace place;
+    std::uint64_t started = 0;  ///< its number among those started; 0: it waits
+  };
+
   TraversalStack stack_;
+  std::vector<AheadEntry> walk_;  ///< ahead > 1: the stack, the topmost last
+  std::uint64_t started_ = 0;
+  unsigned under_way_ = 0;
+  TreeRecorder tree_;
   WalkMemory memory_;
   std::uint32_t instance_ = 0;  ///< the one being walked, link into memory_
   CurrentObject object_;

@@ -25,6 +25,7 @@ struct StackEntry {
 class TraversalStack {
  public:
   bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
   void clear() { size_ = 0; }
   /// Entry i from the top; 0: the next to be popped.
   const StackEntry& from_top(std::size_t i) const { return entries_[size_ - 1 - i]; }

@@ -127,6 +127,14 @@ void add_rt_unit(Account& account, const sim::GpuConfig& config) {
               prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
                   prices.access(".warp_buffer", "stack", true),
               "lane steps: a ray is read, a stack entry read and written");
+  if (const double walked = account.if_any("gpu.rt.walk.entries"); walked > 0) {
+    const auto both = [&](const char* memory) {
+      return prices.access(".warp_walk_scheduler", memory, false) + prices.access(".warp_walk_scheduler", memory, true);
+    };
+    account.add("rt.warp_stack", walked, both("stack") + both("nodes"), "entries of warps: each and its node, in and out");
+    account.add("rt.warp_hits", account.value("gpu.rt.any_hit_calls"), both("hits"),
+                "hits of lanes, in and out of their queues");
+  }
   const double entries =
       account.value("gpu.rt.checkpoint.entries_written") + account.value("gpu.rt.checkpoint.entries_read");
   const bool multiplies = !std::has_single_bit(config.rt.checkpoint.entry_bytes);

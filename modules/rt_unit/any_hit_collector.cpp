@@ -61,7 +61,7 @@ void AnyHitCollector::finished(unsigned entry) {
 
 void AnyHitCollector::invoke(Cycle now) {
   if (const AnyHitDone* answer = dones_.front(now)) {
-    client_->any_hit_done(*answer);
+    client_->any_hit_done(now, *answer);
     dones_.pop(now);
   }
   if (candidates_ != 0) fire_oldest(now);

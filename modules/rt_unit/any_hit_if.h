@@ -35,7 +35,7 @@ class any_hit_if : public virtual sc_core::sc_interface {
 class any_hit_client_if : public virtual sc_core::sc_interface {
  public:
   /// The any-hit shader has finished these lanes of a warp. Throws Error if they were not at the shader.
-  virtual void any_hit_done(const AnyHitDone& done) = 0;
+  virtual void any_hit_done(Cycle now, const AnyHitDone& done) = 0;
 };
 
 /// Base class of any-hit collectors and any-hit units.

@@ -74,9 +74,9 @@ bool AnyHitUnit::touch(LaneId id, const traces::Event& event) {
   return evicts(event.outcome());
 }
 
-void AnyHitUnit::answer(LaneId id) {
+void AnyHitUnit::answer(Cycle now, LaneId id) {
   ++counters_.unit.answers;
-  client_->any_hit_done({warps_->warp(entry_of(id)).slot, bit(lane_of(id))});
+  client_->any_hit_done(now, {warps_->warp(entry_of(id)).slot, bit(lane_of(id))});
 }
 
 void AnyHitUnit::invoke(Cycle now) {
@@ -85,7 +85,7 @@ void AnyHitUnit::invoke(Cycle now) {
     if (evicts(warps_->lane(id).event.outcome())) {
       evicting_.push(id);
     } else {
-      answer(id);
+      answer(now, id);
     }
   }
   if (evicting_.empty() || !batches_.can_push(now)) return;
@@ -97,7 +97,7 @@ void AnyHitUnit::invoke(Cycle now) {
   fallen_out.round = warp.round;
   add_lane(fallen_out, lane_of(id), warp.lane[lane_of(id)].event);
   batches_.push(now, fallen_out);
-  answer(id);
+  answer(now, id);
 }
 
 Cycle AnyHitUnit::next_due(Cycle now) const {

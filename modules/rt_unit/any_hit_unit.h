@@ -66,7 +66,7 @@ class AnyHitUnit final : public AnyHitModule {
   /// The hit's effect on the heap's number of entries, and its cycles.
   Cycle take(LaneId id, traces::LeafOutcome outcome);
   bool evicts(traces::LeafOutcome outcome) const;
-  void answer(LaneId id);
+  void answer(Cycle now, LaneId id);
 
   Config config_;
   unsigned k_;

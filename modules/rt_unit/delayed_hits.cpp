@@ -20,14 +20,14 @@ void DelayedHits::end_of_elaboration() {
   dones_ = reader_of(done);
 }
 
-void DelayedHits::arrive(Cycle, LaneId id) {
+void DelayedHits::arrive(Cycle now, LaneId id) {
   const Warp& warp = warps_->warp(entry_of(id));
   hits_[id].push_back(warp.lane[lane_of(id)].event);
   ++held_of_[entry_of(id)];
   ++held_;
   const LaneMask lane = bit(lane_of(id));
   warps_->move(entry_of(id), lane, LaneState::in_unit, LaneState::in_any_hit);
-  client_->any_hit_done({warp.slot, lane});  // the lane goes on
+  client_->any_hit_done(now, {warp.slot, lane});  // the lane goes on
 }
 
 LaneMask DelayedHits::due_entries() const {

@@ -8,6 +8,7 @@
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/rt_part.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
 
@@ -16,9 +17,18 @@ struct IntersectionCounters;
 /// Input side of an intersection unit, called by the node dispatch.
 class intersection_if : public virtual sc_core::sc_interface {
  public:
-  /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time. May be called after
+  /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time; when warps
+  /// walk together (rt.traversal), `id` is a walk_test() and a lane may have several. May be called after
   /// the unit's tick() in the same cycle; the earliest start is the next cycle.
   virtual void enqueue(Cycle now, LaneId id, unsigned tests) = 0;
+};
+
+/// The node dispatch as the warp walk scheduler sees it.
+class node_test_if : public virtual sc_core::sc_interface {
+ public:
+  /// Passes a lane at a node of this kind, which has been fetched, to the unit that tests it. children: of an internal
+  /// node. The result comes with `test` as the lane's number.
+  virtual void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) = 0;
 };
 
 /// Receives results.

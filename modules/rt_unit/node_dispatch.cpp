@@ -29,27 +29,40 @@ void NodeDispatch::end_of_elaboration() {
 
 void NodeDispatch::unit_result(Cycle now, LaneId id) { behind_transform_->enqueue(now, id, 1); }
 
+intersection_if& NodeDispatch::unit_of(NodeKind kind) const {
+  intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
+  if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
+  return *unit;
+}
+
+unsigned NodeDispatch::tests_of(NodeKind kind, unsigned children) const {
+  if (kind == NodeKind::triangle || kind == NodeKind::procedural) return config_.leaf_tests;
+  return kind == NodeKind::internal && config_.box_op_per_child ? std::max(1u, children) : 1;
+}
+
+void NodeDispatch::test(Cycle now, LaneId test, NodeKind kind, unsigned children) {
+  if (config_.box_leaves && kind == NodeKind::procedural) return client_->unit_result(now, test);
+  unit_of(kind).enqueue(now, test, tests_of(kind, children));
+}
+
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
   if (config_.box_leaves && kind == NodeKind::procedural) {
     warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
     return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });
   }
-  intersection_if* const unit = by_kind_[static_cast<std::size_t>(kind)];
-  if (unit == nullptr) throw Error("RT unit", name(), "has no intersection unit for a node that was fetched");
+  intersection_if& unit = unit_of(kind);
   const Warp& warp = warps_->warp(entry);
   warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
   for_each_bit(lanes, [&](unsigned i) {
     const Lane& lane = warp.lane[i];
     prefetch_for_read(lane.next + 2);  // needed after the test
-    unsigned tests = 1;
-    if (kind == NodeKind::triangle || kind == NodeKind::procedural) {
-      tests = config_.leaf_tests;
-    } else if (kind == NodeKind::internal) {
+    unsigned children = 0;
+    if (kind == NodeKind::internal) {
       const traces::NodeDefinition& node = warp.group->nodes[lane.event.node];
       prefetch_for_read(&node);
-      if (config_.box_op_per_child) tests = std::max(1u, unsigned{node.child_count});
+      if (config_.box_op_per_child) children = node.child_count;
     }
-    unit->enqueue(now, lane_id(entry, i), tests);
+    unit.enqueue(now, lane_id(entry, i), tests_of(kind, children));
   });
 }
 

@@ -14,7 +14,10 @@
 
 namespace grtx::modules {
 
-class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, public intersection_client_if {
+class NodeDispatch final : public sc_core::sc_module,
+                           public fetched_node_if,
+                           public node_test_if,
+                           public intersection_client_if {
  public:
   struct Config {
     bool box_op_per_child = false;   ///< a box operation tests one child, not the whole node
@@ -40,11 +43,14 @@ class NodeDispatch final : public sc_core::sc_module, public fetched_node_if, pu
 
   /// Throws Error for a kind whose unit port is unbound.
   void fetched(Cycle now, unsigned entry, LaneMask lanes, traces::NodeKind kind) override;
+  void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) override;
   /// Called by the transform unit: the ray of a lane at a leaf has been transformed.
   void unit_result(Cycle now, LaneId id) override;
 
  private:
   void end_of_elaboration() override;
+  intersection_if& unit_of(traces::NodeKind kind) const;
+  unsigned tests_of(traces::NodeKind kind, unsigned children) const;
 
   Config config_;
   WarpTable* warps_ = nullptr;

@@ -14,6 +14,10 @@ using traces::EventKind;
 
 const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
   using C = RtSchedulerCounters;
+  using W = WarpWalkCounters;
+  const auto of_walk = [](auto field) {
+    return [field](auto& c) -> auto& { return c.walk.*field; };
+  };
   static const CounterTable<C> table =
       CounterTable<C>()
 
@@ -30,7 +34,17 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
           .sum(&C::replay_forwards, "replay_forwards", "events", "source entries beyond t_max")
           .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes")
           .when([](const C& c) { return c.intersection_calls != 0; })
-          .sum(&C::intersection_calls, "intersection_calls", "calls", "intersection shader calls of lanes");
+          .sum(&C::intersection_calls, "intersection_calls", "calls", "intersection shader calls of lanes")
+          .when([](const C& c) { return c.walk.entries != 0; })
+          .sum(of_walk(&W::entries), "walk.entries", "entries", "stack entries of warps that were taken")
+          .value([](const C& c) { return ratio(c.lanes_handled, c.walk.entries); }, "walk.lanes_per_entry", "lanes",
+                 "mean lanes of a stack entry of a warp")
+          .sum(of_walk(&W::dropped), "walk.dropped", "entries", "of these, entries beyond t_max of all their lanes")
+          .sum(of_walk(&W::in_vain), "walk.in_vain", "tests", "tests of lanes for which a node is beyond t_max")
+          .sum(of_walk(&W::under_way))
+          .value([](const C& c) { return ratio(c.walk.under_way, c.walk.entries - c.walk.dropped); }, "walk.under_way",
+                 "entries", "mean entries of a warp under way when one starts")
+          .largest(of_walk(&W::most_waiting), "walk.max_waiting", "entries", "deepest stack of a warp");
   return table;
 }
 
@@ -251,7 +265,7 @@ void RtScheduler::entries_taken(LaneId id) {
   buffer_->move(entry_of(id), bit(lane_of(id)), LaneState::waiting_checkpoint_write, to);
 }
 
-void RtScheduler::any_hit_done(const AnyHitDone& done) {
+void RtScheduler::any_hit_done(Cycle /*now*/, const AnyHitDone& done) {
   const unsigned entry = buffer_->find_slot(done.slot);
   if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
     throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");

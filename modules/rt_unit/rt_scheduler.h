@@ -23,12 +23,22 @@
 
 namespace grtx::modules {
 
+/// Counters of warps that walk together; 0 if each lane has a stack.
+struct WarpWalkCounters {
+  std::uint64_t entries = 0;       ///< started, or dropped
+  std::uint64_t dropped = 0;       ///< beyond t_max of all their lanes
+  std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
+  std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
+  std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
+};
+
 struct RtSchedulerCounters {
   std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
   std::array<std::uint64_t, kStalls> stall{};
   // Trace events executed.
   std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
   std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
+  WarpWalkCounters walk;
   std::uint64_t events() const {
     return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
   }
@@ -40,7 +50,18 @@ struct RtSchedulerCounters {
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
-class RtScheduler final : public RtSchedulerModule, public functional_events_if {
+/// What one of the project's schedulers did in a cycle, for observers.
+class RtSchedulerState {
+ public:
+  /// Stall reason of the current state, which idle cycles are counted under.
+  virtual Stall stall_reason() const = 0;
+  virtual RtSchedulerCounters counters() const = 0;
+
+ protected:
+  ~RtSchedulerState() = default;
+};
+
+class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, public functional_events_if {
  public:
   struct Config {
     std::string policy = "oldest_first";  ///< name of a WarpSelection
@@ -65,12 +86,11 @@ class RtScheduler final : public RtSchedulerModule, public functional_events_if 
   void entry_read(LaneId id) override;
   void entries_taken(LaneId id) override;
   void stack_settled(LaneId id) override;
-  void any_hit_done(const AnyHitDone& done) override;
+  void any_hit_done(Cycle now, const AnyHitDone& done) override;
   std::uint64_t selections() const override { return counters_.selections; }
   void count_idle(Cycle cycles) override { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
 
-  /// Stall reason of the current state, which idle cycles are counted under.
-  Stall stall_reason() const;
+  Stall stall_reason() const override;
   Counters counters() const override { return counters_; }
   bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.selections; }

@@ -9,6 +9,7 @@
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/rt_unit/delayed_hits.h"
+#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
 
 namespace grtx::modules {
 
@@ -25,6 +26,21 @@ std::unique_ptr<Part> made(const RtUnitParts::Factory<Part>& factory, const char
 }  // namespace
 
 void RtUnitConfig::parameters(ParameterList& list) {
+  list.add("traversal", traversal,
+           "whether each lane has a stack, or a warp one for all, with several of its entries under way "
+           "(warp_walk.md)",
+           kOurs)
+      .came_later();
+  list.rule(
+      "traversal", [this] { return !walks() || warp_buffer.spill; }, "warp needs rt.warp_buffer.spill");
+  list.rule(
+      "traversal",
+      [this] {
+        return !walks() ||
+               (box_implementation == UnitImplementation::tlm && transform_implementation == UnitImplementation::tlm);
+      },
+      "warp needs units of implementation tlm: those in SystemVerilog number lanes, not tests");
+  list.part("warp_stack", warp_stack);
   list.part("warp_buffer", warp_buffer);
   list.part("scheduler", scheduler);
   list.part("memory", memory);
@@ -75,7 +91,8 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
 // Only the parts that this trace and this configuration need exist.
 void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
-  const StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
+  StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
+  if (config_.walks()) stack_entry.bits = 0;  // the stack of a warp is in the warp walk scheduler
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
     return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry,
                                         header.three_level());
@@ -110,15 +127,38 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   }
   if (config_.warp_buffer.spill) {
     stack_ = made(parts.stack_unit, "stack_unit", context_, [&](const char* name) {
+      if (config_.walks()) {
+        return std::make_unique<StackUnit>(name, config_.warp_stack.entries, warp_stack_entry_layout(header.pop_test),
+                                           context_.map, entries, context_.sm, 1u);
+      }
       return std::make_unique<StackUnit>(name, config_.warp_buffer.stack_entries, stack_entry, context_.map, entries,
                                          context_.sm);
     });
   }
+  build_scheduler(parts, header);
+  build_units(parts, header);
+}
+
+void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& header) {
+  const unsigned entries = config_.warp_buffer.entries;
+  RtScheduler::Config scheduler = config_.scheduler;
+  scheduler.sampling = config_.sampling;
+  if (config_.walks()) {
+    require_walkable(header);
+    auto walk = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
+      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, scheduler, entries, header);
+    });
+    walk_ = walk.get();
+    scheduler_ = std::move(walk);
+    return;
+  }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
-    RtScheduler::Config scheduler = config_.scheduler;
-    scheduler.sampling = config_.sampling;
     return std::make_unique<RtScheduler>(name, scheduler, entries, traces::has_box_leaves(header.accel));
   });
+}
+
+void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header) {
+  const unsigned entries = config_.warp_buffer.entries;
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
                         const IntersectionUnit::Config& config, const DataPath& path) {
     return made(factory, of, context_,
@@ -160,7 +200,12 @@ void RtUnit::bind_parts() {
   scheduler_->any_hit.bind(*any_hit_);
 
   memory_->warp_buffer.bind(*warp_buffer_);
-  memory_->fetched_node.bind(dispatch_);
+  if (walk_ != nullptr) {
+    memory_->fetched_node.bind(*walk_);
+    walk_->node_test.bind(dispatch_);
+  } else {
+    memory_->fetched_node.bind(dispatch_);
+  }
   if (fetches_nodes()) {
     memory_->request.bind(node_request);
     memory_->response.bind(node_response);

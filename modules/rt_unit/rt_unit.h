@@ -21,6 +21,7 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
+#include "grtx/modules/rt_unit/decide/warp_stack_config.h"
 #include "grtx/modules/rt_unit/node_dispatch.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
@@ -91,6 +92,8 @@ struct RtUnitConfig {
   IntersectionUnit::Config ray_transform = kRayTransformUnit;
   UnitImplementation box_implementation = UnitImplementation::tlm;
   UnitImplementation transform_implementation = UnitImplementation::tlm;
+  TraversalWay traversal = TraversalWay::lane;
+  WarpStackConfig warp_stack;  ///< traversal = warp
   bool gaussian_unit = false;  ///< procedural leaves are tested by ray-Gaussian instead of ray-sphere units
   bool box_op_per_child = false;
   AnyHitCollector::Config any_hit;
@@ -105,10 +108,12 @@ struct RtUnitConfig {
     return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced());
   }
   /// Whether an RT unit for a trace with this header has a prefetcher.
-  bool has_prefetcher(const traces::Header&) const { return sibling_prefetch; }
+  bool has_prefetcher(const traces::Header&) const { return sibling_prefetch && !walks(); }
+  /// Whether a warp has one stack. It then runs ahead by itself: there is no sibling prefetcher.
+  bool walks() const { return traversal == TraversalWay::warp; }
   /// Whether checkpoint entries name the siblings written with them; 8 B entries have no room for that.
   bool names_siblings_in_entries(const traces::Header& header) const {
-    return sibling_prefetch && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
+    return has_prefetcher(header) && prefetcher.replayed && header.checkpoint && checkpoint.entry_bytes != 8;
   }
   /// Whether ray-Gaussian units test the primitive leaves of a trace with this header.
   bool tests_gaussians(const traces::Header& header) const {
@@ -153,6 +158,8 @@ class RtUnit final : public RtUnitModule {
 
  private:
   void build(const RtUnitParts& parts, const traces::Header& header);
+  void build_scheduler(const RtUnitParts& parts, const traces::Header& header);
+  void build_units(const RtUnitParts& parts, const traces::Header& header);
   void list_parts();
   void bind_parts();
   void bind_dispatch();
@@ -175,6 +182,7 @@ class RtUnit final : public RtUnitModule {
   RtUnitContext context_;
   std::unique_ptr<WarpBufferModule> warp_buffer_;
   std::unique_ptr<RtSchedulerModule> scheduler_;
+  WarpWalkModule* walk_ = nullptr;  ///< the scheduler, if warps walk together
   std::unique_ptr<NodeFetchModule> memory_;
   NodeDispatch dispatch_;
   std::unique_ptr<AnyHitModule> any_hit_;

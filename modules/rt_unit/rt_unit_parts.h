@@ -35,7 +35,8 @@ struct RtUnitParts {
   using Factory = std::function<std::unique_ptr<Part>(const char* name, const RtUnitContext& rt)>;
 
   Factory<WarpBufferModule> warp_buffer;
-  Factory<RtSchedulerModule> rt_scheduler;
+  Factory<RtSchedulerModule> rt_scheduler;      ///< rt.traversal = lane
+  Factory<WarpWalkModule> warp_walk_scheduler;  ///< rt.traversal = warp
   Factory<NodeFetchModule> memory_scheduler;
   Factory<IntersectionModule> ray_box;
   Factory<IntersectionModule> ray_triangle;
@@ -54,10 +55,12 @@ struct RtUnitParts {
 /// Calls f(name, factory) for each factory. A factory added to RtUnitParts does not compile until it is listed here.
 template <typename F>
 void for_each_factory(RtUnitParts& parts, F&& f) {
-  auto& [warp_buffer, rt_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere, ray_gaussian, ray_transform,
-         any_hit_collector, any_hit_unit, delayed_hits, checkpoint_unit, sibling_prefetcher, stack_unit] = parts;
+  auto& [warp_buffer, rt_scheduler, warp_walk_scheduler, memory_scheduler, ray_box, ray_triangle, ray_sphere,
+         ray_gaussian, ray_transform, any_hit_collector, any_hit_unit, delayed_hits, checkpoint_unit,
+         sibling_prefetcher, stack_unit] = parts;
   f("warp_buffer", warp_buffer);
   f("rt_scheduler", rt_scheduler);
+  f("warp_walk_scheduler", warp_walk_scheduler);
   f("memory_scheduler", memory_scheduler);
   f("ray_box", ray_box);
   f("ray_triangle", ray_triangle);

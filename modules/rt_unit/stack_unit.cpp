@@ -24,12 +24,13 @@ const CounterTable<StackCounters>& StackCounters::table() {
 }
 
 StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry,
-                     const MemoryMap& map, unsigned warps, unsigned sm)
+                     const MemoryMap& map, unsigned warps, unsigned sm, unsigned stacks_of_a_warp)
     : StackModule(name),
       spill_(on_chip, entry.in_a_sector),
       map_(map),
       sm_(sm),
       lanes_(std::size_t{warps} * kMaxLanes),
+      stacks_(std::uint64_t{warps} * stacks_of_a_warp),
       queue_(std::size_t{warps} * kMaxLanes) {}
 
 void StackUnit::end_of_elaboration() {
@@ -124,10 +125,11 @@ void StackUnit::respond(Cycle now) {
 
 Inventory StackUnit::inventory() const {
   Inventory inventory{name(), {}, {}};
-  inventory.storage.push_back({"queue", StorageKind::ram, lanes_.size() * 8});
-  inventory.storage.push_back({"offsets", StorageKind::ram, lanes_.size() * 8});  // entries in memory
-  inventory.operators.push_back({"int_add", 64, 2});                              // base + slot offset + entry offset
-  inventory.operators.push_back({"int_compare", 8, kMaxLanes});                   // depth against the entries on chip
+  inventory.storage.push_back({"queue", StorageKind::ram, stacks_ * 8});
+  inventory.storage.push_back({"offsets", StorageKind::ram, stacks_ * 8});  // entries in memory
+  inventory.operators.push_back({"int_add", 64, 2});                        // base + slot offset + entry offset
+  inventory.operators.push_back(
+      {"int_compare", 8, std::min<std::uint64_t>(stacks_, kMaxLanes)});  // depth against the entries on chip
   return inventory;
 }
 

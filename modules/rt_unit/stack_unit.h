@@ -47,9 +47,10 @@ class StackUnit final : public StackModule {
   using Counters = StackCounters;
 
   /// on_chip: entries per lane in the warp buffer, at least as many as a sector holds. warps: entries of the warp
-  /// buffer. sm: number of the SM, selects its stack areas.
+  /// buffer. sm: number of the SM, selects its stack areas. stacks_of_a_warp: one for each lane, or one for all, which
+  /// is that of lane 0.
   StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry, const MemoryMap& map,
-            unsigned warps, unsigned sm);
+            unsigned warps, unsigned sm, unsigned stacks_of_a_warp = kMaxLanes);
 
   void begin_lane(LaneId id, std::uint16_t slot) override;
   bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;
@@ -94,6 +95,7 @@ class StackUnit final : public StackModule {
   LinkReader<MemoryResponse> responses_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;
+  std::uint64_t stacks_;
   BoundedQueue<LaneId> queue_;  ///< never full, as each lane is in it at most once
   std::uint64_t outstanding_ = 0;
   Counters counters_;

@@ -54,7 +54,9 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"ray", StorageKind::ram, lanes * 8 * 32});   // origin, direction, t_min, t_max: 8 x fp32
   storage.push_back({"hit", StorageKind::ram, lanes * 2 * 32});   // t_hit, primitive id
   storage.push_back({"instance", StorageKind::ram, lanes * 64});  // address of the TLAS leaf the ray is inside
-  storage.push_back({"stack", StorageKind::ram, lanes * config_.on_chip_entries() * stack_entry_.bits});
+  if (stack_entry_.bits != 0) {
+    storage.push_back({"stack", StorageKind::ram, lanes * config_.on_chip_entries() * stack_entry_.bits});
+  }
   storage.push_back({"status", StorageKind::flip_flop, lanes * 4});  // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});
   if (objects_) {

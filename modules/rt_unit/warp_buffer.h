@@ -41,7 +41,8 @@ class WarpBuffer final : public WarpBufferModule {
   };
   using Counters = WarpBufferCounters;
 
-  /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry.
+  /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry;
+  /// no bits: stacks are elsewhere.
   /// objects: the trace has three levels, so the ray is also kept in object space.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
              const StackEntryLayout& stack_entry, bool objects = false);

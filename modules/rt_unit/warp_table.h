@@ -72,7 +72,9 @@ struct Warp {
   LaneMask lanes = 0;                      ///< lanes of the call
   std::array<LaneMask, kLaneStates> in{};  ///< [LaneState] lanes in this state
   Cycle accepted = 0;
-  Cycle counted = 0;        ///< warp_cycles are counted up to this cycle (exclusive)
+  Cycle counted = 0;   ///< warp_cycles are counted up to this cycle (exclusive)
+  bool walks = false;  ///< its lanes share a stack: the warp walk scheduler tells what the warp waits for
+  WarpWait told = WarpWait::retire;
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
   std::array<Lane, kMaxLanes> lane{};
@@ -81,6 +83,7 @@ struct Warp {
   LaneMask in_state(LaneState s) const { return in[static_cast<std::size_t>(s)]; }
   LaneMask active() const { return lanes & ~in_state(LaneState::finished); }
   WarpWait wait() const {
+    if (walks) return told;
     return wait_of(in_state(LaneState::ready), in_state(LaneState::waiting_memory),
                    in_state(LaneState::waiting_checkpoint_read) | in_state(LaneState::waiting_checkpoint_write),
                    in_state(LaneState::waiting_stack), in_state(LaneState::in_unit),
@@ -140,8 +143,17 @@ class WarpTable {
     source &= ~lanes;
     w.in[static_cast<std::size_t>(to)] |= lanes;
     const LaneMask b = bit(entry);
-    ready_ = w.in_state(LaneState::ready) != 0 ? ready_ | b : ready_ & ~b;
+    const bool ready = w.walks ? w.told == WarpWait::ready : w.in_state(LaneState::ready) != 0;
+    ready_ = ready ? ready_ | b : ready_ & ~b;
     note_done(entry);
+  }
+  /// Tells what a warp whose lanes share a stack waits for. It is among ready_entries() when it is ready.
+  void tell(unsigned entry, WarpWait wait) {
+    Warp& w = warps_[entry];
+    count_wait(w);
+    w.walks = true;
+    w.told = wait;
+    ready_ = wait == WarpWait::ready ? ready_ | bit(entry) : ready_ & ~bit(entry);
   }
   /// Whether the lane is in state in_unit.
   bool in_unit(LaneId id) const {

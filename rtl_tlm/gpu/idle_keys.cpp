@@ -30,6 +30,10 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
       idle.push_back(
           {key, std::string("rt.any_hit_unit.enabled = ") + (config.rt.any_hit_unit.enabled ? "true" : "false")});
     }
+    const bool of_lanes = key == "rt.warp_buffer.stack_entries" || key.starts_with("rt.prefetch.");
+    if (config.rt.walks() ? of_lanes : key.starts_with("rt.warp_stack.")) {
+      idle.push_back({key, std::string("rt.traversal = ") + std::string(name_of(config.rt.traversal))});
+    }
     if (key.starts_with("rt.gaussian.") && !config.rt.gaussian_unit) {
       idle.push_back({key, "rt.gaussian.enabled = false"});
     }

@@ -23,7 +23,7 @@ class StallFollower {
 
   /// Call after every cycle. accounted: the RT unit's first cycle not counted yet. The first call of a run that is
   /// under way gives the reason of the present state, all others are exact.
-  unsigned look(Cycle now, Cycle accounted, const modules::RtScheduler& scheduler) {
+  unsigned look(Cycle now, Cycle accounted, const modules::RtSchedulerState& scheduler) {
     const auto& stall = scheduler.counters().stall;
     if (now < last_) started_ = false;  // another launch
     last_ = now;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <string_view>
 
+#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::sim {
@@ -40,9 +41,12 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem&
       // The parts of the first RT unit carry no number: most SMs have one.
       const std::string prefix = tracks.rt_units.size() == 1 ? "" : std::string(rt->basename()) + ".";
       unit_of.rt = rt.get();
+      const auto* const walk = part<modules::WarpWalkScheduler>(*rt, "warp_walk_scheduler");
       unit_of.scheduler = part<modules::RtScheduler>(*rt, "rt_scheduler");
+      if (walk != nullptr) unit_of.scheduler = walk;
       unit_of.buffer = part<modules::WarpBuffer>(*rt, "warp_buffer");
-      unit_of.scheduler_track.track = writer_.track(tracks.process, prefix + "rt_scheduler");
+      unit_of.scheduler_track.track =
+          writer_.track(tracks.process, prefix + (walk != nullptr ? "warp_walk_scheduler" : "rt_scheduler"));
       for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
         const auto* unit = part<modules::IntersectionState>(*rt, name);
         if (unit == nullptr) continue;

@@ -51,7 +51,7 @@ class Timeline final : private CycleObserver {
   struct RtTracks {
     const modules::RtUnitModule* rt = nullptr;
     StallFollower stalls;
-    const modules::RtScheduler* scheduler = nullptr;
+    const modules::RtSchedulerState* scheduler = nullptr;
     const modules::WarpBuffer* buffer = nullptr;
     Unit scheduler_track;
     std::vector<const modules::IntersectionState*> units;

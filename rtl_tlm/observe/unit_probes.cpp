@@ -30,6 +30,7 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
                          const traces::Header& header)
     : rt_(rt),
       buffer_(elaborated_part<modules::WarpBuffer>(rt, "warp_buffer")),
+      walk_(elaborated_part<modules::WarpWalkScheduler>(rt, "warp_walk_scheduler")),
       scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
@@ -43,9 +44,16 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   const auto add = [&](const char* name, unsigned width, const Enumeration* enumeration = nullptr) {
     return wires.add(scope + "." + name, width, WaveLevel::units, enumeration);
   };
+  if (walk_ != nullptr) scheduler_ = walk_;
   if (scheduler_ != nullptr) {
-    issue_ = add("rt_scheduler.issue", 1);
-    stall_ = add("rt_scheduler.stall_reason", width_for(modules::kStalls), &stall_reasons());
+    const std::string prefix = walk_ != nullptr ? "warp_walk_scheduler." : "rt_scheduler.";
+    issue_ = add((prefix + "issue").c_str(), 1);
+    stall_ = add((prefix + "stall_reason").c_str(), width_for(modules::kStalls), &stall_reasons());
+  }
+  if (walk_ != nullptr) {
+    walk_waiting_ = add("warp_walk_scheduler.waiting", kLevelBits);
+    walk_under_way_ = add("warp_walk_scheduler.under_way", kLevelBits);
+    walk_hits_ = add("warp_walk_scheduler.hits", kLevelBits);
   }
   if (warps_of_ != nullptr) {
     occupancy_ = add("warp_buffer.occupancy", width_for(warps));
@@ -116,6 +124,7 @@ void RtUnitProbe::sample(Cycle now) {
     issue_.set(stall == 0);
     stall_.set(stall);
   }
+  if (walk_ != nullptr && warps_of_ != nullptr) sample_walk();
   if (warps_of_ != nullptr) {
     occupancy_.set(static_cast<unsigned>(std::popcount(warps_of_->occupied())));
     ready_.set(warps_of_->ready_entries());
@@ -159,6 +168,19 @@ void RtUnitProbe::sample(Cycle now) {
     prefetch_outstanding_.set(prefetcher_->outstanding());
   }
   for (WarpProbe& warp : warps_) warp.sample();
+}
+
+// Entries that wait in the RT unit, nodes under way and hits of all its warps.
+void RtUnitProbe::sample_walk() {
+  std::uint64_t waiting = 0, under_way = 0, hits = 0;
+  modules::for_each_bit(warps_of_->occupied(), [&](unsigned entry) {
+    waiting += walk_->stack_of(entry).waiting();
+    under_way += walk_->stack_of(entry).under_way();
+    hits += walk_->hits_of(entry);
+  });
+  walk_waiting_.set(waiting);
+  walk_under_way_.set(under_way);
+  walk_hits_.set(hits);
 }
 
 void RtUnitProbe::sample_any_hit(Cycle now) {

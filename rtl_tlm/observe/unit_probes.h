@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/warp_probe.h"
@@ -24,6 +25,7 @@ class RtUnitProbe {
 
  private:
   void sample_any_hit(Cycle now);
+  void sample_walk();
 
   struct Unit {
     const modules::IntersectionState* unit = nullptr;
@@ -36,7 +38,8 @@ class RtUnitProbe {
   };
   const modules::RtUnitModule& rt_;
   const modules::WarpBuffer* buffer_;
-  const modules::RtScheduler* scheduler_;
+  const modules::WarpWalkScheduler* walk_;
+  const modules::RtSchedulerState* scheduler_;
   const modules::MemoryScheduler* memory_;
   const modules::AnyHitCollector* any_hit_;
   const modules::AnyHitUnit* any_hit_unit_;
@@ -47,6 +50,7 @@ class RtUnitProbe {
   bool selected_ = false;
   Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
       any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
+  Wire walk_waiting_, walk_under_way_, walk_hits_;
   Wire heap_hits_, heap_handled_, heap_entered_;
   Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
   Wire prefetch_queue_, prefetch_outstanding_;

@@ -81,6 +81,7 @@ void WarpProbe::sample() {
   }
   const modules::Warp& warp = buffer_.warp(entry_);
   LaneMask changed = 0;  // lanes that may have done an event
+  if (warp.walks) return show_walk(warp);
   if (!occupied_ || warp.age != age_) {
     begin();
     changed = warp.lanes;
@@ -102,6 +103,14 @@ void WarpProbe::sample() {
   k_fill_.set(fill);
   show_node();
   if (checkpoint_ != nullptr) show_offsets();
+}
+
+// Lanes of a warp that walks together are at several nodes: its signals of one node and of t_max stay as they are.
+void WarpProbe::show_walk(const modules::Warp& warp) {
+  if (!occupied_ || warp.age != age_) begin();
+  state_.set(1 + static_cast<std::uint64_t>(warp.wait()));
+  active_.set(warp.active());
+  for (std::size_t s = 0; s < modules::kLaneStates; ++s) lanes_[s].set(warp.in[s]);
 }
 
 // Begins to follow a call. If it was under way when the window began, its events so far are gone through.

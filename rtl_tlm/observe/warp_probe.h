@@ -25,6 +25,7 @@ class WarpProbe {
   void begin();
   void follow_lane(unsigned lane);
   void show_node();
+  void show_walk(const modules::Warp& warp);
   void show_offsets();
   void clear();
 

@@ -21,12 +21,15 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
   const bool boxes = traces::has_box_leaves(header.accel);
-  if (boxes) {
+  if (rt.walks()) {  // nodes of a ray are under way at once: no chain of its events
+    internal = instance = leaf = stack = 0;
+  } else if (boxes) {
     leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
            config.simt.instruction_latency;
   }
   any_hit = rt.any_hit_unit.enabled ? Cycle{rt.any_hit_unit.latency}
                                     : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
+  if (rt.walks()) any_hit = 0;
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }

@@ -9,7 +9,8 @@
 
 namespace grtx::sim {
 
-/// Least core cycles that the steps of a ray take when everything hits and nothing else runs.
+/// Least core cycles that the steps of a ray take when everything hits and nothing else runs. With rt.traversal = warp
+/// a ray's steps overlap: those of its traversal count 0.
 struct ChainLatencies {
   Cycle internal = 0;  ///< node fetched from the L1 and its boxes tested
   Cycle instance = 0;

@@ -26,6 +26,7 @@ TRACES = {
     "secondary": "--accel tlas-tri20 --checkpoint on --secondary both",
     "frames": "--accel tri80 --checkpoint on --views 0:2 --bvh-width 8",
     "overflow": "--accel tlas-tri20 --checkpoint on --checkpoint-capacity 8 --k 4",
+    "nodes under way": "--accel ellipsoid --k 4 --ahead 8",
     "delayed any-hit shaders": "--accel ellipsoid --k 4 --any-hit delayed",
     "end tested once a round": "--accel box --k 4 --ert 0.1 --ert-check round",
     "small warps": "--accel tlas-sphere --warp-size 4 --mapping linear",

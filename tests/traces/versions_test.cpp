@@ -169,6 +169,30 @@ TEST(Versions, DelayedAnyHitShadersAndATestOnceARoundNeedTheEleventh) {
   EXPECT_THAT(fault_of(header_to_json(header), 11), HasSubstr("is missing"));
 }
 
+TEST(Versions, NodesUnderWayAtOnceNeedTheTwelfth) {
+  auto trace = testing::random_trace({.checkpoint = false});
+  trace.header.ahead = 8;
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 12u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().ahead, 8u);
+  EXPECT_NO_THROW(check(reader, true));
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 11), HasSubstr("key 'ahead' is unknown"));
+  const auto fault = [](auto&& set) {
+    Header header;
+    header.ahead = 2;
+    set(header);
+    return header_fault(header);
+  };
+  EXPECT_EQ(fault([](Header&) {}), "");
+  const auto rule = HasSubstr("ahead must be 1 unless tracing is multi");
+  EXPECT_THAT(fault([](Header& h) { h.two_level = true; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.tracing = Tracing::single; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.any_hit = AnyHit::delayed; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.checkpoint = true, h.checkpoint_capacity = 8; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.ahead = 33; }), HasSubstr("ahead must be 1..32"));
+}
+
 TEST(Versions, RefuseModesThatDoNotGoTogether) {
   const auto fault = [](auto&& set) {
     Header header;

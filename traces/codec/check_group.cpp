@@ -108,12 +108,14 @@ class GroupChecker {
     require(round.preloaded == preload,
             "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
     evictions_ -= preload;
+    overfull_ = false;
     occupied_ = round.preloaded;
     written_ = 0;
   }
 
   void end_round(const Round& round, bool last) {
     require(round.k_count == occupied_, "k_count must be preloaded plus inserted");
+    require(!overfull_ || occupied_ == header_->k, "only a full k-buffer displaces or rejects");
     require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
     require(round.terminated || round.processed_count == round.k_count,
             "all entries must be processed unless the ray terminates");
@@ -352,7 +354,7 @@ class GroupChecker {
         break;
       case LeafOutcome::inserted:
         require(occupied_ < header_->k, "an insertion needs room in the k-buffer");
-        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        require(event.shifts() <= shiftable(), "an insertion cannot shift more entries than there are");
         ++occupied_;
         break;
       case LeafOutcome::nearest:
@@ -360,8 +362,9 @@ class GroupChecker {
         break;
       case LeafOutcome::displaced:
       case LeafOutcome::rejected:
-        require(occupied_ == header_->k, "only a full k-buffer displaces or rejects");
-        require(event.shifts() <= occupied_, "an insertion cannot shift more entries than there are");
+        require(occupied_ == header_->k || header_->ahead > 1, "only a full k-buffer displaces or rejects");
+        overfull_ = true;
+        require(event.shifts() <= shiftable(), "an insertion cannot shift more entries than there are");
         if (header_->checkpoint) {
           ++evictions_;
           ++totals_.evictions;
@@ -372,6 +375,9 @@ class GroupChecker {
         break;
     }
   }
+
+  // Entries that an insertion can shift. With nodes under way at once hits came in another order than events stand.
+  std::uint64_t shiftable() const { return header_->ahead > 1 ? header_->k : occupied_; }
 
   // Rules of the header's tracing mode on collected hits, in addition to those of each outcome.
   void check_collection(const Event& event, LeafOutcome outcome) const {
@@ -448,6 +454,7 @@ class GroupChecker {
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
+  bool overfull_ = false;                                 ///< a hit of the round displaced another or was rejected
   PopOrder pop_order_;                                    ///< the header's modes, decoded once
   ReadOrder read_order_;
   bool multi_ = false;

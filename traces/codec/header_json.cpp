@@ -51,6 +51,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
     visit("any_hit", h.any_hit);
     visit("ert_check", h.ert_check);
   }
+  if (version >= 12) visit("ahead", h.ahead);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -213,6 +214,10 @@ std::string header_fault(const Header& h) {
   }
   if (h.ert_check == ErtCheck::round && h.tracing == Tracing::list) {
     return "ert_check must be hit when tracing is list, whose batches are tested one by one";
+  }
+  if (h.ahead < 1 || h.ahead > kMostAhead) return "ahead must be 1.." + std::to_string(kMostAhead);
+  if (h.ahead > 1 && (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.checkpoint || h.two_level)) {
+    return "ahead must be 1 unless tracing is multi, any_hit immediate, and checkpoint and two_level are false";
   }
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";

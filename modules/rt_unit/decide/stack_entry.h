@@ -22,4 +22,11 @@ constexpr StackEntryLayout stack_entry_layout(traces::PopTest pop_test) {
   return {bits, bytes, static_cast<unsigned>(kSectorBytes) / bytes};
 }
 
+/// An entry of a warp's common stack: address, mask of 32 lanes and, for the pop test, the least t of these lanes.
+constexpr StackEntryLayout warp_stack_entry_layout(traces::PopTest pop_test) {
+  const unsigned bits = 64 + 32 + (pop_test == traces::PopTest::on ? 32 : 0);
+  const unsigned bytes = std::bit_ceil(bits / 8);
+  return {bits, bytes, static_cast<unsigned>(kSectorBytes) / bytes};
+}
+
 }  // namespace grtx::modules

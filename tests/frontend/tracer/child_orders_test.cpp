@@ -169,6 +169,33 @@ TEST(ChildOrders, GiveTheEventsOfASecondImplementation) {
   }
 }
 
+// Nodes under way at once: a second implementation whose stack is a map from paths.
+TEST(ChildOrders, NodesUnderWayAtOnceGiveTheEventsOfASecondImplementation) {
+  const Scene scene = crowded();
+  const PreparedGaussians gaussians(scene, true);
+  const Camera camera = test::front_camera(12, 8, 1.2);
+  unsigned variant = 0;
+  Sums sums;
+  for (const AccelKind kind : {AccelKind::tri20, AccelKind::ellipsoid}) {
+    const AccelerationStructure accel(gaussians, {kind, kind == AccelKind::tri20 ? 8u : 6u, false});
+    for (const auto& order : enum_names(ChildOrder{})) {
+      for (const unsigned ahead : {2u, 5u, 32u}) {
+        ++variant;
+        TracerOptions options;
+        options.ahead = ahead;
+        options.k = 1u << variant % 5;
+        options.child_order = order.value;
+        options.pop_test = variant % 2 == 0 ? PopTest::on : PopTest::off;
+        options.tmax_update = variant % 3 == 0 ? TmaxUpdate::kth : TmaxUpdate::reported;
+        SCOPED_TRACE(text(options, kind) + " ahead " + std::to_string(ahead));
+        Comparison(scene, gaussians, accel, camera, options).run(sums);
+        if (HasFailure()) return;
+      }
+    }
+  }
+  EXPECT_GT(sums.culls, 100u);
+}
+
 // Any-hit shaders that run behind a round's traversal: a second implementation that queues the hits and takes them
 // then.
 TEST(ChildOrders, DelayedAnyHitShadersGiveTheEventsOfASecondImplementation) {

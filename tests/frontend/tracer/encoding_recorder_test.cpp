@@ -100,6 +100,10 @@ TEST(EncodingRecorder, GivesTheBytesOfTheEventsEncodedAfterwards) {
     if (!options.checkpoint && options.tracing == Tracing::multi) {
       options.any_hit = variant % 2 == 0 ? AnyHit::delayed : AnyHit::immediate;
     }
+    if (!options.checkpoint && options.tracing == Tracing::multi && options.any_hit == AnyHit::immediate &&
+        !traces::is_two_level(kind)) {
+      options.ahead = 1 + variant % 7;
+    }
     if (options.tracing != Tracing::list && variant % 5 == 2) options.ert_check = ErtCheck::round;
     RenderOptions render{.linear_mapping = variant % 5 == 1, .warp_size = kWarps[variant % 3]};
     // From within the scene, and from where a part of the rays miss it.

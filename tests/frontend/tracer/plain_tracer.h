@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <limits>
+#include <map>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -119,6 +120,7 @@ class PlainTracer {
 
   /// Last in, first out; a child that is followed at once is handled before anything is popped.
   void walk(const Node& first) {
+    if (options_.ahead > 1) return walk_ahead(first);
     std::vector<Node> stack;
     std::deque<Node> followed = {first};
     while (!followed.empty() || !stack.empty()) {
@@ -143,6 +145,54 @@ class PlainTracer {
         leaf(node);
       }
     }
+  }
+
+  /// Several nodes under way: the stack as a map from paths, whose order is depth first.
+  void walk_ahead(const Node& first) {
+    using Path = std::vector<unsigned>;
+    struct UnderWay {
+      Node node{};
+      unsigned started = 0;
+    };
+    std::map<Path, UnderWay> stack;
+    stack[{}] = {first, 0};
+    std::map<Path, Event> events;
+    unsigned started = 0;
+    while (!stack.empty()) {
+      auto under_way =
+          std::count_if(stack.begin(), stack.end(), [](const auto& entry) { return entry.second.started != 0; });
+      for (auto entry = stack.begin(); entry != stack.end() && under_way < options_.ahead;) {
+        UnderWay& next = entry->second;
+        if (next.started == 0 && options_.pop_test == frontend::PopTest::on && next.node.t > t_max_) {
+          events[entry->first] = {traces::EventKind::cull, next.node.address, 0, 0};
+          entry = stack.erase(entry);
+          continue;
+        }
+        if (next.started == 0) next.started = ++started, ++under_way;
+        ++entry;
+      }
+      auto oldest = stack.end();
+      for (auto entry = stack.begin(); entry != stack.end(); ++entry) {
+        if (entry->second.started == 0) continue;
+        if (oldest == stack.end() || entry->second.started < oldest->second.started) oldest = entry;
+      }
+      if (oldest == stack.end()) continue;
+      const auto [path, done] = *oldest;
+      stack.erase(oldest);
+      std::vector<Node> pushed;
+      std::deque<Node> followed;
+      done.node.kind == traces::NodeKind::internal ? open(done.node, pushed, followed) : leaf(done.node);
+      events[path] = round_.events.back();
+      round_.events.pop_back();
+      std::reverse(pushed.begin(), pushed.end());
+      pushed.insert(pushed.begin(), followed.begin(), followed.end());
+      for (unsigned rank = 0; rank < pushed.size(); ++rank) {
+        Path child = path;
+        child.push_back(rank);
+        stack[child] = {pushed[rank], 0};
+      }
+    }
+    for (const auto& [path, event] : events) round_.events.push_back(event);
   }
 
   void open(const Node& parent, std::vector<Node>& stack, std::deque<Node>& followed) {

@@ -98,6 +98,9 @@ const std::vector<Mutation>& mutations() {
       {"rt.any_hit_unit.latency", "9", kTiming, kFixedTime, {"rt.any_hit_unit.enabled=true"}},
       {"rt.any_hit_unit.level_latency", "9", kTiming, kFixedTime, {"rt.any_hit_unit.enabled=true"}},
       {"rt.any_hit_unit.count", "1", kBoth, "", {"rt.any_hit_unit.enabled=true"}},
+      {"rt.traversal", "warp", kBoth, "", {}, "walked"},
+      {"rt.warp_stack.entries", "10", kBoth, "", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_stack.ahead", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},
       {"rt.transform.interval", "64", kBoth},
@@ -239,14 +242,14 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       file = std::make_unique<traces::testing::TemporaryFile>("one_parameter_" + kind);
       traces::testing::RandomOptions random{.seed = 11, .groups = 8, .warp_size = 32};
       const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
-      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid" && kind != "box";
+      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid" && kind != "box" && kind != "walked";
       random.blas_root_is_leaf = kind == "sphere";
-      random.checkpoint = tracing == traces::Tracing::multi;
+      random.checkpoint = tracing == traces::Tracing::multi && kind != "walked";
       random.tracing = tracing;
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
-      if (kind == "ellipsoid" || kind == "box") sim::test::make_procedural(made, kind == "box");
+      if (kind == "ellipsoid" || kind == "box" || kind == "walked") sim::test::make_procedural(made, kind == "box");
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -262,10 +265,10 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     const ordered_json stats = ordered_json::parse(simulation.result());
     ChildProcess cost("cost", [&] {
       const sim::GpuConfig config = sim::load_config(file, settings);
-      const bool one_level = kind == "single" || kind == "list";
+      const bool one_level = kind == "single" || kind == "list" || kind == "walked";
       const bool monolithic = kind == "ellipsoid" || kind == "box";
       sim::MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
-      if (kind == "sphere" || kind == "ellipsoid") use.leaves = sim::LeafTest::spheres;
+      if (kind == "sphere" || kind == "ellipsoid" || kind == "walked") use.leaves = sim::LeafTest::spheres;
       if (kind == "box") use.leaves = sim::LeafTest::boxes;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
@@ -317,8 +320,8 @@ TEST_P(OneParameter, MovesSimulatorAndCostAsClassified) {
 }
 
 /// Beginnings of keys: the rows of each are a test.
-constexpr const char* kGroups[] = {"gpu.", "rt.warp", "rt.s",  "rt.m", "rt.a",      "rt.c", "rt.p", "rt.b",
-                                   "rt.g", "rt.t",    "simt.", "l1.",  "crossbar.", "l2.",  "dram."};
+constexpr const char* kGroups[] = {"gpu.", "rt.warp_b", "rt.warp_s", "rt.s",  "rt.m", "rt.a",      "rt.c", "rt.p",
+                                   "rt.b", "rt.g",      "rt.t",      "simt.", "l1.",  "crossbar.", "l2.",  "dram."};
 
 INSTANTIATE_TEST_SUITE_P(Tables, OneParameter, ::testing::ValuesIn(kGroups), [](const auto& table) {
   std::string name = table.param;

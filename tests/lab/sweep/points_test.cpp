@@ -129,6 +129,7 @@ TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
   EXPECT_EQ(format("s.ply", {{"tracer.tracing", "list"}}), 10U);
   EXPECT_EQ(format("s.ply", {{"tracer.any_hit", "delayed"}}), 11U);
   EXPECT_EQ(format("s.ply", {{"tracer.ert_check", "round"}}), 11U);
+  EXPECT_EQ(format("s.ply", {{"tracer.ahead", 4}}), 12U);
 }
 
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {

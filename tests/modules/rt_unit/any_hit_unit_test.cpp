@@ -53,7 +53,7 @@ struct Bench final : warp_buffer_if, any_hit_client_if {
     table.move(0, call.lanes, LaneState::ready, LaneState::in_unit);
   }
   WarpTable& warps() override { return table; }
-  void any_hit_done(const AnyHitDone& done) override {
+  void any_hit_done(Cycle, const AnyHitDone& done) override {
     EXPECT_EQ(done.slot, 5U);
     for_each_bit(done.lanes, [&](unsigned lane) { answers.emplace_back(now, lane); });
     table.move(0, done.lanes, LaneState::in_any_hit, LaneState::finished);

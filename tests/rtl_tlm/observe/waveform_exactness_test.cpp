@@ -149,6 +149,17 @@ TEST_P(WaveformExactness, HitsOfTheAnyHitUnitAreCounted) {
   EXPECT_GE(sum(file, "rt.any_hit_unit.hits_held", file.end), held);
 }
 
+TEST_P(WaveformExactness, WarpsThatWalkTogetherShowWhatTheySchedule) {
+  if (checkpoint()) GTEST_SKIP() << "has no replay";
+  const VcdFile file = record({}, {"rt.traversal=warp", "rt.warp_stack.ahead=2"});
+  const std::string unit = "rt.warp_walk_scheduler.";
+  EXPECT_EQ(sum(file, unit + "issue", file.end), statistic(stats_, "gpu.rt.selections"));
+  EXPECT_EQ(statistic(stats_, "gpu.rt.walk.entries"), statistic(stats_, "gpu.rt.selections"));
+  EXPECT_GT(sum(file, unit + "waiting", file.end), 0U);
+  EXPECT_GT(sum(file, unit + "under_way", file.end), 0U);
+  EXPECT_GT(sum(file, unit + "hits", file.end), 0U);
+}
+
 TEST_P(WaveformExactness, LanesOfAWarpAreInOneStateEach) {
   const VcdFile file = record();
   std::uint64_t rounds = 0;

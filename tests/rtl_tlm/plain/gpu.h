@@ -63,7 +63,7 @@ class Sm {
       memory.node = port(!config.rt.memory.by_shader, config.rt.memory.sectors_per_cycle);
       if (u == 0) simt_port = port(true, config.simt.sectors_per_cycle);
       memory.checkpoint = port(header.checkpoint);
-      memory.prefetch = port(config.rt.sibling_prefetch);
+      memory.prefetch = port(config.rt.sibling_prefetch && config.rt.traversal == modules::TraversalWay::lane);
       memory.stack = port(config.rt.warp_buffer.spill);
       memories.push_back(memory);
     }

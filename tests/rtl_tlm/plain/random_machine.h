@@ -253,16 +253,24 @@ inline GpuConfig random_machine(Random& random) {
     c.simt.register_file.payload_registers = registers.one_of({0U, 32U, 255U});
     c.simt.register_file.registers = registers.one_of({65536U, 49152U});
   }
+  Random walks = registers;  // likewise; for machines that walk warps (make_possible())
+  rt.warp_stack = {walks.one_of({64U, 10U, 11U, 16U}), walks.one_of({1U, 2U, 3U, 8U, 32U})};
   check_config(c, "a random machine");
   return c;
 }
 
-/// Four entries without t fill a sector of a stack. Bins need entries of 8 B. Heaps are for rounds of k hits.
+/// Four entries without t fill a sector of a stack. Bins need entries of 8 B. Heaps are for rounds of k hits. Warps
+/// walk structures of one level, without checkpoints.
 inline void make_possible(GpuConfig& config, const traces::testing::RandomOptions& trace) {
   unsigned& stack = config.rt.warp_buffer.stack_entries;
   if (trace.pop_test == traces::PopTest::off) stack = std::max(stack, 4U);
   if (trace.bins != 0) config.rt.checkpoint.entry_bytes = 8;
   if (trace.tracing != traces::Tracing::multi) config.rt.any_hit_unit.enabled = false;
+  if (!trace.two_level && !trace.checkpoint && trace.tracing == traces::Tracing::multi &&
+      trace.any_hit == traces::AnyHit::immediate && config.rt.warp_stack.entries != 64) {
+    config.rt.traversal = modules::TraversalWay::warp;
+    config.rt.warp_buffer.spill = true;
+  }
 }
 
 /// Two traces of one structure and a machine, all of them random.

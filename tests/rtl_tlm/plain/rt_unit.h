@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain RT unit: lanes kept as plain structs, every cycle ticked. Written from docs/model/{rt_scheduler,warp_buffer,
-// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit}.md.
+// memory_scheduler,intersection_units,checkpoint_unit,sibling_prefetcher,stack_unit,warp_walk}.md.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +24,7 @@
 #include "rtl_tlm/plain/messages.h"
 #include "rtl_tlm/plain/simt_core.h"
 #include "rtl_tlm/plain/statistics.h"
+#include "rtl_tlm/plain/warp_walk.h"
 
 namespace grtx::sim::plain {
 
@@ -140,6 +141,12 @@ class RtUnit {
     s.add(p + "stack.spills", spills_);
     s.add(p + "stack.fills", fills_);
     s.most(p + "stack.max_spilled", max_spilled_);
+    if (!walks()) return;
+    s.add(p + "walk.entries", walk_entries_);
+    s.add(p + "walk.dropped", walk_dropped_);
+    s.add(p + "walk.in_vain", walk_in_vain_);
+    s.add(p + "walk.under_way.sum", walk_under_way_);
+    s.most(p + "walk.max_waiting", walk_most_);
   }
   /// Means and ratios, once the counts of all units are summed. unit_cycles: cycles of the run times units.
   static void finish(Statistics& s, std::uint64_t unit_cycles) {
@@ -149,6 +156,12 @@ class RtUnit {
     s.values[p + "simt_efficiency"] = Statistics::ratio(s[p + "lanes_handled"], s[p + "lanes_active"]);
     s.values[p + "occupancy"] = Statistics::ratio(s[p + "occupancy_integral"], static_cast<double>(unit_cycles));
     s.values[p + "any_hit.lanes_per_batch"] = Statistics::ratio(s[p + "any_hit.lanes"], s[p + "any_hit.batches"]);
+    if (s.values.contains(p + "walk.entries")) {
+      s.values[p + "walk.lanes_per_entry"] = Statistics::ratio(s[p + "lanes_handled"], s[p + "walk.entries"]);
+      s.values[p + "walk.under_way"] =
+          Statistics::ratio(s[p + "walk.under_way.sum"], s[p + "walk.entries"] - s[p + "walk.dropped"]);
+      s.values.erase(p + "walk.under_way.sum");
+    }
     s.values[p + "merge_factor"] = Statistics::ratio(s[p + "node_visits"], s[p + "node_fetches"]);
   }
   /// The run is over: cycles from here on are no part of it.
@@ -189,6 +202,7 @@ class RtUnit {
     Cycle accepted = 0;
     bool shader_busy = false;
     Lane lanes[kLanes];
+    WarpWalk walk;
   };
   using LaneName = std::pair<unsigned, unsigned>;  // entry, lane
   struct Operation {
@@ -262,7 +276,8 @@ class RtUnit {
   }
 
   // --- statistics of every cycle -----------------------------------------------------------------------------------
-  static Wait waits_for(const Warp& warp) {
+  Wait waits_for(const Warp& warp) const {
+    if (walks()) return walk_waits_for(warp);
     const auto any = [&](auto... states) {
       return std::any_of(std::begin(warp.lanes), std::end(warp.lanes),
                          [&](const Lane& lane) { return ((lane.state == states) || ...); });
@@ -311,6 +326,7 @@ class RtUnit {
     }
   }
   void result(LaneName name) {
+    if (walks()) return walk_result(name);
     Warp& warp = warps_[name.first];
     Lane& lane = warp.lanes[name.second];
     const traces::Event& e = event(lane);
@@ -334,6 +350,7 @@ class RtUnit {
   }
   // The event is over but for its checkpoint entries.
   void finish_event(LaneName name, unsigned entries) {
+    if (walks()) return walk_hit_answered(name);
     Lane& lane = this->lane(name);
     ++events_[static_cast<std::size_t>(event(lane).kind())];
     ++lane.next;
@@ -366,7 +383,10 @@ class RtUnit {
   std::uint64_t stack_address(LaneName name, std::uint64_t sector) const {
     return map_.stack(sm_, warps_[name.first].slot, name.second, sector);
   }
-  void stack_moved(LaneName name) { submit(name, lane(name).held_back); }
+  void stack_moved(LaneName name) {
+    if (walks()) return walk_stack_moved(warps_[name.first]);
+    submit(name, lane(name).held_back);
+  }
   void submit(LaneName name, unsigned entries) {
     Lane& lane = this->lane(name);
     lane.to_write = entries;
@@ -436,6 +456,7 @@ class RtUnit {
     std::sort(lanes.begin(), lanes.end());
     const bool internal = fetch.kind == traces::NodeKind::internal;
     Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 4 : leaf_unit_];
+    if (walks()) return walk_fetched(fetch, unit);
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
@@ -666,6 +687,9 @@ class RtUnit {
         if (!warp.used || warp.slot != done.slot) continue;
         warp.shader_busy = false;
         for (const auto& call : done.calls) finish_event({w, call.lane}, event(warp.lanes[call.lane]).checkpoints);
+        if (walks()) {
+          for (const auto& call : done.calls) walk_next_hit({w, call.lane});
+        }
       }
     }
     if (!messages_.batches.has_room(now_)) return;
@@ -771,6 +795,7 @@ class RtUnit {
         fallen_out_.push_back(hit.lane);
       } else {
         finish_event(hit.lane, event(lane).checkpoints);
+        if (walks()) walk_next_hit(hit.lane);
       }
     }
     if (fallen_out_.empty() || !messages_.batches.has_room(now_)) return;
@@ -821,8 +846,9 @@ class RtUnit {
   void schedule() {
     std::vector<unsigned> candidates;
     for (unsigned w = 0; w < warps_.size(); ++w) {
-      const bool ready = std::any_of(std::begin(warps_[w].lanes), std::end(warps_[w].lanes),
-                                     [](const Lane& lane) { return lane.state == State::ready; });
+      const bool ready = walks() ? waits_for(warps_[w]) == kReady
+                                 : std::any_of(std::begin(warps_[w].lanes), std::end(warps_[w].lanes),
+                                               [](const Lane& lane) { return lane.state == State::ready; });
       if (warps_[w].used && ready) candidates.push_back(w);
     }
     if (candidates.empty() || fetch_queue_.size() + kLanes > config_.memory.queue) {
@@ -837,6 +863,7 @@ class RtUnit {
       lanes_active_ += lane.state != State::absent && lane.state != State::finished ? 1 : 0;
       lanes_handled_ += lane.state == State::ready ? 1 : 0;
     }
+    if (walks()) return walk_start(chosen);
     for (unsigned l = 0; l < kLanes; ++l) {
       if (warps_[chosen].lanes[l].state == State::ready) handle({chosen, l});
     }
@@ -1065,8 +1092,195 @@ class RtUnit {
         lane.heap = ray.rounds[call.round].preloaded;
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
+      if (walks()) walk_begin(warp);
       return;
     }
+  }
+
+  // --- warps that walk together (docs/model/warp_walk.md) ----------------------------------------------------------
+  bool walks() const { return config_.traversal == modules::TraversalWay::warp; }
+  // A lane's test in a slot bears the lane's name with the slot.
+  static LaneName test_name(unsigned entry, unsigned slot, unsigned lane) { return {entry, slot * kLanes + lane}; }
+  Wait walk_waits_for(const Warp& warp) const {
+    const WarpWalk& walk = warp.walk;
+    const auto any = [&](auto&& holds) { return std::any_of(walk.stack.begin(), walk.stack.end(), holds); };
+    if (walk.next(config_.warp_stack.ahead) != nullptr) return kReady;
+    if (any([](const WarpWalk::Entry& e) { return e.slot && !e.fetched; })) return kMemory;
+    if (walk.moving) return kStack;
+    if (any([](const WarpWalk::Entry& e) { return e.slot && !e.testing.empty(); })) return kUnit;
+    return walk.hits_held() > 0 ? kAnyHit : kRetire;
+  }
+  void walk_begin(Warp& warp) {
+    WarpWalk::Entry root;
+    for (unsigned l = 0; l < kLanes; ++l) {
+      Lane& lane = warp.lanes[l];
+      if (lane.state != State::ready) continue;
+      lane.state = State::unit;
+      warp.walk.read(l, *lane.ray, lane.next);
+      warp.walk.left[l] = lane.end - lane.next;
+      root.events[l] = lane.next;
+      root.address = address_of(warp, event(lane));
+      root.kind = event(lane).kind() == traces::EventKind::visit_internal ? traces::NodeKind::internal : leaf_kind();
+    }
+    if (!root.events.empty()) warp.walk.stack.push_back(root);
+  }
+  std::uint64_t address_of(const Warp& warp, const traces::Event& e) const {
+    return e.kind() == traces::EventKind::visit_internal ? definition(warp, e).address : e.node;
+  }
+  traces::NodeKind kind_of_child(const traces::NodeDefinition& parent, std::uint64_t address) const {
+    std::uint64_t at = parent.child_base;
+    for (unsigned s = 0; s < parent.child_count; ++s) {
+      if (at == address && parent.child_kinds[s] != traces::NodeKind::internal) return leaf_kind();
+      if (at == address) return traces::NodeKind::internal;
+      at += stored(parent.child_kinds[s]) / unit();
+    }
+    throw std::logic_error("no such child");
+  }
+  traces::NodeKind leaf_kind() const {
+    return leaf_unit_ != 1 ? traces::NodeKind::procedural : traces::NodeKind::triangle;
+  }
+  const traces::Event& walk_event(const Warp& warp, const WarpWalk::Entry& entry, unsigned lane) const {
+    return warp.lanes[lane].ray->events[entry.events.at(lane)];
+  }
+  void walk_event_done(Warp& warp, unsigned lane) {
+    if (--warp.walk.left[lane] == 0) warp.lanes[lane].state = State::finished;
+  }
+  void walk_start(unsigned w) {
+    Warp& warp = warps_[w];
+    WarpWalk& walk = warp.walk;
+    const auto entry = walk.place_of(walk.next(config_.warp_stack.ahead));
+    lanes_handled_ += entry->events.size();
+    ++walk_entries_;
+    std::vector<unsigned> visiting;
+    for (const auto& [lane, number] : entry->events) {
+      const traces::Event& e = walk_event(warp, *entry, lane);
+      ++events_[static_cast<std::size_t>(e.kind())];
+      if (e.kind() != traces::EventKind::cull) visiting.push_back(lane);
+    }
+    if (visiting.empty()) {
+      ++walk_dropped_;
+      for (const auto& [lane, number] : entry->events) walk_event_done(warp, lane);
+      walk.stack.erase(entry);
+    } else {
+      const unsigned slot = walk.free_slot();
+      entry->slot = slot;
+      walk_under_way_ += walk.under_way();
+      walk_in_vain_ += entry->events.size() - visiting.size();
+      for (const auto& [lane, number] : entry->events) {
+        entry->testing.push_back(lane);
+      }
+      const std::uint64_t address = entry->address * unit();
+      fetch({w, slot}, entry->kind, address, false);
+      node_visits_[modules::index(region_of(entry->kind, address))] += visiting.size() - 1;
+    }
+    walk_settle(warp);
+  }
+  void walk_fetched(const Fetch& fetch, Unit& unit) {
+    const auto entry = warps_[fetch.entry].walk.in_slot(fetch.leader);
+    entry->fetched = true;
+    const std::map<unsigned, std::size_t> lanes = entry->events;
+    unsigned tests = 1;
+    for (const auto& [lane, number] : lanes) {
+      const traces::Event& e = walk_event(warps_[fetch.entry], *entry, lane);
+      if (e.kind() == traces::EventKind::visit_internal && config_.box_op_per_child) {
+        tests = std::max(1U, unsigned{definition(warps_[fetch.entry], e).child_count});
+      }
+    }
+    if (fetch.kind == traces::NodeKind::triangle && compact()) tests = 4;
+    for (const auto& [lane, number] : lanes) {
+      const LaneName name = test_name(fetch.entry, fetch.leader, lane);
+      if (boxes_ && fetch.kind == traces::NodeKind::procedural) {
+        walk_result(name);
+      } else {
+        queue_at(unit, {name, now_, tests});
+      }
+    }
+  }
+  void walk_result(LaneName name) {
+    const unsigned lane = name.second % kLanes, slot = name.second / kLanes;
+    Warp& warp = warps_[name.first];
+    const auto entry = warp.walk.in_slot(slot);
+    std::erase(entry->testing, lane);
+    const traces::Event& e = walk_event(warp, *entry, lane);
+    if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
+      auto& hits = warp.walk.hits[lane];
+      hits.push_back(entry->events.at(lane));
+      if (hits.size() == 1) walk_next_hit({name.first, lane});
+    } else {
+      walk_event_done(warp, lane);
+    }
+    if (entry->testing.empty()) warp.walk.done.push_back(slot);
+    walk_settle(warp);
+  }
+  // The lane's next hit goes to the any-hit unit or waits for the shader.
+  void walk_next_hit(LaneName name) {
+    Warp& warp = warps_[name.first];
+    Lane& lane = warp.lanes[name.second];
+    if (warp.walk.hits[name.second].empty()) return;
+    lane.next = warp.walk.hits[name.second].front();
+    if (config_.any_hit_unit.enabled) return to_heap(name);
+    lane.state = State::any_hit_wait;
+    lane.waiting_since = now_;
+  }
+  void walk_hit_answered(LaneName name) {
+    Warp& warp = warps_[name.first];
+    warp.lanes[name.second].state = State::unit;
+    warp.walk.hits[name.second].pop_front();
+    walk_event_done(warp, name.second);
+  }
+  // Children come where their parent was, in the order in which nodes were done; when there is no room, the lowest
+  // entries leave first. When none is left to start, some come back.
+  void walk_settle(Warp& warp) {
+    WarpWalk& walk = warp.walk;
+    while (!walk.moving && !walk.done.empty()) {
+      const auto parent = walk.in_slot(walk.done.front());
+      std::vector<WarpWalk::Entry> children;
+      for (const auto& [lane, number] : parent->events) {
+        for (const std::size_t child : walk.children[lane][number]) {
+          add_child(children, warp, lane, child, definition(warp, warp.lanes[lane].ray->events[number]));
+        }
+      }
+      if (header_.child_order == traces::ChildOrder::slot) {
+        std::sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
+      }
+      if (walk.waiting() + children.size() > config_.warp_stack.entries) {
+        while (walk.waiting() + children.size() > config_.warp_stack.entries) {
+          move_walk(warp, true);
+          walk.spill_sector();
+        }
+        max_spilled_ = std::max<std::uint64_t>(max_spilled_, walk.memory.size());
+        return;
+      }
+      walk.stack.insert(parent, children.begin(), children.end());
+      walk.stack.erase(parent);
+      walk.done.pop_front();
+      walk_most_ = std::max<std::uint64_t>(walk_most_, walk.waiting() + walk.memory.size());
+    }
+    const bool slot = walk.under_way() < config_.warp_stack.ahead;
+    if (!walk.moving && walk.waiting() == 0 && !walk.memory.empty() && slot) {
+      walk.fill_sector();
+      move_walk(warp, false);
+    }
+  }
+  void add_child(std::vector<WarpWalk::Entry>& children, const Warp& warp, unsigned lane, std::size_t number,
+                 const traces::NodeDefinition& parent) const {
+    const std::uint64_t address = address_of(warp, warp.lanes[lane].ray->events[number]);
+    auto child = std::find_if(children.begin(), children.end(),
+                              [address](const WarpWalk::Entry& other) { return other.address == address; });
+    if (child == children.end()) {
+      child = children.insert(child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}});
+    }
+    child->events[lane] = number;
+  }
+  void move_walk(Warp& warp, bool write) {
+    const auto entry = static_cast<unsigned>(&warp - warps_.data());
+    warp.walk.moving = true;
+    stack_queue_.push_back({{entry, 0}, map_.stack(sm_, warp.slot, 0, warp.walk.memory.size() / 2), write});
+  }
+  void walk_stack_moved(Warp& warp) {
+    warp.walk.moving = false;
+    warp.walk.filled();
+    walk_settle(warp);
   }
 
   modules::RtUnitConfig config_;
@@ -1121,6 +1335,7 @@ class RtUnit {
   std::uint64_t triggers_ = 0, triggers_replayed_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0,
                 prefetch_sectors_ = 0;
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
+  std::uint64_t walk_entries_ = 0, walk_dropped_ = 0, walk_in_vain_ = 0, walk_under_way_ = 0, walk_most_ = 0;
 };
 
 }  // namespace grtx::sim::plain

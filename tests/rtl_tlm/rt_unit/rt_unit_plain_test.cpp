@@ -12,6 +12,7 @@
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"
 #include "real_scene_files.h"
+#include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/rt_unit/plain_rt_bench.h"
 #include "traces/random_group.h"
 
@@ -34,7 +35,9 @@ void expect_same(const char* what, const std::vector<T>& plain, const std::vecto
   EXPECT_EQ(plain.size(), systemc.size()) << what;
 }
 
-void expect_agreement(const traces::Header& header, const std::vector<traces::RayGroup>& groups, BenchOptions options) {
+/// Returns how many requests for stack entries there were.
+std::size_t expect_agreement(const traces::Header& header, const std::vector<traces::RayGroup>& groups,
+                             BenchOptions options) {
   options.resident_warps = std::max<std::size_t>(options.resident_warps, groups.size());
   RtBench bench(header, options);
   PlainRtBench plain(header, options);
@@ -66,6 +69,7 @@ void expect_agreement(const traces::Header& header, const std::vector<traces::Ra
   expect_same("retirement", plain.dones, dones, [](const PlainRtBench::Done& d) {
     return format("cycle {} slot {} round {}", d.cycle, d.slot, d.round);
   });
+  return plain.requests[3].size();
 }
 
 /// Any configuration, from roomy to starved.
@@ -141,6 +145,44 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     const auto made = random_trace(trace);
     expect_agreement(made.header, made.groups, configuration);
   }
+}
+// Warps that walk together, on structures of one level.
+TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
+  std::size_t spilled = 0;
+  for (unsigned i = 0; i < 50 && !HasFailure(); ++i) {
+    const unsigned seed = GetParam() * 50 + i + 5000;
+    std::mt19937 random(seed);
+    const auto pick = [&](unsigned most) { return std::uniform_int_distribution<unsigned>(0, most)(random); };
+    RandomOptions trace;
+    trace.seed = seed;
+    trace.groups = 1 + pick(5);
+    trace.warp_size = pick(2) == 0 ? 32 : 8;
+    trace.bvh_width = 2 + pick(6);
+    trace.depth = trace.warp_size * trace.bvh_width > 64 ? 2 : 3;
+    trace.k = 1 + pick(7);
+    trace.checkpoint = false;
+    trace.root_is_leaf = pick(20) == 0;
+    if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
+    if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
+    trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
+    trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
+    BenchOptions configuration = random_configuration(random);
+    modules::RtUnitConfig& rt = configuration.rt;
+    rt.traversal = modules::TraversalWay::warp;
+    rt.warp_buffer.spill = true;
+    constexpr unsigned kEntries[] = {10, 11, 16, 64}, kAhead[] = {1, 2, 5, 8, 32};
+    rt.warp_stack = {kEntries[pick(3)], kAhead[pick(4)]};
+    rt.gaussian_unit = pick(1) == 0;
+    rt.any_hit_unit.enabled = pick(1) == 0;
+    rt.any_hit_unit.count = 1 + pick(31);
+    auto made = random_trace(trace);
+    const unsigned leaves = pick(3);
+    if (leaves > 1) make_procedural(made, leaves == 3);
+    if (leaves == 3) rt.any_hit_unit.enabled = false;  // hits of boxes come from a shader
+    SCOPED_TRACE(traces::testing::describe(trace));
+    spilled += expect_agreement(made.header, made.groups, configuration);
+  }
+  EXPECT_GT(spilled, 0u);
 }
 INSTANTIATE_TEST_SUITE_P(Traces, RtUnitPlain, ::testing::Range(0u, 20u));
 

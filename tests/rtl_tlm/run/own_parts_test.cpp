@@ -120,6 +120,7 @@ struct Machine {
   bool procedural;
   std::vector<std::string> settings;
   bool delayed = false;
+  bool rounds_only = false;  ///< no checkpoints
 };
 
 TEST(OwnParts, EveryFactoryIsCalledAndOneThatMakesNothingIsRefusedByName) {
@@ -127,11 +128,12 @@ TEST(OwnParts, EveryFactoryIsCalledAndOneThatMakesNothingIsRefusedByName) {
                                          {false, true, {}},
                                          {true, false, {"rt.warp_buffer.spill=true", "rt.prefetch.enabled=true"}},
                                          {false, true, {"rt.gaussian.enabled=true", "rt.any_hit_unit.enabled=true"}},
+                                         {false, true, {"rt.traversal=warp"}, false, true},
                                          {false, true, {}, true}};
   std::vector<std::unique_ptr<test::ObservedRun>> runs;
   for (const Machine& machine : machines) {
-    runs.push_back(std::make_unique<test::ObservedRun>(!machine.delayed, machine.two_level, 0, machine.procedural,
-                                                       false, machine.delayed));
+    runs.push_back(std::make_unique<test::ObservedRun>(!machine.delayed && !machine.rounds_only, machine.two_level, 0,
+                                                       machine.procedural, false, machine.delayed));
   }
   GpuParts parts;
   for_each_factory(parts, [&](const char* name, const auto&) {
