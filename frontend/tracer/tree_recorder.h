@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records a round whose nodes are handled in another order than depth first (TracerOptions::ahead), and gives its
 // events to a recorder in that order, as traces have them.
 #pragma once

@@ -131,7 +131,8 @@ void add_rt_unit(Account& account, const sim::GpuConfig& config) {
     const auto both = [&](const char* memory) {
       return prices.access(".warp_walk_scheduler", memory, false) + prices.access(".warp_walk_scheduler", memory, true);
     };
-    account.add("rt.warp_stack", walked, both("stack") + both("nodes"), "entries of warps: each and its node, in and out");
+    account.add("rt.warp_stack", walked, both("stack") + both("nodes"),
+                "entries of warps: each and its node, in and out");
     account.add("rt.warp_hits", account.value("gpu.rt.any_hit_calls"), both("hits"),
                 "hits of lanes, in and out of their queues");
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/rt_unit/warp_walk_scheduler.h"
 
 #include <algorithm>

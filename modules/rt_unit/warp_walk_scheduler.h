@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warp walk scheduler of the RT unit, in the place of the RT scheduler: a warp has one stack of nodes and the lanes
 // that visit them, and several of its entries are under way at once. Each node is fetched once for all its lanes.
 // Beyond the paper. Cost: the stack, a node slot for each entry under way, queues of hits. docs/model/warp_walk.md has

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/rt_unit/decide/warp_stack.h"
 
 #include <algorithm>

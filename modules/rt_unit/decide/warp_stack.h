@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The common traversal stack of a warp: entries of a node and the lanes that visit it. Untimed: the warp walk scheduler
 // sends requests and moves lanes. docs/model/warp_walk.md states the rules.
 #pragma once

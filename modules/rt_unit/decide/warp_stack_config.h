@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keys of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each lane.
 #pragma once
 
@@ -22,7 +23,7 @@ struct WarpStackConfig {
   static constexpr unsigned kHits = 128;
 
   unsigned entries = 64;
-  unsigned ahead = 8;
+  unsigned ahead = 16;
   void parameters(ParameterList& list) {
     list.add("entries", entries, {kFewestEntries, 1024}, "entries",
              "with rt.traversal = warp: stack of a warp in the RT unit; deeper ones spill", kOurs)

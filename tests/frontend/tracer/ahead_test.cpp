@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several nodes of a ray under way at once: what that changes in work, and that it changes nothing in the image.
 #include <gtest/gtest.h>
 

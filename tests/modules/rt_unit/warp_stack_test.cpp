@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The common stack of a warp: what starts next, where children come, what moves to memory; and a lane's events as a
 // tree. docs/model/warp_walk.md.
 #include "grtx/modules/rt_unit/decide/warp_stack.h"

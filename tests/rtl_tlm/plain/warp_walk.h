@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain walk of a warp: the stack of entries and the trees of its lanes, as lists and maps. Written from
 // docs/model/warp_walk.md. The plain RT unit moves its entries.
 #pragma once

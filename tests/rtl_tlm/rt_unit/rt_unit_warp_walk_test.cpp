@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warps that walk together: closed forms of docs/model/warp_walk.md, cycle by cycle.
 #include <gmock/gmock.h>
 
