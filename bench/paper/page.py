@@ -66,7 +66,7 @@ class Page:
         direction = [claim.direction(value) for value in means]
         same = None if mean is None or self.expected is None else self.expected.same(self.which, machine, claim, mean)
         differs = False in direction or False in [claim.holds(value) for value in means]
-        return ["–" if None in direction else "**against it**" if False in direction else "as the paper's",
+        return ["–" if None in direction else "**against**" if False in direction else "with",
                 {None: "–", True: "yes", False: "**no**"}[same], claim.cause(machine) if differs else ""]
 
     def claim_rows(self):
@@ -77,20 +77,26 @@ class Page:
             paper = "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper)
             for place, machine in enumerate(machines):
                 apart = self.cells(name, machine, self.apart) if self.public else []
-                direction, same, cause = self.verdict(name, machine)
+                direction, _, cause = self.verdict(name, machine)
                 yield [f"`{name}`", claim.what if place == 0 else "", paper if place == 0 else "", f"`{machine}`",
-                       *self.cells(name, machine, self.found), *apart, direction, same,
-                       "the same" if cause and cause == last else cause, claim.source if place == 0 else ""]
+                       *self.cells(name, machine, self.found), *apart, direction, "the same" if cause and cause == last else cause]
                 last = cause
 
     def claim_head(self):
         means = ["mean (range)", "ours ÷ paper", "within 20 %"]
         return ["claim", "figure", "paper", "machine", *means, *[f"public scenes: {m}" for m in means if self.public],
-                "direction", "as recorded", "why they differ", "place in the paper"]
+                "direction", "why they differ"]
+
+    def unlike_record(self):
+        """Claims whose value is not as recorded."""
+        return [f"`{name}` on `{machine}`" for name, machines in self.rows.items() for machine in machines
+                if self.verdict(name, machine)[1] == "**no**"]
 
     def claim_table(self):
         block = Page(self.item, "", self.claims, self.which)
         block.table(self.claim_head(), list(self.claim_rows()))
+        if self.unlike_record():
+            block.text("**Not as recorded**: " + ", ".join(self.unlike_record()) + ".")
         return block.body
 
     def section(self):
@@ -164,7 +170,8 @@ def write_index(folder, study, pages, claims, machines, command, model):
              "A mean is geometric over the scenes of the evaluation. "
              "Claims, tolerances and commands: [ARTIFACT.md](../../../ARTIFACT.md).", "",
              "*Within 20 %* compares with the paper: `holds` where the paper prints a number and ours is within 20 % of it (of a bound: beyond it). *Direction* is "
-             "what the paper says without a number. *As recorded* compares with our own record of this set and says nothing of the paper.", "",
+             "what the paper says without a number: ours goes with it or against it. A figure that is not as recorded is named below its table. Where the paper "
+             "says what: [claims.toml](../../../bench/paper/claims.toml), and the targets that it names.", "",
              "Of the figures that the paper prints, " + "; ".join(f"{held} of {known} hold on `{machine}`" for machine, (known, held) in
                                                                  tally(pages).items()) + ".", ""]
     table = Page("", "", claims, study.name)
