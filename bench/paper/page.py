@@ -50,14 +50,14 @@ class Page:
         self.body += [f"![{alt}]({file})", ""]
 
     def cells(self, name, machine, means):
-        """Mean and range, its ratio to the paper's number, and whether that number is met within 20 %."""
+        """Mean and range, and whether the paper's number is met within 20 %."""
         mean, claim = means.get((name, machine)), self.claims[name]
         if mean is None:
-            return ["–", "–", "–"]
+            return ["–", "–"]
         values = [v for scene, v in self.rows[name][machine].items() if (scene in self.public) == (means is self.apart)]
         spread = f" ({shown(min(values))} to {shown(max(values))})" if len(values) > 1 else ""
         holds = {None: "–", True: "holds", False: "no"}[claim.holds(mean)]
-        return [shown(mean) + spread, shown(mean / claim.paper) if claim.paper else "–", holds]
+        return [shown(mean) + spread, holds]
 
     def verdict(self, name, machine):
         """The paper's direction, whether the value is as recorded, and why ours differs where number or direction does."""
@@ -83,7 +83,7 @@ class Page:
                 last = cause
 
     def claim_head(self):
-        means = ["mean (range)", "ours ÷ paper", "within 20 %"]
+        means = ["mean (range)", "within 20 %"]
         return ["claim", "figure", "paper", "machine", *means, *[f"public scenes: {m}" for m in means if self.public],
                 "direction", "why they differ"]
 

@@ -53,8 +53,8 @@ def prefetch(study, page):
         for scene in study.scenes:
             for design in ("baseline", "grtx"):
                 on, off = study.point(scene, design, machine), study.point(scene, design, machine, rt__prefetch__enabled=False)
-                rows.append([scene.name, machine, design, off[HIT_RATE], on[HIT_RATE], off["gpu.cycles"] / on["gpu.cycles"]])
+                rows.append([scene.name, design, off[HIT_RATE], on[HIT_RATE], off["gpu.cycles"] / on["gpu.cycles"]])
                 if design == "baseline" and scene in study.counted:
                     gains[scene.name] = on[HIT_RATE] / off[HIT_RATE]
         page.claim("prefetch-l1", machine, gains)
-    page.table(["scene", "machine", "design", "L1 hit rate without", "with", "speed-up by it"], rows)
+    page.table(["scene", "design", "L1 hit rate without", "with", "speed-up by it"], rows)
