@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # DRAM simulators of others, linked only when a build of them is named (docs/guide/dram-backends.md). Nothing of them is
 # part of this project; without the two variables nothing changes.
-#   GRTX_DRAMSYS    build directory of DRAMSys 5.1, configured with the SystemC that this build uses
+#   GRTX_DRAMSYS    build directory of DRAMSys 5.1 to 5.5, configured with the SystemC that this build uses
 #   GRTX_RAMULATOR  build directory of Ramulator 2.1
-set(GRTX_DRAMSYS "" CACHE PATH "Build directory of DRAMSys 5.1; empty: without it")
+set(GRTX_DRAMSYS "" CACHE PATH "Build directory of DRAMSys; empty: without it")
 set(GRTX_RAMULATOR "" CACHE PATH "Build directory of Ramulator 2.1; empty: without it")
 
 # Sets grtx_NAME_source to the source directory that a build directory was configured from.
@@ -12,7 +12,7 @@ function(grtx_source_of_build option project)
     message(FATAL_ERROR "${option}: ${${option}} is no build directory of ${project} (no CMakeCache.txt in it)")
   endif()
   load_cache(${${option}} READ_WITH_PREFIX grtx_found_ CMAKE_PROJECT_NAME CMAKE_HOME_DIRECTORY
-                                           DRAMSYS_USE_FETCH_CONTENT_SYSTEMC)
+                                           DRAMSYS_USE_FETCH_CONTENT_SYSTEMC DRAMSYS_USE_DRAMPOWER)
   if(NOT grtx_found_CMAKE_PROJECT_NAME STREQUAL project)
     message(FATAL_ERROR "${option}: ${${option}} is a build of ${grtx_found_CMAKE_PROJECT_NAME}, not of ${project}")
   endif()
@@ -21,6 +21,7 @@ function(grtx_source_of_build option project)
                         "-DDRAMSYS_USE_FETCH_CONTENT=OFF, so that both use the installed one")
   endif()
   set(grtx_source ${grtx_found_CMAKE_HOME_DIRECTORY} PARENT_SCOPE)
+  set(grtx_uses_drampower "${grtx_found_DRAMSYS_USE_DRAMPOWER}" PARENT_SCOPE)
 endfunction()
 
 function(grtx_need_files option)
@@ -29,6 +30,40 @@ function(grtx_need_files option)
       message(FATAL_ERROR "${option}: ${file} is missing; is the build complete, and of the right version?")
     endif()
   endforeach()
+endfunction()
+
+# Sets grtx_libraries, grtx_includes and grtx_definitions of the build of DRAMSys that GRTX_DRAMSYS names. Its headers and
+# libraries lie elsewhere since 5.3; since 5.2 they include those of DRAMUtils and DRAMPower, which its build fetches.
+function(grtx_dramsys_layout)
+  grtx_source_of_build(GRTX_DRAMSYS DRAMSys)
+  if(EXISTS ${grtx_source}/src/DRAMSys)
+    set(libraries ${GRTX_DRAMSYS}/lib/libdramsys.a)
+    set(includes ${grtx_source}/src)
+    set(headers DRAMSys/DRAMSys.h DRAMSys/configuration/json/DRAMSysConfiguration.h)
+    list(TRANSFORM headers PREPEND ${grtx_source}/src/)
+  else()
+    set(libraries ${GRTX_DRAMSYS}/lib/liblibdramsys.a ${GRTX_DRAMSYS}/lib/libconfiguration.a)
+    set(includes ${grtx_source}/src/libdramsys ${grtx_source}/src/configuration)
+    set(headers ${grtx_source}/src/libdramsys/DRAMSys/simulation/DRAMSys.h
+                ${grtx_source}/src/configuration/DRAMSys/config/DRAMSysConfiguration.h)
+  endif()
+  grtx_need_files(GRTX_DRAMSYS ${libraries} ${headers})
+  set(definitions "")
+  foreach(fetched dramutils-src/include drampower-src/src/DRAMPower)
+    if(EXISTS ${GRTX_DRAMSYS}/_deps/${fetched})
+      list(APPEND includes ${GRTX_DRAMSYS}/_deps/${fetched})
+    endif()
+  endforeach()
+  if(EXISTS ${GRTX_DRAMSYS}/lib/libDRAMPower.a)
+    list(APPEND libraries ${GRTX_DRAMSYS}/lib/libDRAMPower.a)
+    if(grtx_uses_drampower)
+      set(definitions USE_DRAMPOWER)  # as DRAMSys itself was compiled: its classes have another function then
+    endif()
+  endif()
+  set(grtx_libraries ${libraries} PARENT_SCOPE)
+  set(grtx_includes ${includes} PARENT_SCOPE)
+  set(grtx_definitions ${definitions} PARENT_SCOPE)
+  set(grtx_source ${grtx_source} PARENT_SCOPE)
 endfunction()
 
 # Only the adapters see the simulators' headers; everything else is compiled as without them.
@@ -44,16 +79,12 @@ endfunction()
 function(grtx_add_dram_simulators target table)
   set(listed "")
   if(GRTX_DRAMSYS)
-    grtx_source_of_build(GRTX_DRAMSYS DRAMSys)
-    set(libraries ${GRTX_DRAMSYS}/lib/liblibdramsys.a ${GRTX_DRAMSYS}/lib/libconfiguration.a)
-    grtx_need_files(GRTX_DRAMSYS ${libraries} ${grtx_source}/src/libdramsys/DRAMSys/simulation/DRAMSys.h
-                    ${grtx_source}/src/configuration/DRAMSys/config/DRAMSysConfiguration.h)
+    grtx_dramsys_layout()
     find_package(SQLite3 REQUIRED)
     target_sources(${target} PRIVATE ${dramsys_sources})
-    grtx_adapter_sources(SOURCES ${dramsys_sources} INCLUDES ${grtx_source}/src/libdramsys
-                         ${grtx_source}/src/configuration DEFINITIONS
+    grtx_adapter_sources(SOURCES ${dramsys_sources} INCLUDES ${grtx_includes} DEFINITIONS ${grtx_definitions}
                          "DRAMSYS_RESOURCE_DIR=\"${grtx_source}/configs\"")
-    target_link_libraries(${target} PRIVATE ${libraries} ${SQLite3_LIBRARIES})
+    target_link_libraries(${target} PRIVATE ${grtx_libraries} ${SQLite3_LIBRARIES})
     list(APPEND listed GRTX_WITH_DRAMSYS)
   endif()
   if(GRTX_RAMULATOR)

@@ -20,9 +20,13 @@ function(grtx_library name)
   if(NOT library_SOURCES)
     grtx_sources(library_SOURCES *.cpp)
   endif()
-  add_library(grtx_${name} STATIC ${library_SOURCES})
+  add_library(grtx_${name} ${library_SOURCES})  # static unless BUILD_SHARED_LIBS
   add_library(grtx::${name} ALIAS grtx_${name})
-  set_target_properties(grtx_${name} PROPERTIES EXPORT_NAME ${name})
+  # Position-independent as static libraries, too: simulator plug-ins and Python extensions are shared libraries that link
+  # them. Functions of ours are not replaced from outside, so they stay as fast as before.
+  set_target_properties(grtx_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+                                                VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  target_compile_options(grtx_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
   target_compile_features(grtx_${name} PUBLIC cxx_std_20)
   target_include_directories(grtx_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
                                                  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
@@ -33,7 +37,8 @@ function(grtx_library name)
   target_link_libraries(grtx_${name} PUBLIC ${library_PUBLIC} PRIVATE ${library_PRIVATE})
 
   get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
-  install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
   if(library_HEADERS)
     file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
     install(FILES ${library_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder})

@@ -21,7 +21,7 @@ endif()
 # project's warnings.
 function(grtx_verilated_blocks target)
   add_library(${target} OBJECT)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF POSITION_INDEPENDENT_CODE ON)
   target_compile_options(${target} PRIVATE -O3 -w)
 endfunction()
 

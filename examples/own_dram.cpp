@@ -40,6 +40,7 @@ class SimpleDram final : public sc_core::sc_module {
   tlm_utils::simple_target_socket<SimpleDram, 32> socket{"socket"};
   double busy_ns() const { return busy_ns_; }  ///< of the data bus, with what was answered
   std::size_t inside() const { return inside_; }
+  void restart() { busy_ns_ = 0.0; }
 
  private:
   static constexpr std::size_t kRoom = 16;
@@ -110,6 +111,11 @@ class SimpleMemory final : public grtx::sim::MonitoredMemory {
     double busiest = 0.0;
     for (const auto& channel : dram_) busiest = std::max(busiest, channel->busy_ns());
     return busiest * core_mhz_ * 1e-3;
+  }
+  /// Before another launch (GpuComponent, SimulationOptions::warm_trace): what is counted here begins anew.
+  bool restart(grtx::modules::Caches caches) override {
+    for (const auto& channel : dram_) channel->restart();
+    return MonitoredMemory::restart(caches);
   }
   std::vector<grtx::sim::MemoryProbe> probes() const override {
     std::vector<grtx::sim::MemoryProbe> all;

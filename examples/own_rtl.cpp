@@ -23,7 +23,9 @@ using grtx::modules::LaneId;
 
 class OwnRayBox final : public grtx::modules::IntersectionModule {
  public:
-  explicit OwnRayBox(const char* name) : IntersectionModule(name), block_("own_ray_box") { block_.reset(); }
+  explicit OwnRayBox(const sc_core::sc_module_name& name) : IntersectionModule(name), block_("own_ray_box") {
+    block_.reset();
+  }
 
   void enqueue(Cycle now, LaneId id, unsigned) override {
     waiting_.push_back({now, id});
@@ -54,6 +56,7 @@ class OwnRayBox final : public grtx::modules::IntersectionModule {
   grtx::modules::IntersectionCounters counters() const override {
     return {.operations = operations_, .tests = operations_, .busy_cycles = operations_};
   }
+  void restart() override { operations_ = 0; }
   grtx::modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << ": " << waiting_.size() << " lanes wait\n"; }
 

@@ -24,7 +24,7 @@ class RestingBox final : public IntersectionModule, public Probed {
       list.add("rest", rest, {0, kMaxLatency}, "cycles", "between two tests", kOurs);
     }
   };
-  RestingBox(const char* name, const Config& config) : IntersectionModule(name), config_(config) {}
+  RestingBox(const sc_core::sc_module_name& name, const Config& config) : IntersectionModule(name), config_(config) {}
 
   void enqueue(Cycle now, LaneId id, unsigned tests) override {
     waiting_.emplace_back(id, tests);

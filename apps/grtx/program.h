@@ -3,6 +3,8 @@
 // calling it. They are then available in all commands.
 #pragma once
 
+#include <systemc>  // a program that calls program() defines sc_main()
+
 #include "grtx/study/machines_folder.h"
 
 namespace grtx {

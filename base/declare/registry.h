@@ -43,6 +43,18 @@ class Registry {
     if (found == entries_.end()) throw Error("configuration", key_, unknown_name(name, names()));
     return found->thing;
   }
+  /// What the factory of that name makes, where things are factories. Throws Error for an unknown name and if it makes
+  /// nothing.
+  template <typename... Arguments>
+  auto make(std::string_view name, Arguments&&... arguments) const {
+    const Thing& factory = at(name);
+    decltype(factory(std::forward<Arguments>(arguments)...)) made;
+    if (factory) made = factory(std::forward<Arguments>(arguments)...);
+    if (made == nullptr) {
+      throw Error("configuration", key_, "the factory of the " + what_ + " " + std::string(name) + " made nothing");
+    }
+    return made;
+  }
 
  private:
   auto find(std::string_view name) const {

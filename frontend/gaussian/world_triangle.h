@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The other triangle test: a ray against the three stored fp32 vertices of a triangle leaf, as a ray tracing unit does
-// it. Watertight test of Woop, Benthin and Wald (JCGT 2(1), 2013): the triangle is sheared into the ray's own frame, so
-// that the two triangles of an edge compute its edge function from the same numbers and no ray slips between them. A
-// ray exactly on an edge hits both: hits are doubled, never missed. Front faces only (counter-clockwise from outside).
+// Optional triangle test (TriangleTest::world), in place of that in canonical_hit.h: a ray against the three stored
+// fp32 vertices of a triangle leaf, as a ray tracing unit does it. Watertight test of Woop, Benthin and Wald (JCGT
+// 2(1), 2013): the triangle is sheared into the ray's own frame, so that the two triangles of an edge compute its edge
+// function from the same numbers and no ray slips between them. A ray exactly on an edge hits both: hits are doubled,
+// never missed. Front faces only (counter-clockwise from outside).
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a scene file names.
+// Reads a file that a scene file refers to. Paths outside the scene's folder are refused.
 #pragma once
 
 #include <string>

@@ -49,10 +49,10 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
   last = _mm256_floor_ps(_mm256_min_ps(_mm256_add_ps(to, slack), _mm256_set1_ps(kTileEdge - 1)));
 }
 
-[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, const TileDepths& depths,
-                                                std::uint32_t bucket, TileNodeHits& hits) {
-  alignas(32) float relative[6][kTileNodeWidth];
-  __m256 near_t = _mm256_set1_ps(-kUnbounded), far_t = _mm256_set1_ps(kUnbounded);
+/// Where the rays of a tile are inside eight boxes, along all axes; `relative`: the bounds from the tile's origin.
+[[gnu::target("avx2"), gnu::always_inline]] inline void slabs_avx2(const TileNode& node, const TileRays& tile,
+                                                                   float (*relative)[kTileNodeWidth], __m256& near_t,
+                                                                   __m256& far_t) {
   for (int axis = 0; axis < 3; ++axis) {
     const __m256 origin = _mm256_set1_ps(tile.origin[axis]);
     const __m256 low = _mm256_sub_ps(bounds_avx2(node, axis, node.lower[axis]), origin);
@@ -75,6 +75,30 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
     near_t = _mm256_max_ps(first, near_t);  // a NaN leaves the bound alone
     far_t = _mm256_min_ps(last, far_t);
   }
+}
+
+/// The vectors of a tile (4x2 pixels each) that contain the covered pixels; all of them where the grid is not usable.
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256i covered_vectors_avx2(__m256 left, __m256 right, __m256 top,
+                                                                                __m256 bottom, __m256 usable) {
+  const __m256i ones = _mm256_set1_epi32(0xFF), two = _mm256_set1_epi32(-2);
+  const __m256i first_row = _mm256_and_si256(_mm256_cvttps_epi32(top), two);
+  const __m256i last_row = _mm256_and_si256(_mm256_cvttps_epi32(bottom), two);
+  const __m256i rows = _mm256_and_si256(_mm256_sllv_epi32(ones, first_row),
+                                        _mm256_srlv_epi32(ones, _mm256_sub_epi32(_mm256_set1_epi32(6), last_row)));
+  const __m256 four = _mm256_set1_ps(4.0f);
+  const __m256i left_half = _mm256_castps_si256(_mm256_cmp_ps(left, four, _CMP_LT_OQ));
+  const __m256i right_half = _mm256_castps_si256(_mm256_cmp_ps(right, four, _CMP_GE_OQ));
+  const __m256i columns = _mm256_or_si256(_mm256_and_si256(left_half, _mm256_set1_epi32(0x55)),
+                                          _mm256_and_si256(right_half, _mm256_set1_epi32(0xAA)));
+  const __m256i covered = _mm256_and_si256(rows, columns);
+  return _mm256_blendv_epi8(ones, covered, _mm256_castps_si256(usable));
+}
+
+[[gnu::target("avx2")]] unsigned test_node_avx2(const TileNode& node, const TileRays& tile, const TileDepths& depths,
+                                                std::uint32_t bucket, TileNodeHits& hits) {
+  alignas(32) float relative[6][kTileNodeWidth];
+  __m256 near_t = _mm256_set1_ps(-kUnbounded), far_t = _mm256_set1_ps(kUnbounded);
+  slabs_avx2(node, tile, relative, near_t, far_t);
   const __m256 zero = _mm256_setzero_ps();
   const __m256 entry = _mm256_mul_ps(_mm256_max_ps(near_t, zero), _mm256_set1_ps(1.0f - kSlabSlack));
   const __m256 exit = _mm256_mul_ps(far_t, _mm256_set1_ps(1.0f + kSlabSlack));
@@ -105,20 +129,7 @@ constexpr float kUnbounded = std::numeric_limits<float>::infinity();
              tile.scale[1], tile.margin, top, bottom);
   const __m256 between = _mm256_or_ps(_mm256_cmp_ps(left, right, _CMP_GT_OQ), _mm256_cmp_ps(top, bottom, _CMP_GT_OQ));
   mask &= ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_and_ps(usable, between)));
-  // The vectors (4x2 pixels each) that contain the covered pixels.
-  const __m256i ones = _mm256_set1_epi32(0xFF), two = _mm256_set1_epi32(-2);
-  const __m256i first_row = _mm256_and_si256(_mm256_cvttps_epi32(top), two);
-  const __m256i last_row = _mm256_and_si256(_mm256_cvttps_epi32(bottom), two);
-  const __m256i rows = _mm256_and_si256(_mm256_sllv_epi32(ones, first_row),
-                                        _mm256_srlv_epi32(ones, _mm256_sub_epi32(_mm256_set1_epi32(6), last_row)));
-  const __m256 four = _mm256_set1_ps(4.0f);
-  const __m256i left_half = _mm256_castps_si256(_mm256_cmp_ps(left, four, _CMP_LT_OQ));
-  const __m256i right_half = _mm256_castps_si256(_mm256_cmp_ps(right, four, _CMP_GE_OQ));
-  const __m256i columns = _mm256_or_si256(_mm256_and_si256(left_half, _mm256_set1_epi32(0x55)),
-                                          _mm256_and_si256(right_half, _mm256_set1_epi32(0xAA)));
-  const __m256i covered = _mm256_and_si256(rows, columns);
-  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors),
-                     _mm256_blendv_epi8(ones, covered, _mm256_castps_si256(usable)));
+  _mm256_store_si256(reinterpret_cast<__m256i*>(hits.vectors), covered_vectors_avx2(left, right, top, bottom, usable));
   return mask;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls by several threads, each taking the next index: a call that must wait for all earlier ones waits for few.
+// Runs a function for indices 0 to n on several threads. Threads take indices in ascending order, so a call that waits
+// for all earlier ones waits for at most threads - 1 calls that are still running.
 #pragma once
 
 #include <tbb/parallel_for.h>

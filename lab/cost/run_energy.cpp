@@ -85,88 +85,115 @@ Range in_whole_picojoules(const Range& nanojoules) {
   return {whole(nanojoules.low), whole(nanojoules.central), whole(nanojoules.high)};
 }
 
-}  // namespace
+/// The parts of a run's energy so far, and what they are made from.
+struct Account {
+  const RunStatistics& counted;
+  const std::string& statistics;
+  Prices prices;
+  std::vector<EnergyPart> parts;
 
-std::vector<EnergyPart> run_energy(const RunStatistics& counted, const sim::GpuConfig& config,
-                                   const std::vector<modules::Inventory>& inventories, const CostOptions& options,
-                                   const EnergyOptions& energy, const std::string& statistics) {
-  const auto value = [&](const std::string& name) {
+  double value(const std::string& name) const {
     if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
     const std::optional<double> found = counted(name);
     if (!found && !name.starts_with("gpu.dram.")) {
       throw Error(statistics, name, "is missing, or no number: the energy of the run cannot be told");
     }
     return found.value_or(0.0);
-  };
-  // Counters of a part that is off by default; missing in a run if they are zero.
-  const auto if_any = [&](const std::string& name) {
+  }
+  /// Counters of a part that is off by default; missing in a run if they are zero.
+  double if_any(const std::string& name) const {
     if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
     return counted(name).value_or(0.0);
-  };
-  const Prices prices(inventories, options);
-  std::vector<EnergyPart> parts;
-  const auto add = [&](const std::string& name, double actions, const Range& pj, const std::string& basis) {
+  }
+  void add(const std::string& name, double actions, const Range& pj, const std::string& basis) {
     parts.push_back({name, actions, in_whole_picojoules(pj * (actions * 1e-3)), basis});
-  };
-  add("rt.ray_box", value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
-      "node tests, sort included");
-  add("rt.ray_triangle", value("gpu.rt.ray_triangle.tests"), prices.test(".ray_triangle", config.rt.ray_triangle),
-      "triangle tests");
-  add("rt.ray_sphere", value("gpu.rt.ray_sphere.tests"), prices.test(".ray_sphere", config.rt.ray_sphere),
-      "sphere tests");
-  add("rt.ray_gaussian", if_any("gpu.rt.ray_gaussian.tests"), prices.test(".ray_gaussian", config.rt.ray_gaussian),
-      "Gaussian tests");
-  add("rt.ray_transform", value("gpu.rt.ray_transform.tests"), prices.test(".ray_transform", config.rt.ray_transform),
-      "transforms");
-  const double events = value("gpu.rt.lanes_handled");
-  add("rt.warp_buffer", events,
-      prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
-          prices.access(".warp_buffer", "stack", true),
-      "lane steps: a ray is read, a stack entry read and written");
-  const double entries = value("gpu.rt.checkpoint.entries_written") + value("gpu.rt.checkpoint.entries_read");
+  }
+};
+
+void add_rt_unit(Account& account, const sim::GpuConfig& config) {
+  const Prices& prices = account.prices;
+  account.add("rt.ray_box", account.value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
+              "node tests, sort included");
+  account.add("rt.ray_triangle", account.value("gpu.rt.ray_triangle.tests"),
+              prices.test(".ray_triangle", config.rt.ray_triangle), "triangle tests");
+  account.add("rt.ray_sphere", account.value("gpu.rt.ray_sphere.tests"),
+              prices.test(".ray_sphere", config.rt.ray_sphere), "sphere tests");
+  account.add("rt.ray_gaussian", account.if_any("gpu.rt.ray_gaussian.tests"),
+              prices.test(".ray_gaussian", config.rt.ray_gaussian), "Gaussian tests");
+  account.add("rt.ray_transform", account.value("gpu.rt.ray_transform.tests"),
+              prices.test(".ray_transform", config.rt.ray_transform), "transforms");
+  const double events = account.value("gpu.rt.lanes_handled");
+  account.add("rt.warp_buffer", events,
+              prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
+                  prices.access(".warp_buffer", "stack", true),
+              "lane steps: a ray is read, a stack entry read and written");
+  const double entries =
+      account.value("gpu.rt.checkpoint.entries_written") + account.value("gpu.rt.checkpoint.entries_read");
   const bool multiplies = !std::has_single_bit(config.rt.checkpoint.entry_bytes);
-  add("rt.checkpoint_unit", entries,
-      prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
-          (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
-          prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
-          prices.access(".checkpoint_unit", "bin_pointers", false) +
-          prices.access(".checkpoint_unit", "bin_pointers", true) +
-          prices.access(".checkpoint_unit", "bin_read", false),
-      "entries written and read");
+  account.add("rt.checkpoint_unit", entries,
+              prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
+                  (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
+                  prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
+                  prices.access(".checkpoint_unit", "bin_pointers", false) +
+                  prices.access(".checkpoint_unit", "bin_pointers", true) +
+                  prices.access(".checkpoint_unit", "bin_read", false),
+              "entries written and read");
+}
+
+void add_shaders(Account& account) {
+  const Prices& prices = account.prices;
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
-  add("simt", value("gpu.simt.instructions.total"),
-      prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
-          prices.access(".simt", "register_file", true),
-      "warp instructions, 32 lanes");
+  account.add("simt", account.value("gpu.simt.instructions.total"),
+              prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
+                  prices.access(".simt", "register_file", true),
+              "warp instructions, 32 lanes");
   // An entry of a heap is three of the 32 words that an access of the register file moves. A step, read, comparison and
   // write, takes two cycles.
-  const double heap_steps = (if_any("gpu.rt.any_hit.unit.busy_cycles") + if_any("gpu.simt.heap_cycles")) / 2;
+  const double heap_steps =
+      (account.if_any("gpu.rt.any_hit.unit.busy_cycles") + account.if_any("gpu.simt.heap_cycles")) / 2;
   const double of_a_row = static_cast<double>(modules::HitHeap::kEntryWords) / modules::kMaxLanes;
-  add("rt.any_hit_unit", heap_steps,
+  account.add(
+      "rt.any_hit_unit", heap_steps,
       prices.operation("fp_compare", 32) +
           (prices.access(".simt", "register_file", false) + prices.access(".simt", "register_file", true)) * of_a_row,
       "steps of heaps: an entry read, compared and written");
-  const double l1_reads = value("gpu.l1.all.reads");
-  const double l1_writes = value("gpu.l1.all.writes") + value("gpu.l1.fills");
-  add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");
-  add("l1.writes", l1_writes, prices.access(".l1d", "data", true), "sectors written and filled");
-  const double packets = value("gpu.crossbar.request.packets") + value("gpu.crossbar.reply.packets");
+}
+
+void add_memory(Account& account, const CostOptions& options, const EnergyOptions& energy) {
+  const Prices& prices = account.prices;
+  const double l1_reads = account.value("gpu.l1.all.reads");
+  const double l1_writes = account.value("gpu.l1.all.writes") + account.value("gpu.l1.fills");
+  account.add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");
+  account.add("l1.writes", l1_writes, prices.access(".l1d", "data", true), "sectors written and filled");
+  const double packets = account.value("gpu.crossbar.request.packets") + account.value("gpu.crossbar.reply.packets");
   const double wire_pj = energy.wire_fj_per_bit_mm_40nm * 1e-3 * 8 * (32 + 8) / 2 * energy.wire_mm *
                          std::sqrt(options.nm / 40.0);  // 240 at 40 nm, 115 at 10 nm: the square root of the node
-  add("crossbar", packets, {0.5 * wire_pj, wire_pj, 2.0 * wire_pj}, "packets; half of them carry a sector");
-  add("l2.reads", value("gpu.l2.all.reads"), prices.access("l2_slice0", "data", false), "sectors");
-  add("l2.writes", value("gpu.l2.all.writes") + value("gpu.dram.reads"), prices.access("l2_slice0", "data", true),
-      "sectors written and filled");
+  account.add("crossbar", packets, {0.5 * wire_pj, wire_pj, 2.0 * wire_pj}, "packets; half of them carry a sector");
+  account.add("l2.reads", account.value("gpu.l2.all.reads"), prices.access("l2_slice0", "data", false), "sectors");
+  account.add("l2.writes", account.value("gpu.l2.all.writes") + account.value("gpu.dram.reads"),
+              prices.access("l2_slice0", "data", true), "sectors written and filled");
   const double dram_pj = 8.0 * energy.dram_pj_per_bit;
-  add("dram", value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj}, "bytes; HBM2E to GDDR5");
+  account.add("dram", account.value("gpu.dram.bytes"), {0.8 * dram_pj, dram_pj, 1.9 * dram_pj},
+              "bytes; HBM2E to GDDR5");
+}
+
+}  // namespace
+
+std::vector<EnergyPart> run_energy(const RunStatistics& counted, const sim::GpuConfig& config,
+                                   const std::vector<modules::Inventory>& inventories, const CostOptions& options,
+                                   const EnergyOptions& energy, const std::string& statistics) {
+  Account account{counted, statistics, Prices(inventories, options), {}};
+  add_rt_unit(account, config);
+  add_shaders(account);
+  add_memory(account, options, energy);
   // User-defined units compute their own energy; the run's statistics hold the sum.
   if (const double own = counted("gpu.energy_nj.own").value_or(0.0); own > 0.0) {
-    parts.push_back(
+    account.parts.push_back(
         {"own", 1.0, Range::exactly(own), "run, as units that not every machine has price what they count"});
   }
   const CostNode tree = cost_tree(inventories, options);
-  add("leakage", value("gpu.time_us"), tree.leakage_mw * 1e3, "us of the whole machine");
-  return parts;
+  account.add("leakage", account.value("gpu.time_us"), tree.leakage_mw * 1e3, "us of the whole machine");
+  return account.parts;
 }
 
 Range total(const std::vector<EnergyPart>& parts) {

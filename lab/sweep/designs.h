@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The named designs: what a paper proposes, as a structure, options of the tracer and configuration keys that go with
-// it. A machine is what all designs have in common.
+// The named designs, which are compared: each is a structure, options of the tracer, and configuration keys of its own.
+// The machine is the configuration that all compared designs share.
 #pragma once
 
 #include <set>

@@ -49,13 +49,20 @@ void L1Cache::end_of_elaboration() {
 }
 
 void L1Cache::restart(Caches caches) {
-  assert(miss_queue_.empty() && leaving_lines_ == 0 && writes_pending_ == 0);
   tags_.restart(caches == Caches::warm);
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
   fills_.restart();
   left_dirty_ = 0;
   timed_misses_ = {};
-  for (Client& client : clients_) client.refused = {};
+  for (Client& client : clients_) {
+    client.hits.clear();
+    client.fills.clear();
+    client.refused = {};
+  }
+  late_.clear();
+  miss_queue_.clear();
+  leaving_sectors_ = leaving_lines_ = 0;
+  writes_pending_ = 0;
   std::fill(response_due_.begin(), response_due_.end(), kNever);
   first_client_ = 0;
   banks_taken_ = version_ = 0;

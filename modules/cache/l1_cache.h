@@ -57,6 +57,7 @@ class L1CacheModule : public ClockedModule {
   virtual void load(StateReader&) { refuse_state(*this); }
 
  protected:
+  L1CacheModule(const char* name, ClockDomain& clock, unsigned clients) = delete;  ///< see ClockedModule
   L1CacheModule(const sc_core::sc_module_name& name, ClockDomain& clock, unsigned clients)
       : ClockedModule(name, clock), request("request", clients), response("response", clients) {}
 };

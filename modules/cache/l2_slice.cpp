@@ -39,6 +39,10 @@ void L2Slice::restart(Caches caches) {
   tags_.restart(caches == Caches::warm);
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
   fills_.restart();
+  pipe_.clear();
+  replies_.clear();
+  dram_queue_.clear();
+  late_.clear();
   left_dirty_ = 0;
   due_ = kNever;
   mshr_counted_ = 0;

@@ -42,7 +42,7 @@ class L2SliceModule : public ClockedModule {
   /// To the DRAM channel, with global addresses.
   virtual ::tlm::tlm_initiator_socket<32>& memory_socket() = 0;
 
-  virtual const L2Counters& counters() const = 0;
+  virtual L2Counters counters() const = 0;
   /// No request in flight. Dirty sectors may remain in the cache: they are written back only on eviction.
   virtual bool idle() const = 0;
   virtual std::uint64_t dirty_sectors() const = 0;
@@ -139,7 +139,8 @@ class L2Slice final : public L2SliceModule, public touch_if {
   Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
-  const L2Counters& counters() const override { return counters_; }
+  L2Counters counters() const override { return counters_; }
+  const L2Counters& raw_counters() const { return counters_; }  ///< the same, without a copy
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }         ///< entries occupied now
   std::size_t accesses_queued() const { return pipe_.size(); }    ///< in the pipeline or waiting at the tags

@@ -5,8 +5,10 @@
 #include <bit>
 #include <cassert>
 #include <ostream>
+#include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/tlm/origin_extension.h"
 
 namespace grtx::modules {
@@ -35,7 +37,8 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
   }
   if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  const std::uint64_t limit = config_.bytes != 0 ? config_.bytes : ~std::uint64_t{0};
+  if (!lies_below(limit, payload.get_address(), bytes)) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   const AddressInterleave& map = config_.interleave;  // a response finds its socket by the address
   const bool shared = map.slices_a_channel() > 1;
   if (shared && map.slice(payload.get_address()) != socket) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
@@ -48,13 +51,13 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   Port& port = port_of(static_cast<unsigned>(id));
   const Cycle edge = clock_.edge_after(delay.value());
   if (phase == tlm::BEGIN_REQ) {
-    if (port.arriving != nullptr) SC_REPORT_ERROR("/grtx/dram", "BEGIN_REQ before END_REQ of the previous request");
+    if (port.arriving != nullptr) return reject(payload, "BEGIN_REQ before END_REQ of the previous request");
     payload.acquire();
     port.arriving = &payload;
     port.arrival = edge;
     ++port.outstanding;
   } else if (phase == tlm::END_RESP) {
-    if (port.responding != &payload) SC_REPORT_ERROR("/grtx/dram", "END_RESP without BEGIN_RESP");
+    if (port.responding != &payload) return reject(payload, "END_RESP without BEGIN_RESP");
     port.responding = nullptr;
     port.response_free = edge;
     payload.release();
@@ -69,6 +72,13 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
   channel.due = std::min(channel.due, edge);
   alarm_.request(edge);
   return ::tlm::TLM_ACCEPTED;
+}
+
+// A report may be configured not to throw; the call then changes nothing here, and the caller gets an error status.
+::tlm::tlm_sync_enum Dram::reject(::tlm::tlm_generic_payload& payload, const char* rule) const {
+  SC_REPORT_ERROR("/grtx/dram", (std::string(name()) + ": " + rule).c_str());
+  payload.set_response_status(::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  return ::tlm::TLM_COMPLETED;
 }
 
 // Loosely timed: the unloaded latency of a closed row, no contention.

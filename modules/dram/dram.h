@@ -95,6 +95,7 @@ class Dram final : public ClockedModule {
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  ::tlm::tlm_sync_enum reject(::tlm::tlm_generic_payload& payload, const char* rule) const;
   ::tlm::tlm_response_status check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const;
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;

@@ -44,6 +44,7 @@ class BoundedQueue {
     head_ = head_ + 1 == slots_.size() ? 0 : head_ + 1;
     if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
   }
+  void clear() { head_ = size_ = 0; }
 
  private:
   std::size_t index(std::size_t i) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
@@ -147,6 +148,7 @@ void ClockDomain::restart(Caches caches) {
   busy_ = booked_ = 0;
   far_from_ = kNever;
   far_booked_.clear();
+  for (Restarted* thing : restarted_) thing->restart();
   for (Clocked* clocked : alarms_) clocked->restart(caches);
 }
 
@@ -163,9 +165,19 @@ void ClockDomain::on_wake() {
   if (next_ != kNever && (ahead_ == nullptr || !ahead_->run())) notify_kernel();
 }
 
+// A wrong answer that nobody has blamed on a part is the module's.
+inline Cycle ClockDomain::ticked(Clocked& clocked, Cycle now) const {
+  try {
+    return clocked.tick(now);
+  } catch (const WrongAnswer& answer) {
+    const auto* const module = dynamic_cast<const sc_core::sc_object*>(&clocked);
+    unit_fault(module == nullptr ? name() : module->name(), answer.what());
+  }
+}
+
 void ClockDomain::run_alarm(std::size_t alarm) {
   wanted_[alarm] = kNever;
-  const Cycle next = alarms_[alarm]->tick(cycle_);
+  const Cycle next = ticked(*alarms_[alarm], cycle_);
   if (next < wanted_[alarm]) set(alarm, next);
   next_wanted_ |= observed_;
 }
@@ -198,7 +210,7 @@ void ClockDomain::step() {
       for (; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(rest));
         wanted[i] = kNever;
-        const Cycle next = clocked[i]->tick(now);
+        const Cycle next = ticked(*clocked[i], now);
         if (next <= soonest && wanted[i] == kNever) {
           wanted[i] = soonest;
           next_cycle |= rest & -rest;

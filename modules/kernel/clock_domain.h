@@ -36,11 +36,21 @@ class Clocked {
   /// the next cycle. A tick in which nothing is due must change nothing.
   virtual Cycle tick(Cycle now) = 0;
   /// Prepares for another launch, which counts cycles from 0 again: back to the constructed state with zero counters.
-  /// Called only when the unit is empty and its alarm is not set.
+  /// Usually the unit is empty. After a launch that stood still it is not: it drops what it holds.
   virtual void restart(Caches /*caches*/) {}
 
  protected:
   ~Clocked() = default;
+};
+
+/// What begins anew with a clock domain that does not call it: a link. Alarm::restarts() registers it.
+class Restarted {
+ public:
+  /// For another launch: back to the constructed state.
+  virtual void restart() = 0;
+
+ protected:
+  ~Restarted() = default;
 };
 
 /// Modules own an Alarm each; observers that need every active cycle are sensitive to tick() instead. The domain jumps
@@ -89,7 +99,8 @@ class ClockDomain final : public sc_core::sc_module {
   std::uint64_t time_fs(Cycle cycle) const { return begin_fs_ + cycle * period_fs_; }
   /// Cycle that contains `time_fs`; 0 for times before cycle 0.
   Cycle cycle_at(std::uint64_t time_fs) const { return time_fs <= begin_fs_ ? 0 : (time_fs - begin_fs_) / period_fs_; }
-  /// Prepares for another launch: cycle 0 is now, nothing is booked, and restart() is called on all modules.
+  /// Prepares for another launch: cycle 0 is now, nothing is booked, and restart() is called on all modules and on the
+  /// links that lead to them.
   void restart(Caches caches);
   std::uint64_t ticks() const { return ticks_; }  ///< cycles that were not skipped
   /// The latest cycle for which an alarm is set; 0 if none is. Linear in the number of modules; for watchdogs.
@@ -133,6 +144,7 @@ class ClockDomain final : public sc_core::sc_module {
   void notify_kernel();
   void request_earlier(Cycle cycle);
   void run_alarm(std::size_t alarm);
+  Cycle ticked(Clocked& clocked, Cycle now) const;
   void on_wake();
   void step();
 
@@ -149,6 +161,7 @@ class ClockDomain final : public sc_core::sc_module {
   std::uint64_t ticks_ = 0;
 
   std::vector<Clocked*> alarms_;
+  std::vector<Restarted*> restarted_;
   std::vector<Cycle> wanted_;       ///< [alarm] cycle it is set to; kNever if not set
   Cycle soonest_ = 0;               ///< first cycle that has not ticked: the earliest that an alarm can be set to
   std::vector<Wheel> due_;          ///< [alarm / 64]
@@ -171,6 +184,8 @@ class Alarm {
   void request(Cycle cycle) {
     if (cycle < domain_.wanted_[index_]) domain_.set(index_, cycle);
   }
+  /// `thing` restarts with the domain, before its modules. Must live as long.
+  void restarts(Restarted& thing) { domain_.restarted_.push_back(&thing); }
 
  private:
   ClockDomain& domain_;

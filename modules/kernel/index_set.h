@@ -2,6 +2,7 @@
 // A bit set of small numbers, for example the ports of a module that have work.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,7 @@ class IndexSet {
 
   void insert(unsigned i) { words_[i / 64] |= std::uint64_t{1} << i % 64; }
   void erase(unsigned i) { words_[i / 64] &= ~(std::uint64_t{1} << i % 64); }
+  void clear() { std::fill(words_.begin(), words_.end(), 0); }
   bool contains(unsigned i) const { return (words_[i / 64] >> i % 64 & 1) != 0; }
   /// The word whose bit i % 64 stands for number `i`. Its address stays valid for the lifetime of the set.
   std::uint64_t* word_of(unsigned i) { return &words_[i / 64]; }

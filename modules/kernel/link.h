@@ -8,7 +8,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cassert>
 #include <cstddef>
 #include <string>
 #include <systemc>
@@ -17,11 +16,12 @@
 #include "grtx/base/strong.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link_if.h"
+#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
 /// A link in the SystemC hierarchy, independent of its message type; found by sc_find_object() and get_child_objects().
-class LinkObject : public sc_core::sc_object {
+class LinkObject : public sc_core::sc_object, public Restarted {
  public:
   const char* kind() const override { return "grtx_link"; }
   /// Items sent and not taken, visible or not.
@@ -36,6 +36,13 @@ class LinkObject : public sc_core::sc_object {
   /// Silently replaces dots in the name and makes it unique: the kernel would warn, which ends runs that treat warnings
   /// as errors.
   explicit LinkObject(const std::string& name) : sc_object(free_name(name).c_str()) {}
+
+  // Checks of what a unit may ask of a link. No asserts: a user's release build has none, and this is a user's code.
+  void require(bool holds, const char* rule) const {
+    if (!holds) [[unlikely]]
+      refuse(rule);
+  }
+  [[noreturn, gnu::cold, gnu::noinline]] void refuse(const char* rule) const { unit_fault(name(), rule); }
 
  private:
   static std::string free_name(std::string name) {
@@ -52,11 +59,17 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   /// name: within the module under construction, as for a port.
   Link(const std::string& name, unsigned latency, std::size_t capacity)
       : LinkObject(name), latency_(latency), capacity_(static_cast<std::uint32_t>(capacity)), slots_(capacity) {
-    assert(latency >= 1 && capacity >= 1 && capacity <= ~std::uint32_t{0});
+    require(latency >= 1, "the latency of a link is one cycle at least");
+    require(capacity >= 1 && capacity <= ~std::uint32_t{0},
+            "a link has room for one item at least, and for 2^32 at most");
   }
 
-  /// Registers the consumer's alarm; every push sets it to the cycle in which the item becomes visible.
-  void wake(Alarm* consumer) override { consumer_ = consumer; }
+  /// Registers the consumer's alarm; every push sets it to the cycle in which the item becomes visible. The link
+  /// restarts with the consumer's clock domain.
+  void wake(Alarm* consumer) override {
+    if (consumer_ == nullptr && consumer != nullptr) consumer->restarts(*this);
+    consumer_ = consumer;
+  }
   bool announce(std::uint64_t* word, unsigned bit) override {
     announced_ = word;
     announced_bit_ = std::uint64_t{1} << bit;
@@ -67,7 +80,7 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   bool can_push(Cycle now) const override { return occupied(now) < capacity_; }
   std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
   void push(Cycle now, const T& item) override {
-    assert(can_push(now));
+    require(can_push(now), "push() into a full link");
     slots_[tail_] = {item, now + latency_};
     tail_ = next(tail_);
     if (size_++ == 0) {
@@ -82,7 +95,7 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   /// Oldest item if it has arrived by `now`, else nullptr.
   const T* front(Cycle now) const override { return visible_ <= now ? &slots_[head_].item : nullptr; }
   void pop(Cycle now) override {
-    assert(front(now) != nullptr);
+    require(front(now) != nullptr, "pop() of a link in which nothing is visible");
     if (last_pop_cycle_ != now) {
       last_pop_cycle_ = now;
       popped_this_cycle_ = 0;
@@ -105,12 +118,13 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
     return size_ != 0 && newest.visible == now + latency_ ? &newest.item : nullptr;
   }
 
-  /// For another launch: back to the constructed state, but keeps the consumer's alarm and announce() bit.
-  void restart() {
-    assert(size_ == 0);
-    last_pop_cycle_ = kNever;
-    head_ = tail_ = 0;
+  /// For another launch: back to the constructed state, without what was inside; keeps the consumer's alarm and
+  /// announce() bit.
+  void restart() override {
+    last_pop_cycle_ = visible_ = kNever;
+    head_ = tail_ = size_ = 0;
     pushed_ = 0;
+    if (announced_ != nullptr) *announced_ &= ~announced_bit_;
   }
 
   bool empty() const { return size_ == 0; }

@@ -47,6 +47,7 @@ class RingQueue {
     head_ = (head_ + 1) & mask_;
     if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
   }
+  void clear() { head_ = size_ = 0; }
 
  private:
   void grow() {

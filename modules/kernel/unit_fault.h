@@ -7,6 +7,8 @@
 #include <string>
 #include <systemc>
 
+#include "grtx/modules/kernel/wrong_answer.h"
+
 namespace grtx::modules {
 
 inline constexpr const char* kUnitReport = "/grtx/unit";
@@ -16,10 +18,5 @@ inline constexpr const char* kUnitReport = "/grtx/unit";
   SC_REPORT_ERROR(kUnitReport, (unit + ": " + rule).c_str());
   throw std::runtime_error(rule);  // if reports are configured not to throw
 }
-
-/// Thrown by code that detects a wrong answer, and caught by the caller that knows which unit gave it.
-struct WrongAnswer {
-  std::string rule;
-};
 
 }  // namespace grtx::modules

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/messages/memory_request.h"
 #include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::modules {
@@ -21,7 +22,6 @@ constexpr std::uint64_t kDelayedHits = 1024;
 
 constexpr std::uint64_t kCacheLine = 128;
 
-constexpr std::uint64_t kAddressable = std::uint64_t{1} << 37;  ///< 128 GiB, the limit of AddressIndex for sectors
 constexpr std::uint64_t kMostEntries = std::uint64_t{1}
                                        << 32;  ///< most entries of a ray's buffer, so that products fit 64 bits
 
@@ -55,7 +55,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
   std::uint64_t cursor = 0;
   const auto place = [&](const char* name, std::uint64_t bytes) {
     const std::uint64_t base = cursor;
-    if (bytes > kAddressable - cursor) {
+    if (!lies_below(kAddressable, cursor, bytes)) {
       throw Error("memory map", name, "would end beyond the 128 GiB that the model addresses");
     }
     extents_.push_back({name, base, bytes});

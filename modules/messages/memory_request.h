@@ -12,6 +12,13 @@ namespace grtx::modules {
 
 inline constexpr std::uint64_t kSectorBytes = 32;
 inline constexpr unsigned kAddressBits = 40;  ///< width of a byte address in hardware
+/// Addresses that the model can simulate lie below: 128 GiB without the last sector. Its caches number sectors in 32
+/// bits (AddressIndex).
+inline constexpr std::uint64_t kAddressable = (std::uint64_t{0xFFFF'FFFF}) * kSectorBytes;
+/// Whether all of [address, address + bytes) lies below `limit`, without wrapping around.
+constexpr bool lies_below(std::uint64_t limit, std::uint64_t address, std::uint64_t bytes) {
+  return bytes <= limit && address <= limit - bytes;
+}
 inline constexpr const char* kSectorsRule = "must be 1, 2 or 4: a line has four sectors";  ///< for port widths
 
 /// What kind of data a memory request accesses; caches count hits per region.

@@ -157,6 +157,7 @@ const CounterTable<CrossbarCounters::Network>& CrossbarCounters::Network::table(
 void describe(const CrossbarCounters& counters, StatisticList& list, const std::string& prefix) {
   counters.request.table().describe(counters.request, list, prefix + ".request");
   counters.reply.table().describe(counters.reply, list, prefix + ".reply");
+  counters.own.describe(list, prefix);
 }
 
 Inventory Crossbar::inventory() const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Crossbar between the SMs and the L2 slices: separate request and reply networks, one packet per port and cycle.
-// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar (hardware.md 9.3): one 40 B flit per packet.
+// Not in the paper; a simplification of GPGPU-Sim's built-in crossbar: every packet is one unit (flit) of 40 B.
 // Polls each non-empty input port once per active cycle; sleeps when empty.
 #pragma once
 
@@ -42,6 +42,7 @@ class CrossbarModule : public sc_core::sc_module {
   virtual void dump_state(std::ostream& out) const = 0;
 
  protected:
+  CrossbarModule(const char* name, unsigned sms, unsigned slices) = delete;  ///< see ClockedModule
   CrossbarModule(const sc_core::sc_module_name& name, unsigned sms, unsigned slices)
       : sc_module(name),
         request_in("request_in", sms),
@@ -61,6 +62,7 @@ struct CrossbarCounters {
   };
   Network request;
   Network reply;
+  OwnCounts own;  ///< extra counters of a user-supplied crossbar
 };
 
 /// Appends the counters as prefix + ".name".
@@ -99,6 +101,7 @@ class CrossbarNetwork final : public Clocked {
       output.buffer = RingQueue<Held>();
       output.next_input = 0;
     }
+    busy_.clear();
     counters_ = {};
   }
   bool idle() const;
@@ -153,7 +156,7 @@ class Crossbar final : public CrossbarModule, public touch_if {
   Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
-  CrossbarCounters counters() const override { return {requests_.counters(), replies_.counters()}; }
+  CrossbarCounters counters() const override { return {requests_.counters(), replies_.counters(), {}}; }
   bool idle() const override;
   void dump_state(std::ostream& out) const override;
   const Config& config() const { return config_; }

@@ -63,7 +63,10 @@ class AnyHitCollector final : public AnyHitModule {
   std::uint64_t progress() const override { return counters_.batches; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
-  void restart() override { counters_ = {}; }
+  void restart() override {
+    candidates_ = 0;
+    counters_ = {};
+  }
 
  private:
   void end_of_elaboration() override;

@@ -28,7 +28,10 @@ void AnyHitUnit::end_of_elaboration() {
 }
 
 void AnyHitUnit::restart() {
+  std::fill(fill_.begin(), fill_.end(), 0);
   std::fill(free_from_.begin(), free_from_.end(), 0);
+  flights_ = {};
+  evicting_.clear();
   order_ = 0;
   counters_ = {};
 }

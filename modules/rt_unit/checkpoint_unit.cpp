@@ -91,6 +91,10 @@ void CheckpointUnit::end_of_elaboration() {
 void CheckpointUnit::restart() {
   make_anew(layout_, config_, header_);
   std::fill(lanes_.begin(), lanes_.end(), LaneContext());
+  submitted_.clear();
+  reads_.clear();
+  writes_.clear();
+  outstanding_ = 0;
   counters_ = {};
 }
 

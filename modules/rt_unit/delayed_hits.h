@@ -5,6 +5,7 @@
 // docs/model/rt_scheduler.md has the timing.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <iosfwd>
@@ -36,7 +37,12 @@ class DelayedHits final : public AnyHitModule {
   std::uint64_t progress() const override { return counters_.batches; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
-  void restart() override { counters_ = {}; }
+  void restart() override {
+    for (std::deque<traces::Event>& hits : hits_) hits.clear();
+    std::fill(held_of_.begin(), held_of_.end(), 0);
+    held_ = 0;
+    counters_ = {};
+  }
 
  private:
   void end_of_elaboration() override;

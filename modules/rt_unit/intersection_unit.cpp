@@ -35,6 +35,8 @@ IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Co
 }
 
 void IntersectionUnit::restart() {
+  queue_.clear();
+  flights_.clear();
   std::fill(free_from_.begin(), free_from_.end(), 0);
   next_free_ = 0;
   due_ = kNever;

@@ -71,6 +71,11 @@ void MemoryScheduler::end_of_elaboration() {
 void MemoryScheduler::restart() {
   make_anew(traffic_, header_, config_.traffic);
   std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
+  std::fill(fetches_.begin(), fetches_.end(), Fetch());
+  std::fill(under_way_.begin(), under_way_.end(), 0);
+  queue_.clear();
+  front_.reset();
+  outstanding_ = 0;
   visited_.clear();
   visited_entry_ = 0;
   usual_latency_ = kFirstLatencies;

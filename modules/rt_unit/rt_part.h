@@ -26,11 +26,12 @@ class RtPart : public sc_core::sc_module {
   virtual void count(OwnCounts& /*own*/) const {}
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
-  /// Prepares for another launch (Clocked::restart()); the part is idle.
+  /// Prepares for another launch, and drops what the part holds (Clocked::restart()).
   virtual void restart() {}
 
  protected:
   explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}
+  explicit RtPart(const char* name) = delete;  ///< members would land in the module around it: see ClockedModule
 };
 
 /// A part that is a client of the L1.

@@ -5,7 +5,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/kernel/unit_fault.h"
+#include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
 
@@ -102,6 +102,10 @@ void RtScheduler::schedule(Cycle now) {
     return;
   }
   const unsigned entry = selection_->select(candidates, buffer_->ages());
+  if (entry >= 64 || (candidates & bit(entry)) == 0) [[unlikely]] {
+    throw WrongAnswer("the warp selection " + config_.policy + " chose entry " + std::to_string(entry) +
+                      ", which is no candidate");
+  }
   const Warp& warp = buffer_->warp(entry);
   const LaneMask lanes = warp.in_state(LaneState::ready);
   ++counters_.selections;
@@ -186,7 +190,7 @@ void RtScheduler::move_stack(LaneId id) {
 
 void RtScheduler::unit_result(Cycle now, LaneId id) {
   if (!buffer_->in_unit(id))
-    throw WrongAnswer{"has a result for lane " + std::to_string(id) + ", which asked for none"};
+    throw WrongAnswer("has a result for lane " + std::to_string(id) + ", which asked for none");
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);

@@ -288,7 +288,7 @@ void RtUnit::tick_units(Cycle now) {
       if (unit->due() <= now) unit->tick(now);
     }
   } catch (const WrongAnswer& answer) {
-    unit_fault(ticking->name(), answer.rule);
+    unit_fault(ticking->name(), answer.what());
   }
 }
 

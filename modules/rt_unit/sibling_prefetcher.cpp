@@ -21,7 +21,11 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
   require_allowed("rt.prefetch", config);
 }
 
-void SiblingPrefetcher::restart() { make_anew(decisions_, lanes_, config_, triggers_, traffic_); }
+void SiblingPrefetcher::restart() {
+  make_anew(decisions_, lanes_, config_, triggers_, traffic_);
+  queue_.clear();
+  outstanding_ = 0;
+}
 
 bool SiblingPrefetcher::waits(std::uint64_t address) const {
   for (std::size_t i = 0; i < queue_.size(); ++i) {

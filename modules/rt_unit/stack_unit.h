@@ -4,6 +4,7 @@
 // Cost: a queue of lanes and one offset per lane. docs/model/stack_unit.md has the timing.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -65,7 +66,12 @@ class StackUnit final : public StackModule {
   Counters counters() const override { return counters_; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
-  void restart() override { counters_ = {}; }
+  void restart() override {
+    std::fill(lanes_.begin(), lanes_.end(), LaneContext());
+    queue_.clear();
+    outstanding_ = 0;
+    counters_ = {};
+  }
 
  private:
   struct LaneContext {

@@ -51,6 +51,13 @@ void SimtCore::restart(Caches) {
   issue_slots_ = IssueSlots(config_.schedulers, config_.instruction_latency);
   lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
   std::fill(slots_.begin(), slots_.end(), Slot());
+  starting_service_ = starting_ray_generation_ = loaded_ = 0;
+  batches_.clear();
+  fetches_.clear();
+  trace_calls_.clear();
+  any_hits_done_.clear();
+  nodes_fetched_.clear();
+  ends_.clear();
   next_ready_ = next_drained_ = kNever;
   last_active_ = 0;
   counters_ = {};

@@ -49,8 +49,13 @@ void WorkDistributor::start_of_simulation() {
 }
 
 void WorkDistributor::restart(Caches) {
-  assert(running_ == 0 && ready_ == nullptr);
-  for (Sm& sm : sms_) sm.launched = 0;
+  for (Sm& sm : sms_) {
+    sm.free_slots = all_slots(config_.resident_warps);
+    sm.launched = 0;
+  }
+  free_slots_ = config_.sms * config_.resident_warps;
+  running_ = 0;
+  ready_ = nullptr;
   groups_ = source_.count();
   next_ = 0;
   turn_ = 0;

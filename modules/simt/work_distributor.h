@@ -70,6 +70,7 @@ class WorkDistributorModule : public ClockedModule {
   virtual void dump_state(std::ostream& out) const = 0;
 
  protected:
+  WorkDistributorModule(const char* name, ClockDomain& clock, unsigned sms) = delete;  ///< see ClockedModule
   WorkDistributorModule(const sc_core::sc_module_name& name, ClockDomain& clock, unsigned sms)
       : ClockedModule(name, clock), launch("launch", sms), ended("ended", sms) {}
 };

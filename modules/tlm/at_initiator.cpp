@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/tlm/at_payload_attributes.h"
 
 namespace grtx::modules {
@@ -39,7 +40,10 @@ AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock) : socket(s
 }
 
 void AtInitiator::restart() {
-  assert(idle());
+  if (outstanding_ != 0 || requesting_ != nullptr || responding_ != nullptr) {
+    unit_fault(socket.name(), "a restart while the memory has requests");
+  }
+  while (!completions_.empty()) completions_.pop();
   free_from_ = last_visible_ = 0;
 }
 
@@ -92,11 +96,17 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   return ::tlm::TLM_ACCEPTED;
 }
 
+// Reports may be configured not to throw; a response out of turn is then as if it had not been sent.
+bool AtInitiator::may_respond(const AtPayload& payload) const {
+  const char* const broken = payload.responded        ? "a second response of a request"
+                             : responding_ != nullptr ? "BEGIN_RESP before END_RESP of the previous response"
+                                                      : nullptr;
+  if (broken != nullptr) SC_REPORT_ERROR(kReport, (std::string(socket.name()) + ": " + broken).c_str());
+  return broken == nullptr;
+}
+
 void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& delay) {
-  if (responding_ != nullptr) {
-    const std::string text = std::string(socket.name()) + ": BEGIN_RESP before END_RESP of the previous response";
-    SC_REPORT_ERROR(kReport, text.c_str());
-  }
+  if (!may_respond(payload)) return;
   complete(payload, delay);
   responding_ = &payload;
   end_cycle_ = clock_.edge_after(delay.value());
@@ -129,7 +139,7 @@ void AtInitiator::end_request(const AtPayload& payload, const sc_core::sc_time& 
 }
 
 void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
-  assert(!payload.responded && outstanding_ > 0);
+  assert(outstanding_ > 0);
   payload.responded = true;
   --outstanding_;
   Cycle visible = clock_.edge_after(delay.value());

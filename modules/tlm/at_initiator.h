@@ -70,7 +70,8 @@ class AtInitiator final {
   bool idle() const {
     return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr && responding_ == nullptr;
   }
-  /// For another launch (ClockDomain::restart()); requires idle().
+  /// For another launch (ClockDomain::restart()); drops completions that were not popped. An error report if a
+  /// transaction is under way at the memory: it cannot be taken back.
   void restart();
   /// Ends the simulation with an error report on a completion that is not ok().
   void report_refusal(const Completion& completion) const;
@@ -78,6 +79,8 @@ class AtInitiator final {
  private:
   ::tlm::tlm_sync_enum nb_transport_bw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
+  /// Whether the target may begin a response of this payload now; reports an error if not.
+  bool may_respond(const AtPayload& payload) const;
   void end_request(const AtPayload& payload, const sc_core::sc_time& delay);
   void complete(AtPayload& payload, const sc_core::sc_time& delay);
   void begin_response(AtPayload& payload, const sc_core::sc_time& delay);

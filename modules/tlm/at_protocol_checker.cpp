@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "grtx/modules/messages/memory_request.h"
+
 namespace grtx::modules {
 
 using sc_core::sc_time;
@@ -114,7 +116,7 @@ void AtProtocolChecker::check_attributes(const tlm_generic_payload& payload) {
   require(std::has_single_bit(length), "project", "data length is not a power of two");
   require(payload.get_address() % length == 0, "project", "address is not naturally aligned");
   require(payload.get_streaming_width() == length, "project", "streaming width differs from the length");
-  require(config_.address_limit == 0 || payload.get_address() + length <= config_.address_limit, "project",
+  require(config_.address_limit == 0 || lies_below(config_.address_limit, payload.get_address(), length), "project",
           "address beyond the memory");
 }
 

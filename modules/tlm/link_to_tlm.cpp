@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/tlm/at_payload_attributes.h"
 
 namespace grtx::modules {
@@ -15,7 +16,7 @@ LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, 
       memory("memory", clock),
       config_(config),
       slots_(config.outstanding) {
-  for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
+  free_all();
   memory.keep_data();
   if (config_.blocking) SC_THREAD(call);
 }
@@ -23,6 +24,20 @@ LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, 
 void LinkToTlm::end_of_elaboration() {
   request->wake(&alarm_);
   memory.wake(&alarm_);
+}
+
+void LinkToTlm::restart(Caches) {
+  if (calling_) unit_fault(name(), "a restart inside of b_transport");
+  memory.restart();
+  free_all();
+  returned_.clear();
+  next_call_ = 0;
+  requests_ = 0;
+}
+
+void LinkToTlm::free_all() {
+  free_.clear();
+  for (unsigned i = config_.outstanding; i > 0; --i) free_.push_back(i - 1);
 }
 
 Cycle LinkToTlm::tick(Cycle now) {

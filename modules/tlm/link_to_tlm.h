@@ -44,6 +44,8 @@ class LinkToTlm final : public ClockedModule {
  private:
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
+  void free_all();
   void take_completion(Cycle now);
   void send(Cycle now);
   void call();

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <ostream>
+#include <string>
 #include <utility>
+
+#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
@@ -18,7 +21,7 @@ TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, 
       config_(config),
       data_(config.data),
       slots_(config.outstanding) {
-  for (unsigned i = config.outstanding; i > 0; --i) free_.push_back(i - 1);
+  free_all();
   socket.register_nb_transport_fw(this, &TlmToLink::nb_transport_fw);
   socket.register_b_transport(this, &TlmToLink::b_transport);
   if (!data_) data_ = [this](tlm_generic_payload& payload) { return memory_.access(payload); };
@@ -28,13 +31,26 @@ TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, 
 
 void TlmToLink::end_of_elaboration() { response->wake(&alarm_); }
 
+// Data stay, as those of a memory do.
+void TlmToLink::restart(Caches) {
+  if (!idle()) unit_fault(name(), "a restart while transactions of its initiator are inside");
+  free_all();
+  arrival_ = response_free_ = 0;
+  transactions_ = sectors_ = refused_ = 0;
+}
+
+void TlmToLink::free_all() {
+  free_.clear();
+  for (unsigned i = config_.outstanding; i > 0; --i) free_.push_back(i - 1);
+}
+
 ::tlm::tlm_response_status TlmToLink::check(const tlm_generic_payload& payload) {
   if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
   if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
   if (payload.get_data_length() == 0 || payload.get_streaming_width() < payload.get_data_length()) {
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
   }
-  if (payload.get_address() + payload.get_data_length() > std::uint64_t{1} << kAddressBits) {
+  if (!lies_below(kAddressable, payload.get_address(), payload.get_data_length())) {
     return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   }
   return ::tlm::TLM_OK_RESPONSE;
@@ -52,16 +68,23 @@ bool TlmToLink::refuse(tlm_generic_payload& payload) {
   const Cycle edge = clock_.edge_after(delay.value());
   if (phase == tlm::BEGIN_REQ) {
     if (refuse(payload)) return ::tlm::TLM_COMPLETED;
-    if (arriving_ != nullptr) SC_REPORT_ERROR("/grtx/tlm_to_link", "BEGIN_REQ before END_REQ of the previous request");
+    if (arriving_ != nullptr) return reject(payload, "BEGIN_REQ before END_REQ of the previous request");
     payload.acquire();
     arriving_ = &payload;
     arrival_ = edge;
     alarm_.request(edge);
   } else if (phase == tlm::END_RESP) {
-    if (responding_ != &payload) SC_REPORT_ERROR("/grtx/tlm_to_link", "END_RESP without BEGIN_RESP");
+    if (responding_ != &payload) return reject(payload, "END_RESP without BEGIN_RESP");
     end_response(edge);
   }
   return ::tlm::TLM_ACCEPTED;
+}
+
+// A report may be configured not to throw; the call then changes nothing here, and the caller gets an error status.
+::tlm::tlm_sync_enum TlmToLink::reject(tlm_generic_payload& payload, const char* rule) {
+  SC_REPORT_ERROR("/grtx/tlm_to_link", (std::string(name()) + ": " + rule).c_str());
+  payload.set_response_status(::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  return ::tlm::TLM_COMPLETED;
 }
 
 void TlmToLink::b_transport(tlm_generic_payload& payload, sc_time& delay) {
@@ -102,7 +125,10 @@ void TlmToLink::take_responses(Cycle now) {
   while (const MemoryResponse* arrived = response->front(now)) {
     const std::uint32_t slot = arrived->tag;
     response->pop(now);
-    Transaction& transaction = slots_.at(slot);
+    if (slot >= slots_.size() || slots_[slot].payload == nullptr) {
+      throw WrongAnswer("what is behind has answered request " + std::to_string(slot) + ", which is not under way");
+    }
+    Transaction& transaction = slots_[slot];
     if (--transaction.to_come > 0) continue;
     tlm_generic_payload& payload = *transaction.payload;
     const bool held = data_(payload) == payload.get_data_length();

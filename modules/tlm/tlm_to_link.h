@@ -26,7 +26,8 @@ namespace grtx::modules {
 /// cycle in which the last response is visible. So a single sector costs, from the edge that sees it,
 ///   latency of the request link + latency of the module behind it, including its response link.
 /// Caches and links carry no data: Config::data reads or writes it when the last response has arrived, and at once for
-/// transport_dbg. DMI would bypass the model, so it is refused unless Config::dmi is set.
+/// transport_dbg. Addresses beyond kAddressable are answered with TLM_ADDRESS_ERROR_RESPONSE. DMI would bypass the
+/// model, so it is refused unless Config::dmi is set.
 class TlmToLink final : public ClockedModule {
  public:
   struct Config {
@@ -69,15 +70,20 @@ class TlmToLink final : public ClockedModule {
   ::tlm::tlm_sync_enum nb_transport_fw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-  unsigned transport_dbg(::tlm::tlm_generic_payload& payload) { return data_(payload); }
+  unsigned transport_dbg(::tlm::tlm_generic_payload& payload) {
+    return lies_below(kAddressable, payload.get_address(), payload.get_data_length()) ? data_(payload) : 0;
+  }
   bool get_direct_mem_ptr(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
     return config_.dmi(payload, dmi);
   }
   bool room() const { return inside_ < config_.outstanding; }
   static ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload);
   bool refuse(::tlm::tlm_generic_payload& payload);
+  ::tlm::tlm_sync_enum reject(::tlm::tlm_generic_payload& payload, const char* rule);
   void enter(::tlm::tlm_generic_payload& payload, sc_core::sc_event* done);
   Cycle tick(Cycle now) override;
+  void restart(Caches caches) override;
+  void free_all();
   void take_responses(Cycle now);
   void take_arrival(Cycle now);
   void send_sector(Cycle now);

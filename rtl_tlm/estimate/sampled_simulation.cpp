@@ -101,7 +101,8 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   };
   const auto checked = [&](SampledResult r) {
     if (stride == 1 || lanes_a_fetch(r) <= kMostLanesAFetch) return r;
-    notes.push_back({"merging", fmt::format("cycle mode: {:.1f} lanes a fetch are too many to sample", lanes_a_fetch(r))});
+    notes.push_back(
+        {"merging", fmt::format("cycle mode: {:.1f} lanes a fetch are too many to sample", lanes_a_fetch(r))});
     stride = 1;
     return run(simulate_in_child);
   };

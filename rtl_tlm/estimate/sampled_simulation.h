@@ -16,14 +16,15 @@ inline constexpr std::uint64_t kFewestSampledVisits = 3'000'000;
 /// Bias of sampled mode with this stride, however long the run (docs/model/sampled-mode.md).
 ModelBias stride_bias(unsigned stride);
 
-/// Estimate from a sampled run. cycles: already multiplied by the stride. work: gives the sampling error, instructions
-/// as far as they decide how long the run is.
+/// Estimate from a sampled run. cycles: already multiplied by the stride. work: all and timed misses and
+/// instructions of each SM. What they are apart is the sampling error; instructions are weighted by how much the issue
+/// slots limit the run.
 SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const SampledWork& work);
 
 /// Simulates the trace with sample.stride. target_error: relative half-width of the interval on cycles, reached by
-/// halving the stride; 0: none. A trace with few visits, or with many lanes a fetch, runs in cycle mode, and a note says
-/// so. Without a target the simulation runs in this process, like simulate(); with one, each runs in a child process. Throws what simulate()
-/// throws, and Error for a target out of range or a unit in RTL.
+/// halving the stride; 0: none. A trace with few visits, or with many lanes a fetch, runs in cycle mode, and a note
+/// says so. Without a target the simulation runs in this process, like simulate(); with one, each runs in a child
+/// process. Throws what simulate() throws, and Error for a target out of range or a unit in RTL.
 SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
                                double target_error = 0.0);
 

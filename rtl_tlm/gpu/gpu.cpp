@@ -124,9 +124,10 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
 }
 
 void Gpu::restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches) {
-  assert(idle() && same_hardware(header, header_));
+  assert(same_hardware(header, header_));
   header_ = header;
   map_ = modules::MemoryMap(header_, memory_map_config(config_, header_, eviction_entries));
+  // The core domain restarts the links of consumers with an alarm; a unit of a user's may have none.
   const auto restart_link = [](auto& link) { link.restart(); };
   for_each_link(restart_link);
   for (const auto& sm : sms_) sm->for_each_link(restart_link);

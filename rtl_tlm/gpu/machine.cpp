@@ -69,7 +69,7 @@ std::vector<modules::Inventory> inventory_of(const Gpu& gpu, const MemorySystem&
 IdleMachine::IdleMachine(const GpuConfig& config, const traces::Header& header, std::uint64_t eviction_entries)
     : none_(std::make_unique<NoGroups>()),
       gpu_(std::make_unique<Gpu>("gpu", config, header, eviction_entries, *none_, BuildOptions{})),
-      memory_(memory_system(config.dram_model)(*gpu_, {})) {}
+      memory_(make_memory({}, *gpu_, {})) {}
 
 IdleMachine::~IdleMachine() = default;
 

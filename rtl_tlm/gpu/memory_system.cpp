@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "grtx/base/declare/registry.h"
+#include "grtx/modules/kernel/factory.h"
 #include "grtx/rtl_tlm/gpu/built_in_memory.h"
+#include "grtx/rtl_tlm/gpu/gpu.h"
 
 namespace grtx::sim {
 namespace {
@@ -55,5 +57,11 @@ std::vector<std::string> memory_systems_with_file() {
 }
 
 const MemorySystemFactory& memory_system(const std::string& name) { return systems().at(name).factory; }
+
+std::unique_ptr<MemorySystem> make_memory(const MemorySystemFactory& own, Gpu& gpu, const BuildOptions& build) {
+  const std::string& model = gpu.config().dram_model;
+  const MemorySystemFactory& factory = own ? own : memory_system(model);
+  return modules::not_null(factory ? factory(gpu, build) : nullptr, own ? "memory" : model.c_str());
+}
 
 }  // namespace grtx::sim

@@ -108,5 +108,8 @@ std::vector<std::string> memory_system_names();
 std::vector<std::string> memory_systems_with_file();
 /// The factory of a name. Throws Error, which lists the known names, if it is not registered.
 const MemorySystemFactory& memory_system(const std::string& name);
+/// Builds the memory of `gpu`: by `own` if it is not empty, else by the factory of gpu.config().dram_model. Throws
+/// Error if that makes nothing.
+std::unique_ptr<MemorySystem> make_memory(const MemorySystemFactory& own, Gpu& gpu, const BuildOptions& build);
 
 }  // namespace grtx::sim

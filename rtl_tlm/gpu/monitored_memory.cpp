@@ -30,6 +30,7 @@ MonitoredMemory::MonitoredMemory(Gpu& gpu, std::string model, bool check) : mode
 
 bool MonitoredMemory::restart(modules::Caches) {
   for (const auto& monitor : monitors_) monitor->restart();
+  for (const auto& checker : checkers_) checker->restart();
   return true;
 }
 

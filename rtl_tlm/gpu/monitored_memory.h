@@ -32,7 +32,7 @@ class MonitoredMemory : public MemorySystem {
   /// The traffic and .latency, the mean in ns from request to response.
   void statistics(modules::StatisticList& list, const std::string& prefix) const override;
   std::vector<std::string> violations() const override;
-  /// Monitors count from 0; the targets keep what they hold.
+  /// Monitors and checkers count from 0; the targets keep what they hold. A class that counts itself overrides this.
   bool restart(modules::Caches caches) override;
 
  private:

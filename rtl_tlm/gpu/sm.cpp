@@ -39,57 +39,20 @@ std::string numbered(const std::string& name, unsigned unit) { return unit == 0 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
        const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts)
     : sc_module(name) {
-  const SmLinks& links = config.links;
   const unsigned units = config.rt_units;
-  const bool by_shader = config.rt.memory.by_shader;
-  for (unsigned u = 0; u < units; ++u) {
-    const auto name_of = [&](const char* link) { return numbered(link, u); };
-    RtLinks rt;
-    const std::size_t warps = config.resident_warps;
-    rt.trace_call = link<modules::TraceCall>(name_of("trace_call"), links.message_latency, warps);
-    rt.trace_done = link<modules::TraceDone>(name_of("trace_done"), links.message_latency, warps);
-    rt.any_hit_batch = link<modules::AnyHitBatch>(name_of("any_hit_batch"), links.message_latency, warps);
-    rt.any_hit_done = link<modules::AnyHitDone>(name_of("any_hit_done"), links.message_latency, warps);
-    if (by_shader) {
-      rt.node_fetch = link<modules::NodeFetchBatch>(name_of("node_fetch"), links.message_latency, warps);
-      rt.node_fetch_done = link<modules::NodeFetchDone>(name_of("node_fetch_done"), links.message_latency, warps);
-    }
-    rt_links_.push_back(std::move(rt));
-  }
-
-  // Ports of the L1; ports that the configuration does not use are not built.
-  std::vector<std::string> clients;
-  std::vector<unsigned> widths;  // sectors a cycle
-  const auto add_client = [&](const std::string& client, unsigned width = 1) {
-    clients.push_back(client);
-    widths.push_back(width);
-  };
-  std::uint8_t simt_client = 0;
-  for (unsigned u = 0; u < units; ++u) {
-    if (!by_shader) add_client(numbered("rt_node", u), config.rt.memory.sectors_per_cycle);
-    if (u == 0) {
-      simt_client = static_cast<std::uint8_t>(clients.size());
-      add_client("simt", config.simt.sectors_per_cycle);
-    }
-    if (header.checkpoint) add_client(numbered("rt_checkpoint", u));
-    if (config.rt.has_prefetcher(header)) add_client(numbered("rt_prefetch", u));
-    if (config.rt.warp_buffer.spill) add_client(numbered("rt_stack", u));
-  }
-  for (std::size_t i = 0; i < clients.size(); ++i) {
-    const std::size_t capacity = links.l1_capacity * widths[i];
-    requests_.push_back(link<MemoryRequest>(clients[i] + "_request", links.l1_latency, capacity));
-    responses_.push_back(link<MemoryResponse>(clients[i] + "_response", links.l1_latency, capacity));
-  }
+  make_rt_links(config);
+  const L1Clients clients = l1_clients(config, header);
+  make_l1_links(config, clients);
 
   modules::SimtCoreConfig simt = config.simt;
   simt.sm = config.index;
   simt.resident_warps = config.resident_warps;
-  simt.l1_client = simt_client;
+  simt.l1_client = clients.simt;
   simt.heap = config.rt.heaps(header);
   modules::L1Cache::Config l1 = config.l1;
   l1.sm = static_cast<std::uint8_t>(config.index);
-  l1.clients = static_cast<unsigned>(clients.size());
-  l1.widths = widths;
+  l1.clients = static_cast<unsigned>(clients.names.size());
+  l1.widths = clients.widths;
   rt_.resize(units);
   modules::RtUnitParts rt_parts = parts.rt_parts;
   use_rtl(config.rt, rt_parts);
@@ -111,16 +74,61 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
 
   simt_->launch.bind(launch);
   simt_->ended.bind(ended);
-  for (unsigned u = 0; u < units; ++u) bind_rt_unit(u, clients);
-  for (unsigned i = 0; i < clients.size(); ++i) {
+  for (unsigned u = 0; u < units; ++u) bind_rt_unit(u, clients.names);
+  for (unsigned i = 0; i < clients.names.size(); ++i) {
     l1_->request[i].bind(*requests_[i]);
     l1_->response[i].bind(*responses_[i]);
   }
-  simt_->memory_request.bind(*requests_[simt_client]);
-  simt_->memory_response.bind(*responses_[simt_client]);
+  simt_->memory_request.bind(*requests_[clients.simt]);
+  simt_->memory_response.bind(*responses_[clients.simt]);
   l1_->to_memory.bind(to_memory);
   l1_->from_memory.bind(from_memory);
   if (config.rt.sampling.on()) bind_touches();
+}
+
+void Sm::make_rt_links(const SmConfig& config) {
+  const SmLinks& links = config.links;
+  for (unsigned u = 0; u < config.rt_units; ++u) {
+    const auto name_of = [&](const char* link) { return numbered(link, u); };
+    RtLinks rt;
+    const std::size_t warps = config.resident_warps;
+    rt.trace_call = link<modules::TraceCall>(name_of("trace_call"), links.message_latency, warps);
+    rt.trace_done = link<modules::TraceDone>(name_of("trace_done"), links.message_latency, warps);
+    rt.any_hit_batch = link<modules::AnyHitBatch>(name_of("any_hit_batch"), links.message_latency, warps);
+    rt.any_hit_done = link<modules::AnyHitDone>(name_of("any_hit_done"), links.message_latency, warps);
+    if (config.rt.memory.by_shader) {
+      rt.node_fetch = link<modules::NodeFetchBatch>(name_of("node_fetch"), links.message_latency, warps);
+      rt.node_fetch_done = link<modules::NodeFetchDone>(name_of("node_fetch_done"), links.message_latency, warps);
+    }
+    rt_links_.push_back(std::move(rt));
+  }
+}
+
+Sm::L1Clients Sm::l1_clients(const SmConfig& config, const traces::Header& header) {
+  L1Clients clients;
+  const auto add = [&clients](const std::string& client, unsigned width = 1) {
+    clients.names.push_back(client);
+    clients.widths.push_back(width);
+  };
+  for (unsigned u = 0; u < config.rt_units; ++u) {
+    if (!config.rt.memory.by_shader) add(numbered("rt_node", u), config.rt.memory.sectors_per_cycle);
+    if (u == 0) {
+      clients.simt = static_cast<std::uint8_t>(clients.names.size());
+      add("simt", config.simt.sectors_per_cycle);
+    }
+    if (header.checkpoint) add(numbered("rt_checkpoint", u));
+    if (config.rt.has_prefetcher(header)) add(numbered("rt_prefetch", u));
+    if (config.rt.warp_buffer.spill) add(numbered("rt_stack", u));
+  }
+  return clients;
+}
+
+void Sm::make_l1_links(const SmConfig& config, const L1Clients& clients) {
+  for (std::size_t i = 0; i < clients.names.size(); ++i) {
+    const std::size_t capacity = config.links.l1_capacity * clients.widths[i];
+    requests_.push_back(link<MemoryRequest>(clients.names[i] + "_request", config.links.l1_latency, capacity));
+    responses_.push_back(link<MemoryResponse>(clients.names[i] + "_response", config.links.l1_latency, capacity));
+  }
 }
 
 void Sm::bind_touches() {

@@ -97,6 +97,15 @@ class Sm final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
+  /// Ports of the L1; ports that the configuration does not use are not built.
+  struct L1Clients {
+    std::vector<std::string> names;
+    std::vector<unsigned> widths;  ///< sectors a cycle
+    std::uint8_t simt = 0;         ///< number of the SIMT core's port
+  };
+  static L1Clients l1_clients(const SmConfig& config, const traces::Header& header);
+  void make_rt_links(const SmConfig& config);
+  void make_l1_links(const SmConfig& config, const L1Clients& clients);
   /// clients: names of the L1's ports.
   void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
   void bind_touches();

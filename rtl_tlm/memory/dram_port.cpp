@@ -5,6 +5,9 @@
 #include <bit>
 #include <cassert>
 #include <ostream>
+#include <string>
+
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::sim {
 
@@ -35,7 +38,8 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
   }
   if (payload.get_address() % bytes != 0) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  if (config_.bytes != 0 && payload.get_address() + bytes > config_.bytes) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  const std::uint64_t limit = config_.bytes != 0 ? config_.bytes : ~std::uint64_t{0};
+  if (!modules::lies_below(limit, payload.get_address(), bytes)) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   return ::tlm::TLM_OK_RESPONSE;
 }
 
@@ -43,13 +47,13 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
                                                sc_core::sc_time& delay) {
   const Cycle edge = clock_.edge_after(delay.value());
   if (phase == tlm::BEGIN_REQ) {
-    if (arriving_ != nullptr) SC_REPORT_ERROR("/grtx/dram", "BEGIN_REQ before END_REQ of the previous request");
+    if (arriving_ != nullptr) return reject(payload, "BEGIN_REQ before END_REQ of the previous request");
     payload.acquire();
     arriving_ = &payload;
     arrival_ = edge;
     ++outstanding_;
   } else if (phase == tlm::END_RESP) {
-    if (responding_ != &payload) SC_REPORT_ERROR("/grtx/dram", "END_RESP without BEGIN_RESP");
+    if (responding_ != &payload) return reject(payload, "END_RESP without BEGIN_RESP");
     responding_ = nullptr;
     response_free_ = edge;
     payload.release();
@@ -58,6 +62,13 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
   }
   alarm_.request(edge);
   return ::tlm::TLM_ACCEPTED;
+}
+
+// A report may be configured not to throw; the call then changes nothing here, and the caller gets an error status.
+::tlm::tlm_sync_enum DramPort::reject(::tlm::tlm_generic_payload& payload, const char* rule) const {
+  SC_REPORT_ERROR("/grtx/dram", (std::string(socket.name()) + ": " + rule).c_str());
+  payload.set_response_status(::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  return ::tlm::TLM_COMPLETED;
 }
 
 // Loosely timed accesses are for warm-up and debugging and do not reach the simulator.

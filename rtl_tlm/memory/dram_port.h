@@ -61,6 +61,7 @@ class DramPort {
   ::tlm::tlm_sync_enum nb_transport_fw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+  ::tlm::tlm_sync_enum reject(::tlm::tlm_generic_payload& payload, const char* rule) const;
   ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload) const;
   ::tlm::tlm_generic_payload& end_request();
   void count_inside(Cycle now);

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/memory/dramsys_dram.h"
 
+#include <DRAMSys/configuration/memspec/MemSpec.h>
+#if __has_include(<DRAMSys/DRAMSys.h>)  // since 5.3
+#include <DRAMSys/DRAMSys.h>
+#include <DRAMSys/configuration/json/DRAMSysConfiguration.h>
+#else
 #include <DRAMSys/config/DRAMSysConfiguration.h>
 #include <DRAMSys/simulation/DRAMSys.h>
+#endif
 
 #include <algorithm>
 #include <exception>
@@ -22,10 +28,20 @@ namespace {
 
 constexpr const char* kKey = "dram.simulator.config";
 
+/// Other files that a configuration names lie in folders beside it up to 5.1, and since 5.2 where their names say,
+/// relative to it.
+template <typename File>
+DRAMSys::Config::Configuration configuration_of(const File& file) {
+  if constexpr (requires { DRAMSys::Config::from_path(file, file); }) {
+    return DRAMSys::Config::from_path(file, std::filesystem::absolute(file).parent_path().string());
+  } else {
+    return DRAMSys::Config::from_path(file);
+  }
+}
+
 DRAMSys::Config::Configuration read_configuration(const std::string& file) {
   try {
-    const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
-    return DRAMSys::Config::from_path(file, folder.string());
+    return configuration_of(file);
   } catch (const std::exception& e) {
     throw Error{file, kKey, e.what()};
   }
@@ -91,8 +107,9 @@ struct DramsysDram::Behind {
 
 class DramsysDram::Front final : public modules::ClockedModule {
  public:
-  Front(const PortedDramConfig& config, Behind& behind, modules::ClockDomain& clock)
-      : ClockedModule("front", clock), config_(config) {
+  Front(const sc_core::sc_module_name& name, const PortedDramConfig& config, Behind& behind,
+        modules::ClockDomain& clock)
+      : ClockedModule(name, clock), config_(config) {
     const std::uint64_t period = clock_.period_fs();
     const DramPort::Config port{std::min(config.interleave.bytes, modules::AtPayload::kMaxBytes), config.bytes,
                                 (config.fixed_latency_fs + period - 1) / period};
@@ -175,7 +192,7 @@ DramsysDram::DramsysDram(const sc_core::sc_module_name& name, const PortedDramCo
     : sc_module(name), behind_(std::make_unique<Behind>(config)) {
   const double period_fs = static_cast<double>(behind_->spec().tCK.value());
   clock_ = std::make_unique<modules::ClockDomain>("clock", 1e9 / period_fs);
-  front_ = std::make_unique<Front>(config, *behind_, *clock_);
+  front_ = std::make_unique<Front>("front", config, *behind_, *clock_);
 }
 
 DramsysDram::~DramsysDram() = default;
@@ -183,7 +200,7 @@ DramsysDram::~DramsysDram() = default;
 unsigned DramsysDram::ports() const { return front_->ports(); }
 DramPort& DramsysDram::port(unsigned slice) { return front_->port(slice); }
 const DramPort& DramsysDram::port(unsigned slice) const { return front_->port(slice); }
-unsigned DramsysDram::burst_bytes() const { return behind_->spec().defaultBytesPerBurst; }
+unsigned DramsysDram::burst_bytes() const { return static_cast<unsigned>(behind_->spec().defaultBytesPerBurst); }
 bool DramsysDram::idle() const { return front_->idle(); }
 void DramsysDram::dump_state(std::ostream& out) const { front_->dump_state(out); }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// DRAM simulated by DRAMSys 5.1 (tukl-msd/DRAMSys), an external library that is linked only when the build is told
-// where it is (GRTX_DRAMSYS). DRAMSys is itself a TLM-2.0 AT target; this module stands between it and the slices for
-// local addresses, fixed latency and counts. It adds one DRAM clock to a response.
+// DRAM simulated by DRAMSys 5.1 to 5.5 (tukl-msd/DRAMSys), an external library that is linked only when the build is
+// told where it is (GRTX_DRAMSYS). DRAMSys is itself a TLM-2.0 AT target; this module stands between it and the slices
+// for local addresses, fixed latency and counts. It adds one DRAM clock to a response.
 #pragma once
 
 #include <memory>
@@ -14,9 +14,9 @@ namespace grtx::sim {
 
 class DramsysDram final : public sc_core::sc_module, public PortedDram {
  public:
-  /// config.file: in DRAMSys's JSON. Names of other files in it are looked up in memspec/, addressmapping/, mcconfig/
-  /// and simconfig/ beside it, as in DRAMSys's own collection. Throws Error when DRAMSys refuses the configuration or
-  /// the memory map does not fit.
+  /// config.file: in DRAMSys's JSON. Names of other files in it are looked up as that version of DRAMSys does: up
+  /// to 5.1 in memspec/, addressmapping/, mcconfig/ and simconfig/ beside it, later relative to it. Throws Error when
+  /// DRAMSys refuses the configuration or the memory map does not fit.
   DramsysDram(const sc_core::sc_module_name& name, const PortedDramConfig& config);
   ~DramsysDram() override;
 

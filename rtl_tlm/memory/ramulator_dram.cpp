@@ -60,8 +60,9 @@ double clock_mhz(const System& system) { return 1e6 / std::round(system.memory->
 
 class RamulatorDram::Device final : public modules::ClockedModule {
  public:
-  Device(const PortedDramConfig& config, std::vector<System> systems, modules::ClockDomain& clock)
-      : ClockedModule("device", clock),
+  Device(const sc_core::sc_module_name& name, const PortedDramConfig& config, std::vector<System> systems,
+         modules::ClockDomain& clock)
+      : ClockedModule(name, clock),
         config_(config),
         systems_(std::move(systems)),
         burst_bytes_(static_cast<unsigned>(systems_.front().memory->get_tx_bytes())),
@@ -173,7 +174,7 @@ void RamulatorDram::Device::end_access(unsigned slice, unsigned& left, ::tlm::tl
 RamulatorDram::RamulatorDram(const sc_core::sc_module_name& name, const PortedDramConfig& config) : sc_module(name) {
   std::vector<System> systems = build_systems(config);
   clock_ = std::make_unique<modules::ClockDomain>("clock", clock_mhz(systems.front()));
-  device_ = std::make_unique<Device>(config, std::move(systems), *clock_);
+  device_ = std::make_unique<Device>("device", config, std::move(systems), *clock_);
 }
 
 RamulatorDram::~RamulatorDram() = default;

@@ -12,12 +12,15 @@
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/run_report.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
+#include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::sim {
 namespace {
 
 constexpr const char* kReport = "/grtx/gpu";
 constexpr Cycle kWatchCycles = 65536;
+constexpr std::uint64_t kBeforeTheCycleFs =
+    1;                               // a point of the series shows what was before its cycle, as in `grtx sim`
 constexpr Cycle kDrainCycles = 256;  // between two checks whether all is drained, as in `grtx sim`
 
 bool has_rtl(const modules::RtUnitConfig& rt) {
@@ -32,7 +35,8 @@ GpuComponent::Launch::Launch(const traces::Reader& from, const Gpu& gpu, const M
     : reader(&from),
       file(from, all_groups(from), kDecodeAhead),
       source(file, from.header(), ChainLatencies(options.machine, from.header())),
-      watchdog(gpu, memory, options.watchdog_cycles, kWatchCycles) {}
+      watchdog(gpu, memory, options.watchdog_cycles, kWatchCycles),
+      series(gpu, memory) {}
 
 GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& options)
     : sc_module(name), registers("registers"), options_(options) {
@@ -55,7 +59,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, source_,
                                build);
-  memory_ = (options_.memory ? options_.memory : memory_system(options_.machine.dram_model))(*gpu_, build);
+  memory_ = make_memory(options_.memory, *gpu_, build);
   if (!options_.waveform.path.empty()) {
     waveform_ = std::make_unique<Waveform>(options_.waveform, *gpu_, *memory_, first.header(),
                                            "config " + config_hash(options_.machine));
@@ -74,6 +78,12 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   dont_initialize();
   SC_METHOD(watch);
   sensitive << watch_;
+  dont_initialize();
+  SC_METHOD(sample);
+  sensitive << sample_;
+  dont_initialize();
+  SC_METHOD(reset);
+  sensitive << reset_;
   dont_initialize();
   SC_METHOD(signal_interrupt);
   sensitive << interrupt_changed_;
@@ -154,13 +164,37 @@ void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_cor
     raised_ = false;
     interrupt_changed_.notify(delay);
   }
+  if ((value & ControlBits::kReset) != 0 && launch_ && launch_->stands_still) {
+    resetting_ = true;
+    reset_.notify(delay);
+  }
   if ((value & ControlBits::kStart) == 0) return;
-  if (starting_ || launch_) return fail(LaunchError::busy, "started while a launch is under way");
+  if (starting_ || (launch_ && !resetting_)) return fail(LaunchError::busy, "started while a launch is under way");
   starting_ = true;
   done_ = false;
-  error_ = LaunchError::none;
+  if (!resetting_) error_ = LaunchError::none;
   caches_ = (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold;
-  start_.notify(delay);
+  if (!resetting_) start_.notify(delay);
+}
+
+// What is under way in the GPU is dropped; requests at the memory cannot be.
+void GpuComponent::reset() {
+  resetting_ = false;
+  if (!memory_->idle()) {
+    starting_ = false;
+    return fail(LaunchError::memory, "no reset: the memory system has requests that it does not answer");
+  }
+  watch_.cancel();
+  drain_.cancel();
+  sample_.cancel();
+  source_.switch_to(nullptr);
+  const traces::Reader& reader = *launch_->reader;
+  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, modules::Caches::cold);
+  launch_.reset();
+  last_ = nullptr;
+  ran_.clear();
+  error_ = LaunchError::none;
+  if (starting_) start();
 }
 
 void GpuComponent::start() {
@@ -176,18 +210,33 @@ void GpuComponent::start() {
     return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
   }
   begun_ = true;
+  if (caches_ == modules::Caches::cold) ran_.clear();
+  const traces::Reader* const before = ran_.empty() ? nullptr : last_;
   const traces::Reader& reader = *readers_[trace_];
   last_ = &reader;
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
   source_.switch_to(&launch_->source);
   gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);
+  launch_->inputs = simulation_inputs(reader, options_.machine);
+  add_run_before(launch_->inputs, ran_, before == nullptr ? "" : camera_of(*before));
+  if (memory_->model() != options_.machine.dram_model) launch_->inputs["memory"] = memory_->model();
+  ran_ += (ran_.empty() ? "" : " ") + reader.content_hash();
   watch_.notify(cycles(kWatchCycles));
+  sample_.notify(cycles(launch_->series.next()) - sc_core::sc_time::from_value(kBeforeTheCycleFs));
+}
+
+void GpuComponent::sample() {
+  if (!launch_ || launch_->drains) return;
+  const Cycle now = launch_->series.next();
+  launch_->series.sample();
+  sample_.notify(cycles(launch_->series.next() - now));
 }
 
 // Also called in cycle 0, before any launch: a distributor without groups is done at once.
 void GpuComponent::warps_ended() {
   if (!launch_ || !gpu_->finished()) return;
   launch_->end = settle(*gpu_, *memory_);
+  launch_->over_time = launch_->series.json(gpu_->distributor().end_cycle(), options_.machine.sampling.stride);
   launch_->drains = true;
   drain();
 }
@@ -205,10 +254,13 @@ void GpuComponent::end_launch() {
   finished.inventories = inventory_of(*gpu_, *memory_);
   SimulationResult& result = results_.emplace_back();
   report_run(finished, launch_->source, options_.machine, options_.price, result);
-  result.inputs = simulation_inputs(*launch_->reader, options_.machine);
+  result.inputs = std::move(launch_->inputs);
+  result.document = statistics_document(config_json(options_.machine), result.inputs, result.notes, result.statistics,
+                                        result.host, launch_->over_time);
   launch_.reset();
   source_.switch_to(nullptr);
   watch_.cancel();
+  sample_.cancel();
   done_ = true;
   if (!result.violations.empty()) return fail(LaunchError::broken_law, result.violations.front());
   raise_interrupt();
@@ -217,6 +269,8 @@ void GpuComponent::end_launch() {
 void GpuComponent::watch() {
   if (!launch_) return;
   if (const std::string why = launch_->watchdog.look(); !why.empty()) {
+    launch_->stands_still = true;
+    sample_.cancel();
     return fail(LaunchError::stands_still,
                 why + (launch_->drains ? " but requests are under way" : " but warps remain"));
   }

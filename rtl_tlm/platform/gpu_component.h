@@ -7,6 +7,7 @@
 #include <tlm_utils/simple_target_socket.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <systemc>
@@ -18,6 +19,7 @@
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
+#include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/switched_source.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
@@ -43,6 +45,7 @@ struct ControlBits {
   static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
   static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
   static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
+  static constexpr std::uint32_t kReset = 8;  ///< abandons a launch that stands still; with kStart: and begins another
 };
 struct StatusBits {
   static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
@@ -51,8 +54,8 @@ enum class LaunchError : std::uint32_t {
   none = 0,
   no_such_trace = 1,
   busy = 2,          ///< started during a launch, which goes on
-  stands_still = 3,  ///< deadlock: no progress although work remains; stays busy
-  memory = 4,        ///< the memory system cannot restart
+  stands_still = 3,  ///< deadlock: no progress although work remains; stays busy until kReset
+  memory = 4,        ///< the memory system cannot restart, or has requests that it does not answer
   broken_law = 5,    ///< the launch has ended, but SimulationResult::violations is not empty
   other_scene = 6,   ///< kKeepCaches, but the caches hold another scene
 };
@@ -81,7 +84,7 @@ class GpuComponent final : public sc_core::sc_module {
 
   Gpu& gpu() { return *gpu_; }
   MemorySystem& memory() { return *memory_; }
-  /// Results of the launches that have ended, in order: the statistics of `grtx sim` except host.*.
+  /// Results of the launches that have ended, in order: the statistics and the document of `grtx sim` except host.*.
   const std::vector<SimulationResult>& results() const { return results_; }
 
  private:
@@ -94,7 +97,9 @@ class GpuComponent final : public sc_core::sc_module {
   void warps_ended();
   void drain();
   void end_launch();
+  void sample();
   void watch();
+  void reset();
   void fail(LaunchError error, const std::string& what);
   void raise_interrupt();
   sc_core::sc_time cycles(Cycle count) const { return sc_core::sc_time::from_value(count * gpu_->core().period_fs()); }
@@ -115,16 +120,22 @@ class GpuComponent final : public sc_core::sc_module {
     TraceSource file;
     MeasuredSource source;
     Watchdog watchdog;
+    OccupancySeries series;
+    std::map<std::string, std::string> inputs;
     EndOfRun end;
+    nlohmann::ordered_json over_time;
     bool drains = false;  ///< all warps have ended
+    bool stands_still = false;
   };
   std::unique_ptr<Launch> launch_;
   std::vector<SimulationResult> results_;
-  sc_core::sc_event start_, drain_, watch_, interrupt_changed_;
+  sc_core::sc_event start_, drain_, watch_, sample_, reset_, interrupt_changed_;
   std::uint32_t trace_ = 0;
   modules::Caches caches_ = modules::Caches::cold;
+  std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
   bool starting_ = false;
+  bool resetting_ = false;
   bool done_ = false;
   bool raised_ = false;
   LaunchError error_ = LaunchError::none;

@@ -83,7 +83,7 @@ std::string hexadecimal(std::uint64_t value) {
 template <typename Model, unsigned kLanes>
 class CheckpointRtl final : public CheckpointModule, public CheckpointState, public RtlSignals {
  public:
-  CheckpointRtl(const char* name, const RtUnitContext& rt, const RtlBenchOptions& options)
+  CheckpointRtl(const sc_core::sc_module_name& name, const RtUnitContext& rt, const RtlBenchOptions& options)
       : CheckpointModule(name),
         config_(rt.config.checkpoint),
         map_(rt.map),

@@ -54,15 +54,9 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
   equal("DRAM writes of all regions", dram_writes, c.l2.dram_writes);
 }
 
-}  // namespace
-
-std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups,
-                                          bool sampled) {
-  std::vector<std::string> violations;
-  const Equal equal = [&](const std::string& what, std::uint64_t executed, std::uint64_t expected) {
-    if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
-  };
-  // Work of the trace.
+/// The work of the trace was done, each piece once.
+void check_work(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups, bool sampled,
+                const Equal& equal) {
   const modules::RtScheduler::Counters& events = c.rt.scheduler;
   equal("warps ended", c.simt.warps, groups);
   equal("ray rounds executed", c.simt.shader.ray_rounds, totals.rounds);
@@ -92,8 +86,10 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("k-buffer entries blended", c.simt.shader.entries_blended, totals.blended);
   equal("k-buffer mismatches", c.simt.shader.k_buffer_mismatches, 0);
   equal("traceRay calls accepted", c.rt.warp_buffer.calls, c.simt.shader.warp_rounds);
+}
 
-  // Requests and responses, level by level.
+/// Requests and responses, level by level.
+void check_traffic(const GpuCounters& c, const Equal& equal) {
   const std::uint64_t rt_requests = c.rt.memory.node_sectors() - c.rt.memory.shader_sectors + c.rt.stack.spills +
                                     c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_written +
                                     c.rt.prefetch.sectors;
@@ -118,9 +114,22 @@ std::vector<std::string> count_violations(const GpuCounters& c, const traces::To
   equal("DRAM writes", memory.writes, c.l2.dram_writes);
   equal("DRAM responses", memory.responses, c.l2.dram_reads + c.l2.dram_writes);
   equal("DRAM refusals", memory.refused, 0);
+}
+
+}  // namespace
+
+std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups,
+                                          bool sampled) {
+  std::vector<std::string> violations;
+  const Equal equal = [&](const std::string& what, std::uint64_t executed, std::uint64_t expected) {
+    if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
+  };
+  check_work(c, totals, groups, sampled, equal);
+  check_traffic(c, equal);
   check_regions(c, equal);
 
   // Every cycle of every RT unit is a selection or has one stall reason.
+  const modules::RtScheduler::Counters& events = c.rt.scheduler;
   const std::uint64_t stalls = std::accumulate(events.stall.begin(), events.stall.end(), std::uint64_t{0});
   equal("RT unit cycles accounted for", events.selections + stalls, c.rt.units * c.cycles);
   // Every cycle of every warp in a buffer has one reason.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Passes groups through and measures them: the totals that the hardware must execute, and the longest dependent chain.
+// Wraps a source of ray groups. Of each group that is fetched it adds up the totals that the hardware must execute, and
+// keeps the longest dependent chain; the checks at the end of a run compare with both.
 #pragma once
 
 #include <algorithm>

@@ -126,10 +126,6 @@ struct Work {
   const SavedState* state = nullptr;     ///< options.warm_state
 };
 
-std::string_view mode_of(const GpuConfig& config) {
-  return name_of(config.sampling.on() ? SimulationMode::sampled : SimulationMode::cycle);
-}
-
 /// Opens and checks the state from which the run begins, if there is one.
 std::optional<SavedState> warm_state(const SimulationOptions& options, const GpuConfig& config,
                                      const traces::Reader& reader) {
@@ -146,12 +142,6 @@ std::string ran_before(const Work& work) {
   return work.warm != nullptr ? work.warm->content_hash() : "";
 }
 
-/// Hash of a trace's camera; "" where its header does not say.
-std::string camera_of(const traces::Reader& reader) {
-  const auto camera = reader.header().inputs.find("camera_hash");
-  return camera == reader.header().inputs.end() ? "" : camera->second;
-}
-
 void save_state(const Work& work, FinishedRun& finished) {
   const std::string before = ran_before(work);
   write_state(work.options.save_state,
@@ -164,13 +154,10 @@ std::map<std::string, std::string> inputs_of(const Work& work) {
   const traces::Reader& reader = work.reader;
   const SimulationOptions& options = work.options;
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
-  inputs["mode"] = mode_of(work.config);
-  if (const std::string ran = ran_before(work); !ran.empty()) inputs["warm"] = ran;
-  // Traces of two designs differ even for the same view: the camera's hash tells which view ran before.
-  const std::string camera = work.state != nullptr  ? work.state->camera
-                             : work.warm != nullptr ? camera_of(*work.warm)
-                                                    : "";
-  if (!camera.empty()) inputs["warm.camera_hash"] = camera;
+  add_run_before(inputs, ran_before(work),
+                 work.state != nullptr  ? work.state->camera
+                 : work.warm != nullptr ? camera_of(*work.warm)
+                                        : "");
   if (!options.groups.empty()) inputs["groups"] = fmt::format("{} of {}", options.groups.size(), reader.group_count());
   return inputs;
 }
@@ -296,8 +283,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   build.memory_bytes = std::max(memory_bytes(config, reader), work.state == nullptr ? 0 : work.state->memory_bytes);
   Gpu gpu("gpu", config, first.header(), first.totals().max_evictions_per_ray, launch, build);
   const PauseAtEnd pause("pause_at_end", gpu);
-  const std::unique_ptr<MemorySystem> memory =
-      (options.memory ? options.memory : memory_system(config.dram_model))(gpu, build);
+  const std::unique_ptr<MemorySystem> memory = make_memory(options.memory, gpu, build);
   finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
   Observers observers(gpu, *memory, work);
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);

@@ -4,14 +4,25 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 
-/// Name -> hash or value: trace, image size, configuration, program, and as "memory.*" the files that configure the
-/// memory. Entries of later versions are left out at their default, so that documents on record stay as they are.
+/// Hash of a trace's camera; "" where its header does not say.
+std::string camera_of(const traces::Reader& trace);
+
+/// Name of the way in which a configuration is simulated: `cycle` or `sampled`.
+std::string_view mode_of(const GpuConfig& config);
+
+/// Adds what warmed the caches. ran: content hashes of the traces, "" if none did. camera: hash of the last one's:
+/// traces of two designs differ even for the same view.
+void add_run_before(std::map<std::string, std::string>& inputs, const std::string& ran, const std::string& camera);
+
+/// Name -> hash or value: trace, image size, configuration, mode, program, and as "memory.*" the files that configure
+/// the memory. Entries of later versions are left out at their default, so that documents on record stay as they are.
 std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace, const GpuConfig& config);
 
 }  // namespace grtx::sim

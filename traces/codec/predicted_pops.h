@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pops of one kind as two columns: runs of predicted pops are counted, mispredicted pops have a symbol.
+// Compact form of the stack pops of one kind: a correct prediction only lengthens a run; a wrong one writes the length
+// of the run and the pop that it was.
 #pragma once
 
 #include <cstdint>

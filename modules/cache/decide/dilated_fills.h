@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fills in flight in a sampled run, in which one simulated cycle stands for `stride` machine cycles: a later access to
-// a requested sector waits only (latency - elapsed cycles * stride), whether or not the fill itself was simulated in
-// time.
+// Fills in flight in a sampled run, in which one simulated cycle counts as `stride` cycles of the machine. An access to
+// a sector that is already requested waits for what is left of the usual miss latency: latency - elapsed cycles *
+// stride.
 #pragma once
 
 #include <algorithm>
@@ -62,6 +62,7 @@ class DilatedFills {
   bool idle() const { return held_.empty(); }
   void restart() {
     std::fill(lines_.begin(), lines_.end(), Line());
+    held_.clear();
     usual_ = kFirstGuess;
   }
 

@@ -10,10 +10,12 @@
 namespace grtx::modules {
 namespace {
 
+constexpr const char* kLru = "lru";  ///< built into the tag array
+
 auto& replacements() {
   static Registry<CacheReplacementFactory> all(
       "cache replacement", "cache replacement",
-      {{"lru", [](std::uint64_t, unsigned) { return nullptr; }},
+      {{kLru, {}},
        {"fifo", [](std::uint64_t sets, unsigned ways) { return std::make_unique<Fifo>(sets, ways); }},
        {"random", [](std::uint64_t sets, unsigned ways) { return std::make_unique<PseudoRandom>(sets, ways); }}});
   return all;
@@ -28,7 +30,8 @@ void register_cache_replacement(const std::string& name, CacheReplacementFactory
 std::vector<std::string> cache_replacement_names() { return replacements().names(); }
 
 std::unique_ptr<CacheReplacement> make_cache_replacement(std::string_view name, std::uint64_t sets, unsigned ways) {
-  return replacements().at(name)(sets, ways);
+  if (name == kLru) return nullptr;
+  return replacements().make(name, sets, ways);
 }
 
 }  // namespace grtx::modules

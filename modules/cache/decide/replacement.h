@@ -23,8 +23,8 @@ class CacheReplacement {
   virtual void filled(std::uint64_t set, unsigned way) = 0;
   /// The line in `way` was hit.
   virtual void referenced(std::uint64_t set, unsigned way) = 0;
-  /// The way to evict from a full set. Must return the same way until filled() is called for the set, because a cache
-  /// may ask more than once.
+  /// The way to evict from a full set, below `ways`; another ends the run. Must return the same way until filled() is
+  /// called for the set, because a cache may ask more than once.
   virtual unsigned victim(std::uint64_t set) const = 0;
   /// Hardware state of the policy, in bits per line (for the cost model).
   virtual unsigned bits_per_line() const = 0;
@@ -39,7 +39,8 @@ using CacheReplacementFactory = std::function<std::unique_ptr<CacheReplacement>(
 void register_cache_replacement(const std::string& name, CacheReplacementFactory factory);
 /// All registered names, including lru.
 std::vector<std::string> cache_replacement_names();
-/// Returns nullptr for lru. Throws Error for an unknown name and lists the known ones.
+/// Returns nullptr for lru only. Throws Error for an unknown name, with the known ones, and for a factory that makes
+/// nothing.
 std::unique_ptr<CacheReplacement> make_cache_replacement(std::string_view name, std::uint64_t sets, unsigned ways);
 
 }  // namespace grtx::modules

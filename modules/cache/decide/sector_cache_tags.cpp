@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
 namespace {
@@ -152,6 +153,10 @@ SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
 SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) const {
   const std::uint64_t set = set_of(line_number(address));
   const unsigned way = filled_[set] < geometry_.ways ? filled_[set] : policy_->victim(set);
+  if (way >= geometry_.ways) {
+    throw WrongAnswer("the cache replacement " + geometry_.replacement + " chose way " + std::to_string(way) + " of " +
+                      std::to_string(geometry_.ways));
+  }
   return static_cast<Slot>(set * stride() + way);
 }
 

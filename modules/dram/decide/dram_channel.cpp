@@ -5,8 +5,10 @@
 #include <bit>
 #include <cassert>
 #include <ostream>
-#include <stdexcept>
+#include <string>
 #include <utility>
+
+#include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
 
@@ -156,7 +158,9 @@ void DramChannel::obey(Cycle now, const DramChoice& choice) {
   const bool row = choice.row != DramQueues::kNone, column = choice.column != DramQueues::kNone;
   if ((row && !is_one_of(choice.row, queues_.rows)) || (column && !is_one_of(choice.column, queues_.columns)) ||
       (row && choice.row == choice.column)) {
-    throw std::logic_error("the DRAM scheduling " + config_.scheduling + " chose a command that is not ready");
+    const auto bank = [](unsigned chosen) { return chosen == DramQueues::kNone ? "none" : std::to_string(chosen); };
+    throw WrongAnswer("the DRAM scheduling " + config_.scheduling + " chose a command that is not ready: row of bank " +
+                      bank(choice.row) + ", column of bank " + bank(choice.column));
   }
   if (row) {
     issue_row(now, banks_[choice.row].oldest);
@@ -311,7 +315,10 @@ Cycle DramChannel::run_until_room(unsigned bytes) {
   Cycle clock = next_;
   while (!can_accept(bytes)) {
     clock = next_;
-    assert(clock != kNever);
+    if (clock == kNever) {
+      throw WrongAnswer("the DRAM scheduling " + config_.scheduling +
+                        " declines every command of a full queue for ever");
+    }
     step(clock);
   }
   return clock;

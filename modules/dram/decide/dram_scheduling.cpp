@@ -30,7 +30,7 @@ void register_dram_scheduling(const std::string& name, DramSchedulingFactory fac
 std::vector<std::string> dram_scheduling_names() { return schedulings().names(); }
 
 std::unique_ptr<DramScheduling> make_dram_scheduling(const DramChannelConfig& channel) {
-  return schedulings().at(channel.scheduling)(channel);
+  return schedulings().make(channel.scheduling, channel);
 }
 
 }  // namespace grtx::modules

@@ -68,7 +68,7 @@ class DramScheduling {
  public:
   virtual ~DramScheduling() = default;
   /// Called in every clock in which timing allows a command that is not declined, and possibly in others. May choose no
-  /// command even if one is ready.
+  /// command even if one is ready; one that is not ends the run.
   virtual DramChoice choose(Cycle now, const DramQueues& queues) = 0;
   /// Hardware state of the policy, in bits per bank.
   virtual unsigned bits_per_bank() const { return 0; }
@@ -83,7 +83,8 @@ inline constexpr const char* kFrFcfsCap = "fr_fcfs_cap";
 void register_dram_scheduling(const std::string& name, DramSchedulingFactory factory);
 /// The registered values of dram.scheduling, the project's first.
 std::vector<std::string> dram_scheduling_names();
-/// Constructs the policy named by channel.scheduling. Throws Error for an unknown name and lists the known ones.
+/// Constructs the policy named by channel.scheduling. Throws Error for an unknown name, with the known ones, and for a
+/// factory that makes nothing.
 std::unique_ptr<DramScheduling> make_dram_scheduling(const DramChannelConfig& channel);
 
 }  // namespace grtx::modules

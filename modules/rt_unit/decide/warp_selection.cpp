@@ -28,6 +28,6 @@ void register_warp_selection(const std::string& name, WarpSelectionFactory facto
 
 std::vector<std::string> warp_selection_names() { return selections().names(); }
 
-std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) { return selections().at(name)(); }
+std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) { return selections().make(name); }
 
 }  // namespace grtx::modules

@@ -17,7 +17,8 @@ namespace grtx::modules {
 class WarpSelection {
  public:
   virtual ~WarpSelection() = default;
-  /// candidates: one bit per entry, not 0. ages: [entry] acceptance number, lower is older. Returns the chosen entry.
+  /// candidates: one bit per entry, not 0. ages: [entry] acceptance number, lower is older. Returns the chosen entry;
+  /// one that is no candidate ends the run.
   virtual unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) = 0;
 };
 
@@ -27,7 +28,7 @@ using WarpSelectionFactory = std::function<std::unique_ptr<WarpSelection>()>;
 void register_warp_selection(const std::string& name, WarpSelectionFactory factory);
 /// The registered values of rt.scheduler.policy, the project's first.
 std::vector<std::string> warp_selection_names();
-/// Throws Error for an unknown name and lists the known ones.
+/// Throws Error for an unknown name, with the known ones, and for a factory that makes nothing.
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name);
 
 }  // namespace grtx::modules

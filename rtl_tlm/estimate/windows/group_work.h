@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work of a trace's groups for the hardware, counted without simulating it: the auxiliary variables of windows mode.
+// Cheap estimate of the work of a ray group (dependent steps, sectors), counted without simulating it. Windows mode
+// uses it to extrapolate from the groups that it simulates to all others.
 #pragma once
 
 #include <algorithm>

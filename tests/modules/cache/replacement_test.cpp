@@ -9,6 +9,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
+#include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
 namespace {
@@ -112,6 +113,32 @@ TEST(CacheReplacement, OneOfTheUsersIsRegisteredByName) {
   StateWriter state;
   EXPECT_THROW(SectorCacheTags({1024, 128, 32, 2, "most_recent"}).save(state), Error);  // it does not say what it keeps
   EXPECT_THROW(register_cache_replacement("most_recent", {}), std::logic_error);
+}
+
+/// Names a way that no cache has.
+class Nonsense final : public CacheReplacement {
+ public:
+  void filled(std::uint64_t, unsigned) override {}
+  void referenced(std::uint64_t, unsigned) override {}
+  unsigned victim(std::uint64_t) const override { return 4711; }
+  unsigned bits_per_line() const override { return 0; }
+};
+
+TEST(CacheReplacement, Victim4711CrashedTheCache) {
+  register_cache_replacement("nonsense", [](std::uint64_t, unsigned) { return std::make_unique<Nonsense>(); });
+  for (const unsigned ways : {3u, 40u}) {
+    Lines lines;
+    for (std::uint64_t i = 0; i <= ways; ++i) lines.push_back(i);
+    EXPECT_THAT([&] { evicted("nonsense", ways, lines); },
+                ::testing::ThrowsMessage<WrongAnswer>("the cache replacement nonsense chose way 4711 of " +
+                                                      std::to_string(ways)));
+  }
+}
+
+TEST(CacheReplacement, AFactoryThatMakesNothingMeantLruWithoutAWord) {
+  register_cache_replacement("nothing", [](std::uint64_t, unsigned) { return nullptr; });
+  EXPECT_THAT([] { evicted("nothing", 3, {1}); }, ::testing::ThrowsMessage<Error>(::testing::HasSubstr(
+                                                      "the factory of the cache replacement nothing made nothing")));
 }
 
 TEST(CacheReplacement, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {

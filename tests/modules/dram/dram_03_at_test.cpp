@@ -224,5 +224,38 @@ TEST_F(DramAt, RandomTrafficIsConservedAndIdleSkipChangesNothing) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_EQ(simulate(seed, true), simulate(seed, false));
 }
 
+TEST_F(DramAt, AnEndRespWithoutABeginRespDereferencedNullWhereReportsDoNotThrow) {
+  ClockDomain memory("memory", 3500.0);
+  Dram dram("dram", one_channel(), memory);
+  RawAtInitiator initiator("initiator");
+  initiator.socket.bind(dram.sockets[0]);
+  run(memory, 1);
+  AtPayload& first = initiator.payload(0);
+  AtPayload& second = initiator.payload(32);
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DO_NOTHING);
+  initiator.send(first, tlm::END_RESP);
+  initiator.send(first);
+  initiator.send(second);  // before END_REQ of the first
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DEFAULT_ERROR_ACTIONS);
+  EXPECT_EQ(second.get_response_status(), ::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  EXPECT_TRUE(run_until_quiet(memory, 10000));
+  EXPECT_EQ(first.get_response_status(), ::tlm::TLM_OK_RESPONSE);
+  EXPECT_TRUE(dram.idle());
+}
+
+TEST_F(DramAt, AnAddressWhoseEndWrapsAroundIsRefused) {
+  ClockDomain memory("memory", 3500.0);
+  Dram::Config config = one_channel();
+  config.bytes = std::uint64_t{1} << 20;
+  Dram dram("dram", config, memory);
+  RawAtInitiator initiator("initiator");
+  initiator.socket.bind(dram.sockets[0]);
+  run(memory, 1);
+  AtPayload& payload = initiator.payload(~std::uint64_t{0} - 31);
+  initiator.send(payload);
+  EXPECT_TRUE(run_until_quiet(memory, 10000));
+  EXPECT_EQ(payload.get_response_status(), ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -10,6 +10,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/kernel/wrong_answer.h"
 #include "modules/dram/dram_load.h"
 
 namespace grtx::modules {
@@ -219,15 +220,43 @@ class Wrong final : public DramScheduling {
 };
 
 TEST(DramScheduling, ACommandThatIsNotReadyIsAnError) {
-  for (const DramChoice choice : {DramChoice{0, kNone}, DramChoice{kNone, 7}}) {  // no row is open; no such bank
+  // No row is open; the bank is not ready; no such bank.
+  for (const DramChoice choice : {DramChoice{0, kNone}, DramChoice{kNone, 7}, DramChoice{4711, kNone}}) {
     DramChannel channel({}, std::make_unique<Wrong>(choice));
     channel.enqueue(100, 0, 0, 32, false);
-    EXPECT_ANY_THROW(channel.run_until(200));
+    EXPECT_THAT([&] { channel.run_until(200); },
+                ::testing::ThrowsMessage<WrongAnswer>(::testing::HasSubstr(
+                    "the DRAM scheduling fr_fcfs chose a command that is not ready: row of bank ")));
   }
   DramChannel waits({}, std::make_unique<Wrong>(DramChoice{}));
   waits.enqueue(100, 0, 0, 32, false);
   waits.run_until(200);
   EXPECT_EQ(waits.next_command(), 201U) << "asked again in every clock";
+}
+
+/// Never chooses, and says that it never will.
+class Refuses final : public DramScheduling {
+ public:
+  DramChoice choose(Cycle, const DramQueues& queues) override {
+    return {.declined_columns = queues.columns, .declined_rows = queues.rows};
+  }
+};
+
+TEST(DramScheduling, APolicyThatNeverChoosesHungAFullQueue) {
+  DramChannelConfig config;
+  config.queue = 4;
+  config.timing.refi = 0;  // no refresh asks again
+  DramChannel channel(config, std::make_unique<Refuses>());
+  for (unsigned i = 0; i < config.queue; ++i) channel.enqueue(100, i, 0, 32, false);
+  EXPECT_THAT([&] { channel.run_until_room(32); },
+              ::testing::ThrowsMessage<WrongAnswer>(::testing::HasSubstr("declines every command of a full queue")));
+}
+
+TEST(DramScheduling, AFactoryThatMakesNothingIsNamed) {
+  register_dram_scheduling("nothing", [](const DramChannelConfig&) { return nullptr; });
+  EXPECT_THAT([] { DramChannel{with_scheduling("nothing")}; },
+              ::testing::ThrowsMessage<Error>(
+                  ::testing::HasSubstr("dram.scheduling: the factory of the DRAM scheduling nothing made nothing")));
 }
 
 /// Nodes of SM 1 before all else.

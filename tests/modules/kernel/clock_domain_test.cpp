@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/kernel/unit_fault.h"
 #include "modules/systemc_fixture.h"
 
 namespace grtx::modules {
@@ -265,6 +266,37 @@ TEST_F(ClockDomainTest, RunningAheadOfTheKernelKeepsTheOrderOfAllTicks) {
   EXPECT_EQ(ahead.log, in_step.log);
   EXPECT_EQ(in_step.most_ahead, 0u);
   EXPECT_GT(ahead.most_ahead, 1'000'000u);
+}
+
+/// A unit with something of SystemC inside, as a user writes one.
+class WithEvent final : public ClockedModule {
+ public:
+  WithEvent(const sc_core::sc_module_name& name, ClockDomain& clock) : ClockedModule(name, clock) {}
+  sc_core::sc_event inside{"inside"};
+
+ private:
+  Cycle tick(Cycle) override { throw WrongAnswer("a rule is broken"); }
+};
+
+// With a const char* handed to the base, they landed in the module around it; now that does not compile.
+TEST_F(ClockDomainTest, MembersOfAUnitLieBelowIt) {
+  ClockDomain clock("clock", 1000.0);
+  WithEvent unit("unit", clock);
+  EXPECT_STREQ(unit.inside.name(), "unit.inside");
+}
+
+TEST_F(ClockDomainTest, AWrongAnswerThatNobodyCatchesIsTheModules) {
+  ClockDomain clock("clock", 1000.0);
+  WithEvent unit("unit", clock);
+  Alarm alarm(clock, unit);
+  alarm.request(3);
+  try {
+    run(clock, 10);
+    ADD_FAILURE() << "nobody was blamed";
+  } catch (const sc_core::sc_report& report) {
+    EXPECT_STREQ(report.get_msg_type(), kUnitReport);
+    EXPECT_STREQ(report.get_msg(), "unit: a rule is broken");
+  }
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,49 @@ TEST(LinkTest, SpaceFreedInACycleIsSeenInTheNext) {
   link.pop(2);
   EXPECT_EQ(link.space(2), 1u);
   EXPECT_EQ(link.space(3), 2u);
+}
+
+std::string report_of(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const sc_core::sc_report& report) {
+    return report.get_msg();
+  } catch (const std::runtime_error& error) {  // where reports are configured not to throw
+    return std::string("not thrown: ") + error.what();
+  }
+  return "none";
+}
+
+// Asserts vanish where a user's release build includes the header: then items came out in another order.
+TEST(LinkTest, FivePushesIntoALinkOfTwoCameOutInAnotherOrder) {
+  Link<int> link("two_places", 1, 2);
+  link.push(0, 0);
+  link.push(0, 1);
+  EXPECT_EQ(report_of([&] { link.push(0, 2); }), "two_places: push() into a full link");
+  EXPECT_EQ(report_of([&] { link.pop(0); }), "two_places: pop() of a link in which nothing is visible");
+  EXPECT_EQ(*link.front(1), 0);
+  link.pop(1);
+  EXPECT_EQ(*link.front(1), 1);
+  EXPECT_EQ(report_of([] { Link<int>("no_places", 1, 0); }),
+            "no_places: a link has room for one item at least, and for "
+            "2^32 at most");
+  const auto before = sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DO_NOTHING);
+  EXPECT_EQ(report_of([&] { link.pop(0); }), "not thrown: pop() of a link in which nothing is visible");
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, before);
+}
+
+TEST(LinkTest, ARestartedLinkIsEmptyAndCountsFromZero) {
+  Link<int> link("link", 2, 2);
+  std::uint64_t waiting = 0;
+  link.announce(&waiting, 5);
+  link.push(7, 1);
+  link.push(7, 2);
+  link.pop(9);
+  link.restart();
+  EXPECT_EQ(link.space(9), 2u) << "what was taken in a cycle of this number was in another launch";
+  EXPECT_EQ(link.next_visible(), kNever);
+  EXPECT_EQ(link.pushed(), 0u);
+  EXPECT_EQ(waiting, 0u);
 }
 
 TEST(LinkTest, AnnouncesThatItIsNoLongerEmpty) {

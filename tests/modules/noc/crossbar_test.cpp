@@ -152,6 +152,17 @@ TEST_F(CrossbarTest, RandomTrafficWithRandomBackPressureIsConserved) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_EQ(simulate(seed, true), simulate(seed, false));
 }
 
+TEST_F(CrossbarTest, CountsOfAUsersCrossbarHadNoPlace) {
+  CrossbarCounters counters;
+  counters.own.add("hops", 7, "packet-hops", "of packets", 0.5);
+  StatisticList list;
+  describe(counters, list, "gpu.crossbar");
+  const Statistic& last = list.items().back();
+  EXPECT_EQ(last.name, "gpu.crossbar.hops");
+  EXPECT_EQ(std::get<std::uint64_t>(last.value), 7u);
+  EXPECT_EQ(last.picojoules, 0.5);
+}
+
 TEST_F(CrossbarTest, ImpossibleConfigurationsAreRefused) {
   ClockDomain clock("clock", 1365.0);
   EXPECT_THROW(Crossbar("a", config_of(0, 4), clock), Error);

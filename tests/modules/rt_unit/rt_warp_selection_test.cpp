@@ -65,6 +65,11 @@ TEST(RtWarpSelection, OneOfTheUsersIsRegisteredByName) {
   EXPECT_THROW(register_warp_selection("oldest_first", {}), std::logic_error);
 }
 
+TEST(RtWarpSelection, AFactoryThatMakesNothingIsNamed) {
+  register_warp_selection("nothing", [] { return nullptr; });
+  EXPECT_THROW(make_warp_selection("nothing"), Error);
+}
+
 TEST(RtWarpSelection, AnUnknownPolicyIsAnError) { EXPECT_THROW(make_warp_selection("newest"), Error); }
 
 }  // namespace

@@ -166,10 +166,13 @@ class ToldTarget final : public sc_core::sc_module {
   std::deque<::tlm::tlm_generic_payload*> taken;
 
   void respond() {
-    ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     ::tlm::tlm_generic_payload& payload = *taken.front();
     taken.pop_front();
+    respond(payload);
+  }
+  void respond(::tlm::tlm_generic_payload& payload) {
+    ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     socket->nb_transport_bw(payload, phase, delay);
   }
@@ -205,6 +208,30 @@ TEST_F(AtEndResponse, AResponseThatOverlapsThePreviousOneIsReported) {
   core.request(50);
   run(core, 100);
   EXPECT_NE(driver.answered(0), kNever);
+}
+
+// Where reports do not throw, the payload of the first response was lost and null was dereferenced.
+TEST_F(AtEndResponse, AResponseOutOfTurnIsAsIfItHadNotBeenSentWhereReportsDoNotThrow) {
+  ClockDomain core("core", 1000.0);
+  AtDriver driver("driver", core);
+  ToldTarget target("target");
+  driver.initiator.socket.bind(target.socket);
+  for (unsigned i = 0; i < 2; ++i) driver.at(10, i * 32);
+  TickProcess teller("teller", core, [&](Cycle now) {
+    if (now == 50) {
+      target.respond(*target.taken[0]);
+      target.respond(*target.taken[0]);  // a second one of the request
+      target.respond(*target.taken[1]);  // before END_RESP of the first
+    }
+    if (now == 60) target.respond(*target.taken[1]);
+  });
+  core.request(50);
+  core.request(60);
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DO_NOTHING);
+  run(core, 100);
+  sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DEFAULT_ERROR_ACTIONS);
+  EXPECT_EQ(driver.answers().size(), 2u);
+  EXPECT_TRUE(driver.initiator.idle());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // TlmToLink: a foreign TLM-2.0 initiator drives an L1 (and what is behind it) or an L2 slice.
+#include <array>
 #include <tuple>
 
 #include "grtx/modules/tlm/tlm_to_link.h"
@@ -192,6 +193,71 @@ TEST_F(TlmBridge, UnloadedLatencyOfAForeignInitiatorIsTheFormula) {
   }
 }
 
+TEST_F(TlmBridge, AHitAfterARestartTookAMillisecond) {
+  const HierarchyBench::Config config;
+  Bench bench(config);
+  NbInitiator initiator("initiator");
+  initiator.socket.bind(bench.bridge.socket);
+  initiator.at(1'000'000 * kNs, 0x5000);
+  EXPECT_TRUE(run_until_quiet(bench.below.core, 2'000'000));
+  bench.below.core.restart(Caches::warm);
+  bench.below.memory.restart(Caches::warm);
+  EXPECT_EQ(bench.bridge.transactions(), 0u);
+  EXPECT_EQ(bench.below.client_links[0]->request.pushed(), 0u);
+  const std::uint64_t begin = sc_core::sc_time_stamp().value(), call = 100 * kNs + 1;
+  initiator.at(begin + call, 0x5000);
+  EXPECT_TRUE(run_until_quiet(bench.below.core, 20000));
+  EXPECT_EQ(initiator.answered_fs[1] - begin, l1_hit(bench.visible(call)) * bench.core());
+  EXPECT_EQ(bench.bridge.transactions(), 1u);
+}
+
+/// The report handler's actions for errors, as a platform may have them: not to throw.
+struct ErrorsDoNotThrow {
+  ErrorsDoNotThrow() { sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DO_NOTHING); }
+  ~ErrorsDoNotThrow() { sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_DEFAULT_ERROR_ACTIONS); }
+  ErrorsDoNotThrow(const ErrorsDoNotThrow&) = delete;
+  ErrorsDoNotThrow& operator=(const ErrorsDoNotThrow&) = delete;
+};
+
+TEST_F(TlmBridge, AnEndRespWithoutABeginRespDereferencedNullWhereReportsDoNotThrow) {
+  Bench bench;
+  RawAtInitiator initiator("initiator");
+  initiator.socket.bind(bench.bridge.socket);
+  AtPayload& payload = initiator.payload(0x5000);
+  const ErrorsDoNotThrow quiet;
+  run(bench.below.core, 1);
+  initiator.send(payload, tlm::END_RESP);
+  EXPECT_EQ(payload.get_response_status(), ::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  payload.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
+  AtPayload& second = initiator.payload(0x6000);
+  initiator.send(payload);
+  initiator.send(second);  // before END_REQ of the first
+  EXPECT_EQ(second.get_response_status(), ::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  EXPECT_TRUE(run_until_quiet(bench.below.core, 20000));
+  EXPECT_EQ(payload.get_response_status(), ::tlm::TLM_OK_RESPONSE);
+  EXPECT_TRUE(bench.bridge.idle());
+}
+
+TEST_F(TlmBridge, AnAnswerThatNobodyWaitsForIsBlamedOnTheBridge) {
+  ClockDomain core("core", 1365.0);
+  PortLinks links("port");
+  TlmToLink bridge("bridge", {}, core);
+  bridge.request.bind(links.request);
+  bridge.response.bind(links.response);
+  RawAtInitiator initiator("initiator");
+  initiator.socket.bind(bridge.socket);
+  TickProcess liar("liar", core, [&](Cycle now) {
+    if (now == 3) links.response.push(now, {.tag = 9999});
+  });
+  core.request(3);
+  try {
+    run(core, 10);
+    ADD_FAILURE() << "the answer was taken";
+  } catch (const sc_core::sc_report& report) {
+    EXPECT_STREQ(report.get_msg(), "bridge: what is behind has answered request 9999, which is not under way");
+  }
+}
+
 TEST_F(TlmBridge, AnL2SliceAloneIsATargetToo) {
   ClockDomain core("core", 1365.0);
   ClockDomain memory("memory", 3500.0);
@@ -283,6 +349,31 @@ TEST_F(TlmBridge, MalformedTransactionsGetTheStandardsErrorStatus) {
                                                                        ::tlm::TLM_ADDRESS_ERROR_RESPONSE}));
   EXPECT_EQ(bench.bridge.refused(), 2u);
   EXPECT_EQ(bench.bridge.sectors(), 0u);
+}
+
+// Caches number sectors in 32 bits; the bridge let 40 bits of address pass, and an assert ended the process.
+TEST_F(TlmBridge, AnAddressOf2To37OrOneThatWrapsKilledTheProcess) {
+  Bench bench;
+  constexpr std::uint64_t kWraps = ~std::uint64_t{0} - 15;
+  LtInitiator initiator("initiator", {{100 * kNs, kAddressable - 32, 32, false},
+                                      {2000 * kNs, kAddressable - 16, 32, false},
+                                      {3000 * kNs, std::uint64_t{1} << 37, 32, true},
+                                      {4000 * kNs, kWraps, 32, false},
+                                      {5000 * kNs, kWraps, 16, true}});
+  initiator.socket.bind(bench.bridge.socket);
+  run(bench.below.core, 1);  // threads begin
+  EXPECT_TRUE(run_until_quiet(bench.below.core, 20000));
+  std::vector<::tlm::tlm_response_status> expected(5, ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
+  expected[0] = ::tlm::TLM_OK_RESPONSE;
+  EXPECT_EQ(initiator.status, expected);
+  EXPECT_EQ(bench.bridge.sectors(), 1u);
+  ::tlm::tlm_generic_payload payload;
+  std::array<unsigned char, 32> data{};
+  payload.set_read();
+  payload.set_data_ptr(data.data());
+  payload.set_data_length(32);
+  payload.set_address(kWraps);
+  EXPECT_EQ(initiator.socket->transport_dbg(payload), 0u);
 }
 
 }  // namespace

@@ -146,5 +146,29 @@ TEST_F(LinkBridge, AnErrorStatusEndsTheSimulationWithAReportThatNamesSocketAndAd
   }
 }
 
+TEST_F(LinkBridge, TheSecondLaunchBehindABridgeTookTwiceTheCycles) {
+  for (const bool blocking : {false, true}) {
+    fresh_context();
+    Bench bench({.outstanding = 2, .blocking = blocking});
+    ClockDomain memory("memory", 3500.0);
+    Dram::Config config;
+    config.interleave.slices = 1;
+    Dram dram("dram", config, memory);
+    bench.bridge.memory.socket.bind(dram.sockets[0]);
+    std::vector<Cycle> took;
+    for (unsigned launch = 0; launch < 3; ++launch) {
+      std::uint32_t tag = 0;
+      for (unsigned i = 0; i < 8; ++i) tag = bench.client.read(100, i * 4096);
+      EXPECT_TRUE(run_until_quiet(bench.core, 100'000));
+      took.push_back(bench.client.answered(tag));
+      EXPECT_EQ(bench.bridge.requests(), 8u);
+      bench.core.restart(Caches::cold);
+      memory.restart(Caches::cold);
+    }
+    EXPECT_EQ(took, std::vector<Cycle>(3, took[0])) << "blocking " << blocking;
+    EXPECT_NE(took[0], kNever);
+  }
+}
+
 }  // namespace
 }  // namespace grtx::modules

@@ -34,7 +34,7 @@ class SerialRayBox final : public grtx::modules::IntersectionModule {
  public:
   static constexpr Cycle kCycles = 9;
 
-  explicit SerialRayBox(const char* name) : IntersectionModule(sc_core::sc_module_name(name)) {}
+  explicit SerialRayBox(const sc_core::sc_module_name& name) : IntersectionModule(name) {}
 
   void enqueue(Cycle now, LaneId id, unsigned) override {
     waiting_.push_back(id);
@@ -79,8 +79,8 @@ class ShaderCore final : public grtx::modules::ClockedModule {
   static constexpr std::uint16_t kSlots = 8;
   static constexpr Cycle kAnyHitCycles = 10;
 
-  ShaderCore(grtx::modules::ClockDomain& clock, const grtx::traces::Reader& reader)
-      : ClockedModule("shader_core", clock), reader_(reader), groups_(kSlots), running_(kSlots) {
+  ShaderCore(const sc_core::sc_module_name& name, grtx::modules::ClockDomain& clock, const grtx::traces::Reader& reader)
+      : ClockedModule(name, clock), reader_(reader), groups_(kSlots), running_(kSlots) {
     done.wake(&alarm_);
     batches.wake(&alarm_);
     alarm_.request(0);
@@ -147,7 +147,9 @@ class ShaderCore final : public grtx::modules::ClockedModule {
 /// One port of the RT unit's memory: every request is answered after 20 cycles.
 class Memory final : public grtx::modules::ClockedModule {
  public:
-  Memory(const char* name, grtx::modules::ClockDomain& clock) : ClockedModule(name, clock) { requests.wake(&alarm_); }
+  Memory(const sc_core::sc_module_name& name, grtx::modules::ClockDomain& clock) : ClockedModule(name, clock) {
+    requests.wake(&alarm_);
+  }
 
   Cycle tick(Cycle now) override {
     while (const auto* request = requests.front(now)) {
@@ -185,7 +187,7 @@ int replay(const std::string& path) {
   };
   grtx::modules::RtUnit rt("rt", grtx::modules::RtUnitConfig(), header, map, clock, 0, parts);
 
-  ShaderCore core(clock, reader);
+  ShaderCore core("shader_core", clock, reader);
   rt.trace_call(core.calls);
   rt.trace_done(core.done);
   rt.any_hit_batch(core.batches);

@@ -5,14 +5,20 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
+#include <iterator>
 #include <memory>
+#include <ostream>
 #include <sstream>
+#include <utility>
 
 #include "error_of.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/link.h"
+#include "grtx/modules/tlm/link_to_tlm.h"
+#include "grtx/modules/tlm/tlm_to_link.h"
 #include "rtl_tlm/first_difference.h"
 #include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/platform/platform_bench.h"
@@ -254,6 +260,159 @@ TEST(GpuComponent, RefusesTracesOfOtherHardware) {
     return grtx::test::error_of([&] { GpuComponent gpu("gpu", options); });
   });
   EXPECT_NE(child.result().find("is for other hardware"), std::string::npos);
+}
+
+std::string document_of(SimulationResult result) {
+  if (!result.violations.empty()) return result.violations.front();
+  for (auto stat = result.document.at("stats").begin(); stat != result.document.at("stats").end();) {
+    stat = stat.key().starts_with("host.") ? result.document.at("stats").erase(stat) : std::next(stat);
+  }
+  return result.document.dump(1);
+}
+
+// The document was null, and over_time and inputs.mode were missing.
+TEST(GpuComponent, ALaunchHadNoDocument) {
+  const TinyFile few(3), many(40);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path(), many.file.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    Station station("gpu0", options, {{0}, {1, false, 3.5}, {1, true}, {1}});
+    sc_core::sc_start();
+    nlohmann::json all = nlohmann::json::array();
+    for (const SimulationResult& result : station.gpu.results()) all.push_back(document_of(result));
+    return all.dump();
+  });
+  const auto documents = nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
+  const auto simulated = [&](const std::string& trace, const std::string& warm) {
+    ChildProcess simulation("simulation", [&] {
+      SimulationOptions alone;
+      alone.warm_trace = warm;
+      return document_of(simulate(trace, options.machine, alone));
+    });
+    return simulation.result();
+  };
+  ASSERT_EQ(documents.size(), 4u);
+  EXPECT_EQ(documents[0], simulated(few.file.path(), ""));
+  EXPECT_EQ(documents[1], simulated(many.file.path(), ""));
+  EXPECT_EQ(documents[2], simulated(many.file.path(), many.file.path()));
+  EXPECT_EQ(documents[3], documents[1]);
+}
+
+/// An L2 slice whose requests pass TLM-2.0 sockets on their way in, as on a platform that has a bus there.
+class BridgedSlice final : public modules::L2SliceModule {
+ public:
+  BridgedSlice(const sc_core::sc_module_name& name, const modules::L2Slice::Config& config, modules::ClockDomain& clock)
+      : L2SliceModule(name, clock),
+        to_bus_("to_bus", {}, clock),
+        from_bus_("from_bus", {}, clock),
+        slice_("slice", config, clock),
+        requests_("requests", 1, 4),
+        responses_("responses", 1, 4) {
+    to_bus_.request.bind(request);
+    to_bus_.response.bind(response);
+    to_bus_.memory.socket.bind(from_bus_.socket);
+    from_bus_.request.bind(requests_);
+    from_bus_.response.bind(responses_);
+    slice_.request.bind(requests_);
+    slice_.response.bind(responses_);
+  }
+  ::tlm::tlm_initiator_socket<32>& memory_socket() override { return slice_.memory_socket(); }
+  modules::L2Counters counters() const override { return slice_.counters(); }
+  bool idle() const override { return to_bus_.idle() && from_bus_.idle() && slice_.idle(); }
+  std::uint64_t dirty_sectors() const override { return slice_.dirty_sectors(); }
+  modules::Inventory inventory() const override { return slice_.inventory(); }
+  void dump_state(std::ostream& out) const override {
+    to_bus_.dump_state(out);
+    from_bus_.dump_state(out);
+    slice_.dump_state(out);
+  }
+
+ private:
+  Cycle tick(Cycle) override { return modules::kNever; }
+
+  modules::LinkToTlm to_bus_;
+  modules::TlmToLink from_bus_;
+  modules::L2Slice slice_;
+  modules::Link<modules::MemoryRequest> requests_;
+  modules::Link<modules::MemoryResponse> responses_;
+};
+
+// The bridges kept the cycles of the launch before: it took twice as long, without a word.
+TEST(GpuComponent, TheSecondLaunchBehindBridgesWasSilentlyWrong) {
+  const TinyFile few(3), many(40);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path(), many.file.path()};
+  options.parts.l2_slice = [](const char* name, const modules::L2Slice::Config& config, modules::ClockDomain& clock) {
+    return std::make_unique<BridgedSlice>(name, config, clock);
+  };
+  const auto results = launched(options, {{1}, {0, false, 3.5}, {1, false, 1e6}});
+  ASSERT_EQ(results.size(), 3u);
+  EXPECT_EQ(test::first_difference(results[2], results[0]), "");
+  options.parts.l2_slice = nullptr;
+  EXPECT_NE(launched(options, {{1}}).at(0), results[0]) << "bridges take time";
+}
+
+/// A ray-box unit that forgets what it is asked in the first launch.
+class Forgetful final : public modules::IntersectionModule {
+ public:
+  explicit Forgetful(const sc_core::sc_module_name& name) : IntersectionModule(name) {}
+  void enqueue(Cycle now, modules::LaneId id, unsigned) override {
+    lanes_.push_back(id);
+    if (launches_ > 1) due_ = now + 1;
+  }
+  void tick(Cycle now) override {
+    const std::deque<modules::LaneId> lanes = std::exchange(lanes_, {});
+    due_ = modules::kNever;
+    for (const modules::LaneId id : lanes) client->unit_result(now, id);
+    answered_ += lanes.size();
+  }
+  bool idle() const override { return lanes_.empty(); }
+  std::uint64_t progress() const override { return answered_; }
+  modules::IntersectionCounters counters() const override {
+    return {.operations = answered_, .tests = answered_, .busy_cycles = answered_};
+  }
+  modules::Inventory inventory() const override { return {name(), {}, {}}; }
+  void dump_state(std::ostream& out) const override { out << name() << '\n'; }
+  void restart() override {
+    ++launches_;
+    lanes_.clear();
+    answered_ = 0;
+    due_ = modules::kNever;
+  }
+
+ private:
+  unsigned launches_ = 0;
+  std::uint64_t answered_ = 0;
+  std::deque<modules::LaneId> lanes_;
+};
+
+TEST(GpuComponent, ALaunchThatStoodStillCouldNotBeAbandoned) {
+  const TinyFile many(40);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {many.file.path()};
+  options.watchdog_cycles = 10'000;
+  options.parts.sm.rt_parts.ray_box = [](const char* name, const modules::RtUnitContext&) {
+    return std::make_unique<Forgetful>(name);
+  };
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
+    Station station("a", options, {{0}, {0, false, 3.5, true}, {0}});
+    sc_core::sc_start();
+    nlohmann::json all = {station.launcher.errors};
+    for (const SimulationResult& result : station.gpu.results()) {
+      all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
+    }
+    return all.dump();
+  });
+  const auto found = nlohmann::json::parse(child.result());
+  EXPECT_EQ(found[0], nlohmann::json({static_cast<std::uint32_t>(LaunchError::stands_still), 0u, 0u}));
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(test::first_difference(found[1], found[2]), "") << "nothing of the abandoned launch is left";
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ struct TestLaunch {
   std::uint32_t trace = 0;
   bool keep_caches = false;
   double after_ns = 0.0;  ///< of the interrupt of the launch before
+  bool reset = false;     ///< abandons a launch that stands still
 };
 
 /// Writes registers and waits for interrupts, a launch after the other.
@@ -57,7 +58,9 @@ class Launcher final : public sc_core::sc_module {
   /// Runs one launch; returns the error register.
   std::uint32_t launch(const TestLaunch& what) {
     write(GpuRegister::trace, what.trace);
-    write(GpuRegister::control, ControlBits::kStart | (what.keep_caches ? ControlBits::kKeepCaches : 0u),
+    write(GpuRegister::control,
+          ControlBits::kStart | (what.keep_caches ? ControlBits::kKeepCaches : 0u) |
+              (what.reset ? ControlBits::kReset : 0u),
           what.after_ns);
     require((read(GpuRegister::status) & StatusBits::kBusy) != 0);
     wait(interrupt.posedge_event());

@@ -21,7 +21,7 @@ class RtUnitOwnParts : public modules::SystemCTest {};
 /// Answers every request after a fixed time, however many there are: a ray-box unit without contention.
 class IdealUnit final : public IntersectionModule {
  public:
-  IdealUnit(const char* name, Cycle latency) : IntersectionModule(name), latency_(latency) {}
+  IdealUnit(const sc_core::sc_module_name& name, Cycle latency) : IntersectionModule(name), latency_(latency) {}
 
   void enqueue(Cycle now, modules::LaneId id, unsigned /*tests*/) override {
     flights_.emplace_back(now + 1 + latency_, id);

@@ -19,7 +19,7 @@ namespace {
 /// An L1 without storage: every request goes to the memory, one a cycle, and every answer comes back.
 class NoCache final : public modules::L1CacheModule {
  public:
-  NoCache(const char* name, const modules::L1Cache::Config& config, modules::ClockDomain& clock)
+  NoCache(const sc_core::sc_module_name& name, const modules::L1Cache::Config& config, modules::ClockDomain& clock)
       : L1CacheModule(name, clock, config.clients), sm_(config.sm), answers_(config.clients) {}
 
   modules::L1Counters counters() const override { return counters_; }

@@ -58,6 +58,13 @@ TEST_F(OwnUnit, ItsSignalsAreInTheWaveform) {
   EXPECT_NE(text.find("rested"), std::string::npos);
 }
 
+TEST_F(OwnUnit, CountsInItsSecondLaunchWhatThatDid) {
+  const auto once = simulated(""), twice = simulated("--warm '" + run_.path("t.grtx") + "'");
+  for (const char* name : {"gpu.rt.resting_box.tests", "gpu.rt.resting_box.rested", "gpu.rt.node_visits"}) {
+    EXPECT_EQ(test::statistic(twice.at("stats"), name), test::statistic(once.at("stats"), name)) << name;
+  }
+}
+
 TEST_F(OwnUnit, TakesEightyLines) {
   std::ifstream file(grtx::paths::source_dir() + "/examples/own_unit.cpp");
   const auto lines = std::count(std::istreambuf_iterator<char>(file), {}, '\n');

@@ -137,7 +137,8 @@ TEST_F(Stride, TakesEveryKeyThatCycleModeTakes) {
 /// Never runs: it has no functional entry.
 class TimedOnly final : public modules::NodeFetchModule {
  public:
-  TimedOnly(const char* name, const modules::NodeTraffic& traffic) : NodeFetchModule(name), traffic_(traffic) {}
+  TimedOnly(const sc_core::sc_module_name& name, const modules::NodeTraffic& traffic)
+      : NodeFetchModule(name), traffic_(traffic) {}
   const modules::NodeTraffic& traffic() const override { return traffic_; }
   bool has_room() const override { return true; }
   void begin_warp(Cycle, unsigned) override {}

@@ -10,6 +10,9 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/cache/decide/replacement.h"
+#include "grtx/modules/dram/decide/dram_scheduling.h"
+#include "grtx/modules/rt_unit/decide/warp_selection.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
@@ -20,7 +23,7 @@ using ::testing::MatchesRegex;
 /// Answers every lane twice, or the next lane, too.
 class Hasty final : public modules::IntersectionModule {
  public:
-  Hasty(const char* name, modules::LaneId other) : IntersectionModule(name), other_(other) {}
+  Hasty(const sc_core::sc_module_name& name, modules::LaneId other) : IntersectionModule(name), other_(other) {}
   void enqueue(Cycle now, modules::LaneId id, unsigned) override {
     lanes_.push_back(id);
     due_ = now + 1;
@@ -71,6 +74,59 @@ TEST(WrongAnswers, AreBlamedOnTheUnitThatGivesThem) {
                 MatchesRegex("gpu\\.sm[0-9]+\\.rt\\.ray_transform: .*: has a result for lane [0-9]+, which asked for "
                              "none"));
   }
+}
+
+/// Policies that answer nonsense.
+struct Way4711 final : modules::CacheReplacement {
+  void filled(std::uint64_t, unsigned) override {}
+  void referenced(std::uint64_t, unsigned) override {}
+  unsigned victim(std::uint64_t) const override { return 4711; }
+  unsigned bits_per_line() const override { return 0; }
+};
+struct Bank4711 final : modules::DramScheduling {
+  modules::DramChoice choose(Cycle, const modules::DramQueues&) override { return {.row = 4711}; }
+};
+struct Entry4711 final : modules::WarpSelection {
+  unsigned select(LaneMask, const std::vector<std::uint64_t>&) override { return 4711; }
+};
+
+std::string failure_with(const std::string& setting) {
+  const test::ObservedRun run;
+  ChildProcess child("simulation", [&]() -> std::string {
+    modules::register_cache_replacement("way_4711",
+                                        [](std::uint64_t, unsigned) { return std::make_unique<Way4711>(); });
+    modules::register_cache_replacement("no_replacement", [](std::uint64_t, unsigned) { return nullptr; });
+    modules::register_dram_scheduling("bank_4711",
+                                      [](const modules::DramChannelConfig&) { return std::make_unique<Bank4711>(); });
+    modules::register_warp_selection("entry_4711", [] { return std::make_unique<Entry4711>(); });
+    register_memory_system("no_memory", [](Gpu&, const BuildOptions&) { return nullptr; });
+    try {
+      simulate(run.path("t.grtx"),
+               load_config(grtx::paths::source_dir() + "/configs/small.toml", {setting, "l1.bytes=2048"}), {});
+    } catch (const Error& error) {
+      return error.what();
+    } catch (const std::exception& error) {
+      return std::string("internal error: ") + error.what();
+    }
+    return "none";
+  });
+  return child.result();
+}
+
+// Victim 4711 crashed, a factory of nothing meant lru, and a choice of the DRAM's was an internal error.
+TEST(WrongAnswers, OfPoliciesAreNamedInOneLine) {
+  EXPECT_THAT(failure_with("l1.replacement=way_4711"),
+              MatchesRegex("gpu\\.sm[0-9]+\\.l1d: .*: the cache replacement way_4711 chose way 4711 of [0-9]+"));
+  EXPECT_THAT(failure_with("l1.replacement=no_replacement"),
+              MatchesRegex(".*the factory of the cache replacement no_replacement made nothing"));
+  EXPECT_THAT(
+      failure_with("dram.scheduling=bank_4711"),
+      MatchesRegex("dram: .*: the DRAM scheduling bank_4711 chose a command that is not ready: row of bank 4711, "
+                   "column of bank none"));
+  EXPECT_THAT(failure_with("rt.scheduler.policy=entry_4711"),
+              MatchesRegex("gpu\\.sm[0-9]+\\.rt: .*: the warp selection entry_4711 chose entry 4711, which is no "
+                           "candidate"));
+  EXPECT_EQ(failure_with("dram.model=no_memory"), "parts: no_memory: its factory made nothing");
 }
 
 }  // namespace

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// examples/own_dram: its memory, launched twice on a GpuComponent, gives the same figures twice.
+#include <gtest/gtest.h>
+
+#include "rtl_tlm/platform/platform_bench.h"
+#include "rtl_tlm/tiny_trace.h"
+#include "traces/temporary_file.h"
+
+#define sc_main own_dram_main  // the test has one of its own
+#include "../../../examples/own_dram.cpp"
+#undef sc_main
+
+#include "grtx/base/child_process.h"
+
+namespace grtx::sim {
+namespace {
+
+// What it counts itself went on from the launch before: its bus had been busy for longer than the launch took.
+TEST(OwnDram, WasBusyInItsSecondLaunchWithTheFirst) {
+  const traces::testing::TemporaryFile trace("tiny");
+  test::write_tiny_trace(trace.path(), {40, 32});
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    GpuComponent::Options options;
+    options.machine.sms = 2;
+    options.traces = {trace.path()};
+    options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<SimpleMemory>(gpu, 80.0, 28.0); };
+    test::Station station("gpu0", options, {{0}, {0, false, 3.5}});
+    sc_core::sc_start();
+    nlohmann::json all = nlohmann::json::array();
+    for (const SimulationResult& result : station.gpu.results()) {
+      all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
+    }
+    return all.dump();
+  });
+  const auto results = nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0], results[1]);
+}
+
+}  // namespace
+}  // namespace grtx::sim
