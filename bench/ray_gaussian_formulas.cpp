@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints the tables of docs/results/fp32-errors.md: fp32 against fp64 for six ray-Gaussian formulas and for the
+// Prints the tables of docs/model/numerics.md: fp32 against fp64 for six ray-Gaussian formulas and for the
 // tracer's own hit function, on random rays near the Gaussians of generated scenes and of those named on the command
 // line:
 //   ray_gaussian_formulas [--rays N] [SCENE CAMERAS.json]...

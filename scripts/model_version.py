@@ -3,7 +3,8 @@
 """Which model the figures of the documentation are of.
 
     model_version.py               the version, and which pages are older
-    model_version.py raise TEXT    golden records changed: the next version, and pages say which one they are of
+    model_version.py raise TEXT    golden records changed: the next version. Pages say which one they are of, and are faults
+                                   until they are measured again
     model_version.py same TEXT     records changed, but no result did (a new column): notes it beside the version
 
 The version is one constant (rtl_tlm/run/model_version.h). docs/results/data/model_versions.csv says what changed with each
@@ -11,7 +12,10 @@ and holds a hash of the golden records: of the statistics that pages quote, in t
 data/traces/records.tsv. A page of docs/results begins with a table, its stamp: command, date, model version, machine,
 assumes. `model version` is the present one, or says `measured with version N`, or `none` and why no model is in it. In
 README.md and docs/results/README.md a paragraph that quotes figures of an older page says `measured with version N`, too.
-check_docs.py asks.
+
+A page of an older version than the model is a fault: it is measured again, or goes to docs/notes. What stays all the same has
+a line in docs/results/data/older_pages.csv: page, the model's version for which it may stay, date, reason. With the next version
+the line is void. check_docs.py asks.
 """
 import csv
 import datetime
@@ -24,6 +28,7 @@ import sys
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 HEADER = "rtl_tlm/run/model_version.h"
 VERSIONS = "docs/results/data/model_versions.csv"
+OLDER = "docs/results/data/older_pages.csv"
 RECORDS = ("tests/rtl_tlm/run/golden.tsv", "data/traces/records.tsv")
 QUOTED = {"gpu.cycles", "gpu.dram.bytes", "gpu.energy_nj", "gpu.l1.accesses", "gpu.l2.accesses", "gpu.rt.node_fetches",
           "gpu.rt.node_fetch_latency"}
@@ -76,6 +81,38 @@ def version_of(text, now):
     return int(named.group(1)) if named else now
 
 
+def versions_of(text, now):
+    """All versions that a page's stamp names; the present one where no model is in it."""
+    named = re.findall(r"(?<![\w.-])(\d+)(?![\w.-])", stamp(text).get("model version", ""))
+    return [int(version) for version in named] or [now]
+
+
+def old_pages(top):
+    """Page and the least version that its stamp names, of pages that are older than the model in whole or part."""
+    now = current(top)
+    oldest = {page: min(versions_of(read(top, page), now)) for page in pages(top)}
+    return {page: version for page, version in oldest.items() if version < now}
+
+
+def faults_of_old_pages(top):
+    """Pages that are older than the model and not excepted, and lines of OLDER that except nothing."""
+    now, old, excepted = current(top), old_pages(top), set()
+    lines = list(csv.DictReader(read(top, OLDER).splitlines())) if os.path.exists(os.path.join(top, OLDER)) else []
+    for number, line in enumerate(lines, 2):
+        place = f"{OLDER}:{number}: {line['page']}"
+        if not (re.fullmatch(r"\d{4}-\d\d-\d\d", line["date"] or "") and (line["reason"] or "").strip()):
+            yield f"{place}: needs a date and a reason"
+        elif line["page"] not in old:
+            yield f"{place}: is not older than the model, or not there: the line goes"
+        elif line["model"] != str(now):
+            yield f"{place}: was excepted for version {line['model']}, and the model has {now}"
+        excepted.add(line["page"])
+    for page, version in old.items():
+        if page not in excepted:
+            yield (f"{page}:1: is of version {version}, the model has {now}: measure again, move its figures to docs/notes, "
+                   f"or say in {OLDER} why it stays")
+
+
 def blocks(text):
     """Paragraphs and list items outside code and tables, with their places."""
     plain = re.sub(r"```.*?```|<!-- generated:.*?<!-- end of generated -->", lambda m: re.sub(r"[^\n]", "|", m.group(0)), text, flags=re.S)
@@ -123,6 +160,7 @@ def faults(top):
             yield f"{page}:1: model version {cell}: must be {now}, 'measured with version N', or 'none' and why"
         if any(int(n) > now for n in MEASURED.findall(text)):
             yield f"{page}:1: names a version of the model that is not there yet"
+    yield from faults_of_old_pages(top)
     for quoting in QUOTING:
         for end, of, page in old_quotations(top, quoting):
             line = read(top, quoting).count("\n", 0, end) + 1
@@ -160,10 +198,8 @@ def main():
     if len(sys.argv) == 1:
         now = current(TOP)
         print(f"version {now}: {versions(TOP)[-1]['what changed']}")
-        for page in pages(TOP):
-            of = version_of(read(TOP, page), now)
-            if of < now:
-                print(f"version {of}: {page}")
+        for page, of in old_pages(TOP).items():
+            print(f"version {of}: {page}")
     elif len(sys.argv) == 3 and sys.argv[1] == "raise":
         rise(TOP, sys.argv[2])
     elif len(sys.argv) == 3 and sys.argv[1] == "same":

@@ -17,7 +17,7 @@ TOP = os.path.normpath(os.path.join(HERE, "..", ".."))
 def options_of(arguments):
     parser = argparse.ArgumentParser(prog="scripts/reproduce.sh", description=__doc__.split(":", 1)[1].strip())
     parser.add_argument("--quick", action="store_true", help="small scenes: minutes in place of hours")
-    parser.add_argument("--only", metavar="ITEM", help=f"one page: {', '.join(items.ITEMS)}")
+    parser.add_argument("--only", metavar="ITEM", help=f"one section: {', '.join(items.ITEMS)}")
     parser.add_argument("-o", "--output", metavar="DIR", help="pages (default: docs/results/paper)",
                         default=os.path.join(TOP, "docs", "results", "paper"))
     parser.add_argument("--work", metavar="DIR", default=os.path.join(TOP, "build", "reproduce"),
@@ -99,8 +99,7 @@ def main():
         expected.record(study.name, found)
     os.makedirs(options.output, exist_ok=True)
     command = "scripts/reproduce.sh" + (" --quick" if options.quick else "")
-    for one in pages:
-        one.write(options.output, f"{command} --only {one.item}", results.model)
+    page.write_pages(options.output, pages, command, results.model)
     if not options.only:
         page.write_index(options.output, study, pages, claims, study.values["machines"], command, results.model)
     faults = list(expected.faults(study.name, found, claims))

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages in Markdown. The same results give the same bytes: no date, host or time."""
+"""Pages in Markdown, a section an item. The same results give the same bytes: no date, host or time."""
 import os
+import re
 import sys
 
-from . import figures
+from . import figures, items
 from .study import geometric_mean
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts"))
@@ -49,14 +50,14 @@ class Page:
         self.body += [f"![{alt}]({file})", ""]
 
     def cells(self, name, machine, means):
-        """Mean and range, its ratio to the paper's number, and whether that number is met within 20 %."""
+        """Mean and range, and whether the paper's number is met within 20 %."""
         mean, claim = means.get((name, machine)), self.claims[name]
         if mean is None:
-            return ["–", "–", "–"]
+            return ["–", "–"]
         values = [v for scene, v in self.rows[name][machine].items() if (scene in self.public) == (means is self.apart)]
         spread = f" ({shown(min(values))} to {shown(max(values))})" if len(values) > 1 else ""
         holds = {None: "–", True: "holds", False: "no"}[claim.holds(mean)]
-        return [shown(mean) + spread, shown(mean / claim.paper) if claim.paper else "–", holds]
+        return [shown(mean) + spread, holds]
 
     def verdict(self, name, machine):
         """The paper's direction, whether the value is as recorded, and why ours differs where number or direction does."""
@@ -65,38 +66,67 @@ class Page:
         direction = [claim.direction(value) for value in means]
         same = None if mean is None or self.expected is None else self.expected.same(self.which, machine, claim, mean)
         differs = False in direction or False in [claim.holds(value) for value in means]
-        return ["–" if None in direction else "**against it**" if False in direction else "as the paper's",
+        return ["–" if None in direction else "**against**" if False in direction else "with",
                 {None: "–", True: "yes", False: "**no**"}[same], claim.cause(machine) if differs else ""]
 
     def claim_rows(self):
+        """Rows of the table of claims. A cause that the row above has is not said again."""
         for name, machines in self.rows.items():
+            last = ""
             claim = self.claims[name]
             paper = "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper)
             for place, machine in enumerate(machines):
                 apart = self.cells(name, machine, self.apart) if self.public else []
-                yield [f"`{name}`", claim.what, paper, f"`{machine}`", *self.cells(name, machine, self.found), *apart,
-                       *self.verdict(name, machine), claim.source if place == 0 else ""]
+                direction, _, cause = self.verdict(name, machine)
+                yield [f"`{name}`", claim.what if place == 0 else "", paper if place == 0 else "", f"`{machine}`",
+                       *self.cells(name, machine, self.found), *apart, direction, "the same" if cause and cause == last else cause]
+                last = cause
 
     def claim_head(self):
-        means = ["mean (range)", "ours ÷ paper", "within 20 %"]
+        means = ["mean (range)", "within 20 %"]
         return ["claim", "figure", "paper", "machine", *means, *[f"public scenes: {m}" for m in means if self.public],
-                "direction", "as recorded", "why they differ", "place in the paper"]
+                "direction", "why they differ"]
+
+    def unlike_record(self):
+        """Claims whose value is not as recorded."""
+        return [f"`{name}` on `{machine}`" for name, machines in self.rows.items() for machine in machines
+                if self.verdict(name, machine)[1] == "**no**"]
 
     def claim_table(self):
         block = Page(self.item, "", self.claims, self.which)
         block.table(self.claim_head(), list(self.claim_rows()))
+        if self.unlike_record():
+            block.text("**Not as recorded**: " + ", ".join(self.unlike_record()) + ".")
         return block.body
 
-    def markdown(self, command, model):
-        lines = [f"# {self.title}", "", *stamp(command, model, f"the {self.which} set ([README.md](README.md))", "../"), ""]
-        if self.rows:
-            lines += ["## Claims", ""] + self.claim_table()
-        return docs_prose.wrap("\n".join(lines + self.body).rstrip("\n") + "\n")
+    def section(self):
+        """Its part of a page: what an item calls ## is ### there."""
+        lines = [f"## {self.title}", "", *(self.claim_table() if self.rows else []), *[re.sub("^## ", "### ", line) for line in self.body]]
+        return docs_prose.wrap("\n".join(lines).rstrip("\n") + "\n")
 
-    def write(self, folder, command, model):
-        for file, svg in self.pictures.items():
-            write(os.path.join(folder, file), svg)
-        write(os.path.join(folder, f"paper-{self.item}.md"), self.markdown(command, model))
+
+def write_pages(folder, pages, command, model):
+    """The pages that hold these sections (items.PAGES). Sections that were not run stay, where the page is of the same command
+    and model; else the page is of these alone."""
+    for file, title, names in items.PAGES:
+        own = {one.title: one for one in pages if one.item in names}
+        if not own:
+            continue
+        which = next(iter(own.values())).which
+        head = "\n".join([f"# {title}", "", *stamp(command, model, f"the {which} set ([README.md](README.md))", "../"), "", ""])
+        path = os.path.join(folder, file)
+        sections = {}
+        if os.path.exists(path):
+            with open(path, encoding="utf-8") as old:
+                before = old.read()
+            if before.startswith(head):
+                sections = {part.split("\n", 1)[0][3:]: part for part in re.split(r"^(?=## )", before[len(head):], flags=re.M)}
+        for one in own.values():
+            sections[one.title] = one.section()
+            for picture, svg in one.pictures.items():
+                write(os.path.join(folder, picture), svg)
+        titles = [items.ITEMS[name].TITLE for name in names]
+        write(path, head + "\n".join(sections[t].rstrip("\n") + "\n" for t in titles if t in sections))
 
 
 def stamp(command, model, assumes, up):
@@ -128,18 +158,20 @@ def page_row(one, machines):
     """Printed figures that hold, by machine, and claims whose direction is not the paper's."""
     counts = {machine: tally([one]).get(machine) for machine in machines}
     against = {f"`{name}`" for name, machine in one.found if "against" in one.verdict(name, machine)[0]}
-    return [f"[{one.title}](paper-{one.item}.md)", *["{1} of {0}".format(*c) if c else "–" for c in counts.values()], ", ".join(sorted(against)) or "–"]
+    place = re.sub(r"[^\w\- ]", "", one.title.lower()).replace(" ", "-")
+    return [f"[{one.title}]({items.PAGE_OF[one.item]}#{place})", *["{1} of {0}".format(*c) if c else "–" for c in counts.values()], ", ".join(sorted(against)) or "–"]
 
 
 def write_index(folder, study, pages, claims, machines, command, model):
-    """README.md: what was run, and how many claims of each page hold; values.csv: every value behind a mean."""
+    """README.md: what was run, and how many claims of each section hold; values.csv: every value behind a mean."""
     lines = ["# The paper, figure by figure", "",
              *stamp(command, model, f"the {study.name} set: scenes and frames below; sampled mode unless a page says otherwise; machines "
                     + ", ".join(f"`{m}`" for m in machines), "../"), "",
              "A mean is geometric over the scenes of the evaluation. "
              "Claims, tolerances and commands: [ARTIFACT.md](../../../ARTIFACT.md).", "",
              "*Within 20 %* compares with the paper: `holds` where the paper prints a number and ours is within 20 % of it (of a bound: beyond it). *Direction* is "
-             "what the paper says without a number. *As recorded* compares with our own record of this set and says nothing of the paper.", "",
+             "what the paper says without a number: ours goes with it or against it. A figure that is not as recorded is named below its table. Where the paper "
+             "says what: [claims.toml](../../../bench/paper/claims.toml), and the targets that it names.", "",
              "Of the figures that the paper prints, " + "; ".join(f"{held} of {known} hold on `{machine}`" for machine, (known, held) in
                                                                  tally(pages).items()) + ".", ""]
     table = Page("", "", claims, study.name)
@@ -154,9 +186,9 @@ def write_index(folder, study, pages, claims, machines, command, model):
                "traffic as free, `paper-charged` charges every byte of it. Nothing else differs. Free was chosen because it fits the paper on trained scenes; these "
                "generated scenes played no part.")
     lines += table.body
-    lines += ["## Pages", ""]
+    lines += ["## Sections", ""]
     table = Page("", "", claims, study.name)
-    table.table(["page", *[f"hold on `{m}`" for m in machines], "against the paper's direction"], [page_row(one, machines) for one in pages])
+    table.table(["section", *[f"hold on `{m}`" for m in machines], "against the paper's direction"], [page_row(one, machines) for one in pages])
     lines += table.body
     lines += ["## Not reproduced", "",
               "Rasterisation against ray tracing, OptiX against Vulkan and the measurements on an RTX 5090 and an RX 9070 XT are of real GPUs: no model here. "

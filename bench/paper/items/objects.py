@@ -13,7 +13,7 @@ TURNS = [0.0, 10.0]  # degrees: two frames
 def build(study, page):
     page.text(f"A room of at most {study.values['proxy_gaussians']:,} Gaussians with {STATUES} placements of one statue in a ring before the camera, who move on by 10 degrees between two frames. There are a scene TLAS over the objects, a TLAS "
               "of each file, and one BLAS ([multi-object.md](../../model/multi-object.md)). A frame rebuilds the scene TLAS alone. The designs are sw and grtx, for a monolithic "
-              "structure has no objects; *flattened* is the same Gaussians as one scene. The paper gives no number. More: [moving-objects.md](../moving-objects.md).")
+              "structure has no objects; *flattened* is the same Gaussians as one scene. The paper gives no number.")
     most = study.values["proxy_gaussians"]
     of = study.values["objects"]
     room = next(replace(s, count=min(s.count, most)) for s in study.scenes if s.name == of["room"])

@@ -10,14 +10,22 @@ HIT_RATE = "gpu.l1.node.hit_rate"
 
 
 def build(study, page):
-    for machine in study.values["side_machines"]:
+    machines = study.values["side_machines"]
+    page.text("## k of grtx",
+              "Stragglers show as SIMT efficiency that falls with k. What smaller k costs besides is in the entries written: each is two transfers of private data.")
+    for machine in machines:
         buffer_sizes(study, page, machine)
+    page.text("## Field of view",
+              "The same number of pixels over a smaller field of view: rays lie closer. *As dense as* is the width of a whole image with that density.")
+    for machine in machines:
         fields_of_view(study, page, machine)
+    if study.values["resolutions"]:
+        page.text("## Resolution")
+    for machine in machines:
         resolutions(study, page, machine)
 
 
 def buffer_sizes(study, page, machine):
-    page.text(f"## k of grtx, machine `{machine}`")
     curves, rows, best, four = {}, [], {}, {}
     for scene in study.scenes:
         found = {k: study.point(scene, "grtx", machine, t_k=k) for k in KS}
@@ -34,15 +42,12 @@ def buffer_sizes(study, page, machine):
     page.claim("grtx-k8-over-k4", machine, four)
     page.picture(f"k-{machine}", figures.lines(f"grtx: speed over k = 4, machine {machine}", [str(k) for k in KS], curves, "k",
                                                "speed ÷ speed at 4", {"paper's best": KS.index(8)}), "Speed of grtx over k, a line a scene")
+    page.text(f"Machine `{machine}`:")
     page.table(["scene", "k", "M cycles", "speed over k = 4", "rounds of warps", "SIMT efficiency", "checkpoint entries written",
                 "checkpoint sectors to and from DRAM ÷ DRAM reads"], rows)
-    page.text("Stragglers show as SIMT efficiency that falls with k; what smaller k costs besides is in the entries written: each is two transfers "
-              "of private data.")
 
 
 def fields_of_view(study, page, machine):
-    page.text(f"## Field of view, machine `{machine}`",
-              "The same number of pixels over a smaller field of view: rays lie closer. *As dense as* is the width of a whole image with that density.")
     side = study.frames["side"]
     scenes = [s for s in study.scenes if s.name in study.values["fov_scenes"] or s.role == "public"]
     speeds = {}
@@ -72,14 +77,13 @@ def fields_of_view(study, page, machine):
     page.picture(f"fov-l1-{machine}", figures.lines(f"L1 hit rate over density, machine {machine}", dense, hits,
                                                     "as dense as an image of this width", "L1 hit rate of node fetches, mean"),
                  "L1 hit rate of baseline and sw over the density of rays")
+    page.text(f"Machine `{machine}`:")
     page.table(["scene", "as dense as", *DESIGNS, *[f"L1, {d}" for d in ("baseline", *DESIGNS)]], rows)
 
 
 def resolutions(study, page, machine):
     sizes = study.values["resolutions"]
-    page.text(f"## Resolution, machine `{machine}`")
-    if not sizes:
-        page.text("Whole frames at higher resolution are part of the full set; the field of view above reaches the same densities.")
+    if not sizes:  # part of the full set
         return
     keys = study.frames["main"].keys
     rows = []
@@ -93,4 +97,5 @@ def resolutions(study, page, machine):
                          *[found[d][HIT_RATE] for d in ("baseline", *DESIGNS)]])
             if [width, height] == sizes[-1]:
                 page.claim("high-resolution-sw", machine, speed["sw"])
+    page.text(f"Machine `{machine}`:")
     page.table(["scene", "pixels", *DESIGNS, *[f"L1, {d}" for d in ("baseline", *DESIGNS)]], rows)

@@ -119,11 +119,11 @@ def proxies(study, page):
             groups.append((scene.name, {p: base / c for p, c in cycles.items() if p != "tri20"}))
             sizes = {p: study.measure(scene, p, machine, ONE_RAY) for p in ("tri20", "tlas-tri20", *PROXIES)}
             for p, c in cycles.items():
-                rows.append([scene.name, machine, p, base / c, sizes[p]["accel.bytes_per_gaussian"], sizes[p]["accel.bytes"] / 2**20])
+                rows.append([scene.name, p, base / c, sizes[p]["accel.bytes_per_gaussian"], sizes[p]["accel.bytes"] / 2**20])
             shared[scene.name] = cycles
         for name, over, of in [("tlas-tri80-over-tri80", "tri80", "tlas-tri80"), ("ellipsoid-over-tri20", "tri20", "ellipsoid"),
                                ("sphere-over-tri20", "tri20", "tlas-sphere")]:
             page.claim(name, machine, {s.name: shared[s.name][over] / shared[s.name][of] for s in scenes if s.role == "evaluation"})
         page.picture(f"proxies-{machine}", figures.bars(f"Proxies: speed over 20 triangles, machine {machine}", groups,
                                                         ["tlas-tri20", *PROXIES], base=1.0), "Speed of each proxy over the baseline, by scene")
-        page.table(["scene", "machine", "structure", "speed over baseline", "B a Gaussian", "MiB"], rows)
+        page.table(["scene", "structure", "speed over baseline", "B a Gaussian", "MiB"], rows)

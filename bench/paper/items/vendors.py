@@ -7,8 +7,7 @@ DESIGNS = ("sw", "hw", "grtx")
 
 
 def build(study, page):
-    page.text("## Node fetch by the shader cores",
-              "RT units that only intersect, as AMD's: the shader cores walk the tree and read its nodes (`rt.memory.by_shader`, "
+    page.text("RT units that only intersect, as AMD's: the shader cores walk the tree and read its nodes (`rt.memory.by_shader`, "
               "`configs/intersection_only.toml`). Cycle mode, on a smaller frame.")
     for machine in study.values["side_machines"]:
         groups, rows, own = [], [], {}

@@ -15,7 +15,7 @@ struct Window {
 
 // Length in groups of a window's settling phase (the caches still hold data of the window before) and of its measured
 // phase. slots: warp slots of the GPU. Settling is short: stale cache contents cost less accuracy than fewer measured
-// groups would (docs/results/windows.md).
+// groups would (docs/model/windows-mode.md).
 constexpr std::uint64_t settling_groups(std::uint64_t slots) { return slots < 8 ? 1 : slots / 8; }
 constexpr std::uint64_t measured_groups(std::uint64_t slots) { return 3 * settling_groups(slots); }
 inline constexpr std::uint64_t kFewestWindows = 20;

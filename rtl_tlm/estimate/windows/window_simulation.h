@@ -17,7 +17,7 @@ struct WindowOptions {
   EnergyPricing price;  ///< empty: no energy statistics
 };
 
-/// Bias of windows mode, measured on four designs with a full frame (docs/results/windows.md).
+/// Bias of windows mode, measured on four designs with a full frame (docs/model/windows-mode.md).
 inline constexpr ModelBias kWindowsBias{0.012, 0.02};
 
 /// Throws Error for options out of range.
