@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Who wins: the proposals of both papers and what lies between them, from a database of configs/sweeps/rivals.toml.
+"""Who wins: the proposals of both papers and what lies between them, from a database of configs/sweeps/rivals.toml or
+of beyond.toml.
 
-    python3 bench/rivals.py rivals.sqlite [--binds]
+    python3 bench/rivals.py rivals.sqlite [--over DESIGN] [--binds]
 
-A row a design and k, a column a view: speed over the baseline with the better k of that view (cycles of that over cycles of
-this); then the geometric mean over rooms and over objects, the silicon of an RT unit and of the chip, and the energy of
+A row a design and k, a column a view: speed over the baseline, or the design that --over names, with the better k of that
+view (cycles of that over cycles of this); then the geometric mean over rooms and over objects, the silicon of an RT unit and of the chip, and the energy of
 a ray over that of the baseline with the better k. Rows and columns that are not done are left out. --binds: what each
 design waits for on each view, the largest lower bound over its cycles.
 Exit code 1 when nothing can be compared.
@@ -23,6 +24,12 @@ OBJECTS = ("playbot", "pizza", "logo", "st-peter", "object")
 STRUCTURES = {("tri20", "off"): "baseline", ("tlas-tri20", "off"): "sw", ("tri20", "on"): "hw", ("tlas-tri20", "on"): "grtx"}
 
 
+def own(at):
+    """What a point sets beside what its design is."""
+    said = ", no spills" if at.get("rt.warp_buffer.stack_entries", 0) >= 24 else ""
+    return said + (f", L1 of {at['l1.bytes'] // 1024} KB" if "l1.bytes" in at else "")
+
+
 def design(at):
     """What a point is called, without its k."""
     checkpoints, wide = at["tracer.checkpoint"], at.get("rt.memory.sectors_per_cycle", 1) > 1
@@ -33,7 +40,9 @@ def design(at):
     if at.get("rt.any_hit_unit.enabled"):
         name = "gautracer" if at["tracer.accel"] == "ellipsoid" else "spheres in heaps"
         name += ", by entry" if at.get("tracer.sort_key") == "entry" else ""
-        return name + ("" if wide else ", port of one sector") + (", checkpoints" if checkpoints == "on" else "")
+        if at.get("rt.traversal") == "warp":
+            name = "walk" if at.get("tracer.sort_key") == "entry" else "walk, by peak"
+        return name + ("" if wide else ", port of one sector") + (", checkpoints" if checkpoints == "on" else "") + own(at)
     if at["tracer.accel"] == "tlas-sphere":
         return "spheres, checkpoints"
     return STRUCTURES[at["tracer.accel"], checkpoints] + (", what costs little" if wide else "")
@@ -65,13 +74,14 @@ def row(cells):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("database")
+    parser.add_argument("--over", default="baseline", metavar="DESIGN")
     parser.add_argument("--binds", action="store_true")
     arguments = parser.parse_args()
     found = read(arguments.database)
     base = {}
     for (name, _), views in found.items():
         for view, values in views.items():
-            if name == "baseline" and values["gpu.cycles"] < base.get(view, {"gpu.cycles": math.inf})["gpu.cycles"]:
+            if name == arguments.over and values["gpu.cycles"] < base.get(view, {"gpu.cycles": math.inf})["gpu.cycles"]:
                 base[view] = values
     views = [view for view in base if all(view in of for of in found.values())]
     if not views:

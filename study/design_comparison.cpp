@@ -15,7 +15,8 @@ DesignComparison::DesignComparison(const std::vector<std::string>& names, bool s
     throw Error("--designs", name, "is no design, the nearest is '" + nearest_name(name, lab::design_names()) + "'");
   }
   for (const lab::Design& design : lab::designs()) {
-    const bool asked = names.empty() || std::find(names.begin(), names.end(), design.name) != names.end();
+    const bool asked =
+        names.empty() ? !design.if_named : std::find(names.begin(), names.end(), design.name) != names.end();
     const ComparedDesign compared(design);
     if (!asked || (several_objects && !traces::is_two_level(compared.kind))) continue;
     designs_.push_back(compared);

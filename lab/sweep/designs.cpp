@@ -11,18 +11,25 @@ namespace grtx::lab {
 const std::vector<Design>& designs() {
   // GauTracer: one level, a leaf of 64 B for each Gaussian; the hit is the peak of its response; heaps of 16 hits of
   // three words in registers, beside the 32 that the ray generation shader is assumed to need.
-  static const std::vector<Design> all = {{"baseline", "tri20", false, {}, {}},
-                                          {"sw", "tlas-tri20", false, {}, {}},
-                                          {"hw", "tri20", true, {}, {}},
-                                          {"grtx", "tlas-tri20", true, {}, {}},
-                                          {"gautracer",
-                                           "ellipsoid",
-                                           false,
-                                           {{"k", "16"}, {"sort_key", "peak"}, {"tmax_update", "kth"}},
-                                           {{"rt.gaussian.enabled", "true"},
-                                            {"rt.any_hit_unit.enabled", "true"},
-                                            {"simt.registers_per_thread", "32"},
-                                            {"simt.payload_registers", "48"}}}};
+  const Design::Texts heaps = {{"rt.gaussian.enabled", "true"},
+                               {"rt.any_hit_unit.enabled", "true"},
+                               {"simt.registers_per_thread", "32"},
+                               {"simt.payload_registers", "48"}};
+  // Its units, hits by entry, and warps that walk together (docs/model/warp_walk.md).
+  Design::Texts walk = heaps;
+  walk.insert(walk.end(), {{"rt.traversal", "warp"}, {"rt.warp_stack.entries", "96"}, {"rt.warp_stack.ahead", "16"}});
+  static const std::vector<Design> all = {
+      {"baseline", "tri20", false, {}, {}},
+      {"sw", "tlas-tri20", false, {}, {}},
+      {"hw", "tri20", true, {}, {}},
+      {"grtx", "tlas-tri20", true, {}, {}},
+      {"gautracer", "ellipsoid", false, {{"k", "16"}, {"sort_key", "peak"}, {"tmax_update", "kth"}}, heaps},
+      {"walk",
+       "ellipsoid",
+       false,
+       {{"k", "16"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}},
+       walk,
+       true}};
   return all;
 }
 

@@ -17,11 +17,13 @@ struct Design {
   std::string name;
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
-  Texts tracer;  ///< options of the tracer, by name with _ for -
-  Texts keys;    ///< configuration keys
+  Texts tracer;           ///< options of the tracer, by name with _ for -
+  Texts keys;             ///< configuration keys
+  bool if_named = false;  ///< compared only when it is asked for by name
 };
 
-/// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026).
+/// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
+/// this project's own.
 const std::vector<Design>& designs();
 /// Their names, in the same order.
 const std::vector<std::string>& design_names();

@@ -56,7 +56,6 @@ void WarpWalkScheduler::end_of_elaboration() {
   stack_ = stack.operator->();
   traffic_ = &memory_->traffic();
   leaf_ = traffic_->leaf_kind();
-  if (touch_shader.size() > 0) shader_ = touch_shader.operator->();
 }
 
 void WarpWalkScheduler::restart() {
@@ -81,8 +80,6 @@ void WarpWalkScheduler::begin(unsigned entry) {
   WarpStackEntry root;
   root.lanes = warp.in_state(LaneState::ready);
   walk.held = 0;
-  walk.seen = 0;
-  walk.seed = warp.group->index * 4096ull + warp.round;
   stack_->begin_lane(lane_id(entry, 0), warp.slot);
   for_each_bit(warp.lanes, [&](unsigned i) {
     any_hit_->begin_lane(lane_id(entry, i), warp.group->rays[i].rounds[warp.round].preloaded);
@@ -127,11 +124,6 @@ void WarpWalkScheduler::schedule(Cycle now) {
   const unsigned entry = selection_->select(candidates, buffer_->ages());
   Walk& walk = walks_[entry];
   ++counters_.selections;
-  while (!timed(walk)) {
-    execute(now, entry, walk.next);
-    refresh(entry);
-    if (walk.next == WarpStack::kNone) return;
-  }
   start(now, entry, walk.next);
   expand(entry);
   refresh(entry);
@@ -301,59 +293,6 @@ void WarpWalkScheduler::stack_settled(LaneId id) {
   walk.moving = walk.filling = false;
   expand(entry);
   refresh(entry);
-}
-
-// One of each `stride` entries that a warp takes off its stack is timed; which one, a hash decides.
-bool WarpWalkScheduler::timed(Walk& walk) const {
-  const Sampling& sampling = scheduler_.sampling;
-  if (!sampling.on()) return true;
-  const std::uint64_t block = walk.seen / sampling.stride, place = walk.seen % sampling.stride;
-  ++walk.seen;
-  return place == sampling.first(Sampling::mixed(walk.seed) + block);
-}
-
-// Sampled run: an entry in zero time.
-void WarpWalkScheduler::execute(Cycle now, unsigned entry, std::size_t place) {
-  Walk& walk = walks_[entry];
-  const WarpStackEntry node = walk.stack.at(place);
-  const LaneMask visiting = count(node, walk);
-  const unsigned slot = walk.stack.start(place);
-  if (visiting != 0) {
-    const NodeVisit visit{node.kind, traffic_->address(node.address), false};
-    memory_->touch(visit, now);
-    for_each_bit(visiting, [&](unsigned) { memory_->count_visit(visit); });
-  }
-  for_each_bit(node.lanes, [&](unsigned lane) {
-    const Event& event = walk.lanes[lane].tree.event(node.event[lane]);
-    if (EventEffect(event).calls_shader(boxes_)) execute_hit(now, entry, lane, event);
-    event_done(entry, lane);
-  });
-  children(walk, node);
-  if (!walk.stack.has_room(children_.size())) make_room(now, entry, children_.size(), false);
-  walk.stack.finish(slot, children_);
-  if (!walk.moving && walk.stack.waiting() == 0 && walk.stack.in_memory() != 0) {
-    make_room(now, entry, 0, true);
-    walk.stack.filled();
-  }
-}
-
-void WarpWalkScheduler::execute_hit(Cycle now, unsigned entry, unsigned lane, const Event& event) {
-  counters_.any_hit_calls += EventEffect(event).calls_any_hit() ? 1 : 0;
-  counters_.intersection_calls += boxes_ ? 1 : 0;
-  if (!any_hit_->touch(lane_id(entry, lane), event)) return;
-  const Warp& warp = buffer_->warp(entry);
-  AnyHitBatch batch;
-  batch.slot = warp.slot;
-  batch.round = warp.round;
-  add_lane(batch, lane, event);
-  shader_->touch_any_hit(batch, now);
-}
-
-void WarpWalkScheduler::make_room(Cycle now, unsigned entry, std::size_t more, bool top) {
-  WarpStack& entries = walks_[entry].stack;
-  const std::uint32_t depth = entries.depth() + static_cast<std::uint32_t>(more);
-  entries.settle(more, top);
-  stack_->touch_settle(lane_id(entry, 0), depth, top, now);
 }
 
 Inventory WarpWalkScheduler::inventory() const {

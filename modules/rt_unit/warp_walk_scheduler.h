@@ -17,7 +17,6 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/lane_loop.h"
-#include "grtx/modules/messages/sampling.h"
 #include "grtx/modules/rt_unit/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/decide/warp_stack.h"
@@ -37,14 +36,13 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
  public:
   using Config = WarpStackConfig;
 
-  /// scheduler: policy and sampling. entries: warps of the warp buffer. Throws Error for a trace that warps cannot
+  /// scheduler: the policy. entries: warps of the warp buffer. Throws Error for a trace that warps cannot
   /// walk.
   WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtScheduler::Config& scheduler,
                     unsigned entries, const traces::Header& header);
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
-  bool has_touch() const override { return true; }
   void fetched(Cycle now, unsigned entry, LaneMask slots, traces::NodeKind kind) override;
   void unit_result(Cycle now, LaneId test) override;
   void stack_settled(LaneId id) override;
@@ -81,7 +79,6 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
     unsigned hits = 0;                     ///< not answered
     unsigned held = 0;                     ///< places for hits that leaf tests and hits take
     bool moving = false, filling = false;  ///< the stack unit is at work for it
-    std::uint64_t seed = 0, seen = 0;      ///< sampled run: of the choice of timed entries; entries so far
   };
   void end_of_elaboration() override;
   /// Starts the entry at `place` of the warp's stack.
@@ -96,11 +93,6 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   void move(unsigned entry, std::size_t more, bool top);
   void refresh(unsigned entry);
   void children(const Walk& walk, const WarpStackEntry& node);
-  // Sampled run.
-  bool timed(Walk& walk) const;
-  void execute(Cycle now, unsigned entry, std::size_t place);
-  void execute_hit(Cycle now, unsigned entry, unsigned lane, const traces::Event& event);
-  void make_room(Cycle now, unsigned entry, std::size_t more, bool top);
   [[noreturn]] void refuse(unsigned entry, unsigned lane, const char* rule) const;
 
   Config config_;
@@ -116,7 +108,6 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   node_test_if* units_ = nullptr;
   any_hit_if* any_hit_ = nullptr;
   stack_if* stack_ = nullptr;
-  shader_touch_if* shader_ = nullptr;
   const NodeTraffic* traffic_ = nullptr;
   traces::NodeKind leaf_{};
   std::vector<Walk> walks_;               ///< [entry]

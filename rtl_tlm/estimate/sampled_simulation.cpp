@@ -20,6 +20,14 @@ double lanes_a_fetch(const SampledResult& r) {
   return r.result.document.at("stats").at("gpu.rt.merge_factor").at("value").get<double>();
 }
 
+/// Why the trace is simulated in cycle mode whatever the stride; the id is empty if nothing speaks against sampling.
+ResultNote why_whole(const std::string& trace_path, const GpuConfig& config) {
+  if (config.rt.walks()) return {"merging", "cycle mode: the lanes of a warp share every fetch (rt.traversal = warp)"};
+  const std::uint64_t visits = traces::Reader(trace_path).totals().visits();
+  if (visits >= kFewestSampledVisits) return {};
+  return {"small-view", fmt::format("cycle mode: {} node visits are too few to sample", visits)};
+}
+
 /// Adds estimate, interval, gpu.sampled.* and `notes` to the result of a run.
 SampledResult finished(SimulationResult run, unsigned stride, const ResultNotes& notes) {
   SampledResult r;
@@ -90,30 +98,30 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   GpuConfig own = config;
   unsigned stride = config.sample.stride;
   ResultNotes notes;
-  const std::uint64_t visits = traces::Reader(trace_path).totals().visits();
-  if (visits < kFewestSampledVisits && stride > 1) {
+  if (const ResultNote note = why_whole(trace_path, config); stride > 1 && !note.id.empty()) {
     stride = 1;
-    notes.push_back({"small-view", fmt::format("cycle mode: {} node visits are too few to sample", visits)});
+    notes.push_back(note);
   }
   const auto run = [&](auto&& simulation) {
     own.sampling = {stride, stride == 1 ? 0 : std::min(config.sample.offset, stride - 1)};
     return finished(simulation(trace_path, own, options), stride, notes);
   };
-  const auto checked = [&](SampledResult r) {
-    if (stride == 1 || lanes_a_fetch(r) <= kMostLanesAFetch) return r;
-    notes.push_back(
-        {"merging", fmt::format("cycle mode: {:.1f} lanes a fetch are too many to sample", lanes_a_fetch(r))});
-    stride = 1;
-    return run(simulate_in_child);
-  };
-  if (target_error == 0.0 || stride == 1) return checked(run(simulate));
+  // A process can simulate once, and more than one run may be needed: sampled runs are child processes.
+  const bool any = target_error == 0.0;
   for (;; stride /= 2) {
     // Skips strides whose bias alone exceeds the target.
     SampledEstimate least;
     least.bias = stride_bias(stride);
-    if (stride > 1 && cycles_interval(least).half_width > target_error) continue;
-    SampledResult r = checked(run(simulate_in_child));
-    if (r.cycles.half_width <= target_error) return r;
+    if (stride > 1 && !any && cycles_interval(least).half_width > target_error) continue;
+    if (stride == 1) return run(simulate);
+    SampledResult r = run(simulate_in_child);
+    if (lanes_a_fetch(r) > kMostLanesAFetch) {
+      notes.push_back(
+          {"merging", fmt::format("cycle mode: {:.1f} lanes a fetch are too many to sample", lanes_a_fetch(r))});
+      stride = 1;
+      return run(simulate);
+    }
+    if (any || r.cycles.half_width <= target_error) return r;
   }
 }
 

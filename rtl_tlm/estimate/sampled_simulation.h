@@ -23,8 +23,9 @@ SampledEstimate estimate_from_stride(Cycle cycles, unsigned stride, const Sample
 
 /// Simulates the trace with sample.stride. target_error: relative half-width of the interval on cycles, reached by
 /// halving the stride; 0: none. A trace with few visits, or with many lanes a fetch, runs in cycle mode, and a note
-/// says so. Without a target the simulation runs in this process, like simulate(); with one, each runs in a child
-/// process. Throws what simulate() throws, and Error for a target out of range or a unit in RTL.
+/// says so. A sampled run is a child process, whose result has its document and no lists of statistics; cycle mode runs
+/// in this process, like simulate(). Throws what simulate() throws, and Error for a target out of range or a unit in
+/// RTL.
 SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options,
                                double target_error = 0.0);
 

@@ -280,18 +280,21 @@ class PlainTracer {
   traces::LeafOutcome any_hit(const HitEntry& entry) {
     using traces::LeafOutcome;
     if (entry <= last_) return LeafOutcome::ignored;
+    const bool kth = options_.tmax_update == frontend::TmaxUpdate::kth && options_.any_hit != frontend::AnyHit::delayed;
     if (nearest_.size() < options_.k) {
       nearest_.insert(std::upper_bound(nearest_.begin(), nearest_.end(), entry), entry);
+      if (kth && nearest_.size() == options_.k) t_max_ = nearest_.back().first;
       return LeafOutcome::inserted;
     }
     if (entry < nearest_.back()) {
       if (options_.checkpoint) evicted_.push_back(nearest_.back());
       nearest_.pop_back();
       nearest_.insert(std::upper_bound(nearest_.begin(), nearest_.end(), entry), entry);
+      if (kth) t_max_ = nearest_.back().first;
       return LeafOutcome::displaced;
     }
     if (options_.checkpoint) evicted_.push_back(entry);
-    t_max_ = entry.first;
+    t_max_ = kth ? nearest_.back().first : entry.first;
     return LeafOutcome::rejected;
   }
 

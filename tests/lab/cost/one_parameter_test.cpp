@@ -99,7 +99,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.any_hit_unit.level_latency", "9", kTiming, kFixedTime, {"rt.any_hit_unit.enabled=true"}},
       {"rt.any_hit_unit.count", "1", kBoth, "", {"rt.any_hit_unit.enabled=true"}},
       {"rt.traversal", "warp", kBoth, "", {}, "walked"},
-      {"rt.warp_stack.entries", "10", kBoth, "", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_stack.entries", "10", kBoth, "", {"rt.traversal=warp", "rt.warp_stack.ahead=8"}, "walked"},
       {"rt.warp_stack.ahead", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},

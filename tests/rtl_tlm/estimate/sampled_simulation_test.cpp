@@ -56,10 +56,10 @@ class SampledSimulation : public ::testing::Test {
  protected:
   void SetUp() override { write_trace(1.0); }
   void write_trace(double fov_scale) {
-    frontend::synthesise({"hall", 3000, 5, 1}, base_ + ".ply");
+    frontend::synthesise({"hall", 20000, 5, 1}, base_ + ".ply");
     const frontend::Scene scene = frontend::load_scene(base_ + ".ply");
     const frontend::Camera camera = frontend::load_cameras(base_ + ".cameras.json")[0].fov_scaled(fov_scale);
-    test::write_view(trace(), scene, camera, 128, 96, frontend::AccelKind::tri20, false);
+    test::write_view(trace(), scene, camera, 64, 48, frontend::AccelKind::tri20, false);
     ASSERT_GT(traces::Reader(trace()).totals().visits(), kFewestSampledVisits);
   }
   void TearDown() override {

@@ -16,7 +16,7 @@ namespace grtx::sim {
 namespace {
 
 // What it counts itself went on from the launch before: its bus had been busy for longer than the launch took.
-TEST(OwnDram, WasBusyInItsSecondLaunchWithTheFirst) {
+TEST(OwnDramTwice, WasBusyInItsSecondLaunchWithTheFirst) {
   const traces::testing::TemporaryFile trace("tiny");
   test::write_tiny_trace(trace.path(), {40, 32});
   ChildProcess child("platform", [&] {

@@ -68,7 +68,7 @@ TEST_F(OwnUnit, CountsInItsSecondLaunchWhatThatDid) {
 TEST_F(OwnUnit, TakesEightyLines) {
   std::ifstream file(grtx::paths::source_dir() + "/examples/own_unit.cpp");
   const auto lines = std::count(std::istreambuf_iterator<char>(file), {}, '\n');
-  EXPECT_LE(lines, 80);
+  EXPECT_LE(lines, 1 + 80) << "beside its licence line";
 }
 
 }  // namespace

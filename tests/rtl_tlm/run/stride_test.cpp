@@ -100,26 +100,6 @@ TEST_F(Stride, EventsAreExactAndCyclesAreNear) {
   }
 }
 
-TEST_F(Stride, WarpsThatWalkTogetherAreTimedOneEntryInSoMany) {
-  const std::vector<std::string> keys = {"gpu.sms=1", "gpu.resident_warps=8", "rt.traversal=warp"};
-  for (const std::string more : {"rt.warp_stack.ahead=8", "rt.warp_stack.entries=10", "rt.any_hit_unit.enabled=true"}) {
-    std::vector<std::string> settings = keys;
-    settings.push_back(more);
-    const ordered_json all = run(baseline(), machine(settings));
-    for (const unsigned stride : {2u, 8u}) {
-      const std::string what = more + ", stride " + std::to_string(stride);
-      const ordered_json some = run(baseline(), machine(settings, stride));
-      for (const char* exact : {"gpu.rt.node_visits", "gpu.rt.culls", "gpu.rt.any_hit_calls", "gpu.simt.blended"}) {
-        EXPECT_EQ(value(some, exact), value(all, exact)) << what << exact;
-      }
-      for (const char* near : {"gpu.cycles", "gpu.l1.accesses", "gpu.energy_nj"}) {
-        const double ratio = value(some, near) / value(all, near);
-        EXPECT_TRUE(ratio > 0.75 && ratio < 1.25) << what << ": " << near << " x " << ratio;
-      }
-    }
-  }
-}
-
 TEST_F(Stride, TheSameOffsetGivesTheSameStatisticsAndAnotherOneOthers) {
   const auto stats = [&](unsigned offset) {
     const ordered_json list = run(grtx(), machine({}, 8, offset));
