@@ -557,7 +557,7 @@
       read += look < 3 || look >= 8 ? 1 : 0;
       kept += round.noted[i] === 1 ? 1 : 0;
     }
-    const parts = [`${count(read)} node${read === 1 ? '' : 's'} without a hit`];
+    const parts = read > 0 ? [`${count(read)} node${read === 1 ? '' : 's'} without a hit`] : [];
     if (read < end - begin) parts.push(`${count(end - begin - read)} not read`);
     if (kept > 0) parts.push(`${count(kept)} checkpointed`);
     return parts.join(', ');
