@@ -30,6 +30,7 @@ set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
 set(GRTX_ASSETS "")
 set(ray_web ${PROJECT_SOURCE_DIR}/view/ray/web)
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
+              "explore=${web}/explore.js" "explorecharts=${web}/explore_charts.js"
               "raystyle=${ray_web}/ray.css" "rayscript=${ray_web}/ray.js"
               "paper=${PROJECT_SOURCE_DIR}/view/report/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})

@@ -197,6 +197,7 @@ view::DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
     drawn.colour[channel] = std::clamp(0.5f + kFirstHarmonic * scene.sh[at], 0.0f, 1.0f);
   }
   drawn.opacity = scene.opacity[local];
+  drawn.kernel_radius = std::sqrt(gaussians.record(local).kappa2);
   return drawn;
 }
 

@@ -15,6 +15,7 @@
 #include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/reader.h"
 #include "grtx/view/ray/ray_page.h"
+#include "grtx/view/report/html.h"
 
 namespace grtx::study {
 namespace {
@@ -35,6 +36,7 @@ view::RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
   page.header = &reader.header();
   page.scene = plan.scene;
   page.timeline = plan.timeline;
+  if (!plan.image.empty()) page.picture = view::picture_uri(plan.image);
   page.title = (plan.rays.warp ? fmt::format("Rays of warp {}", *plan.rays.warp)
                                : fmt::format("Ray of pixel {},{}", plan.rays.pixel[0], plan.rays.pixel[1])) +
                " in " + std::filesystem::path(plan.trace).filename().string();

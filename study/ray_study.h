@@ -18,6 +18,7 @@ struct RayPlan {
   std::string scene;                             ///< scene of the trace, for tracing the rays again; "": they are not
   ViewOptions view;                              ///< used with a scene; default resolution: the trace's
   bool recorded_view = true;                     ///< take the view recorded in the trace, not view.view
+  std::string image;                             ///< picture of the view to mark the pixel in; "": none
   std::string timeline;                          ///< file from grtx sim --timeline; "": no time axis
   std::function<void(const FilesRead&)> opened;  ///< called with all scene and camera files that were read
 };

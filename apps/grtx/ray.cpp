@@ -80,6 +80,10 @@ void add_ray(CLI::App& app, CommonOptions& common) {
     command->get_option(name)->description("Resolution of the trace, in pixels; 0 takes the trace's");
   }
   command
+      ->add_option("--image", options->plan.image,
+                   "Picture of the view (PNG, JPEG, GIF, WebP), in which the page marks the pixel (default: none)")
+      ->type_name(kInputFile);
+  command
       ->add_option("--timeline", options->plan.timeline,
                    "What 'grtx sim --timeline' wrote: a time axis (default: none)")
       ->type_name(kInputFile);

@@ -27,37 +27,67 @@ const visit = async (context) => {
 const ready = (page) => page.waitForSelector('html[data-ready]', { timeout: 120000 });
 
 // What the page shows now; of long lists the rows in sight.
-const state = (page) => page.evaluate(() => {
-  const rows = (id) => [...document.querySelectorAll(`#${id} .row`)].filter((row) => !row.textContent.includes('empty'));
-  const hits = (id) => rows(id).map((row) => [Number(row.dataset.gaussian), Number(row.dataset.t)]);
-  const nodes = (id) => rows(id).map((row) => `${row.dataset.node} ${row.children[2].textContent}`);
-  const note = (id) => document.querySelector(`#${id} h2 span`).textContent;
-  return {
-    where: document.querySelector('.where').textContent, text: document.querySelector('#event').innerText,
-    t_max: Number(document.querySelector('#t_max')?.dataset.t), k_buffer: hits('k_buffer'), evictions: hits('evictions'),
-    source: nodes('source'), taken: document.querySelectorAll('#source .gone').length, destination: nodes('destination'), stack: nodes('stack'),
-    sizes: { evictions: note('evictions'), source: note('source'), destination: note('destination'), stack: note('stack') },
-  };
-});
+const state = (page) =>
+  page.evaluate(() => {
+    const rows = (id) => [...document.querySelectorAll(`#${id} .row`)].filter((row) => !row.textContent.includes('empty'));
+    const hits = (id) => rows(id).map((row) => [Number(row.dataset.gaussian), Number(row.dataset.t)]);
+    const nodes = (id) => rows(id).map((row) => `${row.dataset.node} ${row.children[2].textContent}`);
+    const note = (id) => document.querySelector(`#${id} h2 span`).textContent;
+    return {
+      where: document.querySelector('.where').textContent,
+      text: document.querySelector('#event').innerText,
+      t_max: Number(document.querySelector('#t_max')?.dataset.t),
+      k_buffer: hits('k_buffer'),
+      evictions: hits('evictions'),
+      source: nodes('source'),
+      taken: document.querySelectorAll('#source .gone').length,
+      destination: nodes('destination'),
+      stack: nodes('stack'),
+      sizes: { evictions: note('evictions'), source: note('source'), destination: note('destination'), stack: note('stack') },
+    };
+  });
 const press = async (page, key, times = 1) => {
   for (let i = 0; i < times; i += 1) await page.keyboard.press(key);
 };
-const drawn = (page, selector) => page.evaluate((at) => {
-  const canvas = document.querySelector(at);
-  if (!canvas || canvas.offsetParent === null) return null;
-  const picture = canvas.toDataURL();
-  const empty = Object.assign(document.createElement('canvas'), { width: canvas.width, height: canvas.height }).toDataURL();
-  return picture === empty ? null : picture.slice(-4000);
-}, selector);
+const drawn = (page, selector) =>
+  page.evaluate((at) => {
+    const canvas = document.querySelector(at);
+    if (!canvas || canvas.offsetParent === null) return null;
+    const picture = canvas.toDataURL();
+    const empty = Object.assign(document.createElement('canvas'), { width: canvas.width, height: canvas.height }).toDataURL();
+    return picture === empty ? null : picture.slice(-4000);
+  }, selector);
 
 const context = await chromium.launchPersistentContext(profile, {
-  executablePath: chromium_path, headless: true, viewport: { width: 1280, height: 900 }, colorScheme: 'light',
-  args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync'],
+  executablePath: chromium_path,
+  headless: true,
+  viewport: { width: 1280, height: 900 },
+  colorScheme: 'light',
+  args: [
+    '--no-sandbox',
+    '--disable-gpu',
+    '--disable-quic',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+  ],
 });
 try {
   const page = await visit(context);
   await ready(page);
+  await page.waitForFunction(() => document.querySelector('.story').textContent !== '');
+  await page.waitForTimeout(300);
+  found.story = await page.locator('.story').innerText();
+  found.pixel = await page.locator('.pixel').innerText();
+  found.along = await drawn(page, '.hits canvas');
+  if (found.along !== null) {
+    await page.locator('.hits canvas').focus();
+    await press(page, 'ArrowRight');
+    found.first_hit = { text: await page.locator('.hits .note').innerText(), state: await state(page) };
+    await page.evaluate(() => document.activeElement.blur());
+    await press(page, 'Home');
+  }
   found.first = await state(page);
   found.hits = [];
   for (let i = 0; i < 5; i += 1) {
@@ -101,7 +131,11 @@ try {
 
   // Finding: a Gaussian that was hit, and the node of the first event.
   const [gaussian] = found.hits[0].k_buffer.length > 0 ? found.hits[0].k_buffer[0] : [-1];
-  for (const [name, text] of [['gaussian', String(gaussian)], ['node', await page.evaluate(() => document.querySelector('#event .what').textContent.match(/0x[0-9a-f]+/)[0])], ['nothing', '0x3']]) {
+  for (const [name, text] of [
+    ['gaussian', String(gaussian)],
+    ['node', await page.evaluate(() => document.querySelector('#event .what').textContent.match(/0x[0-9a-f]+/)[0])],
+    ['nothing', '0x3'],
+  ]) {
     await press(page, '/');
     await page.keyboard.insertText(text);
     await press(page, 'Enter');
@@ -129,7 +163,11 @@ try {
   found.unfolded = await folds();
   found.elements = await page.evaluate(() => document.querySelectorAll('#player *').length);
   found.columns = await page.locator('.round').count();
-  found.labelled = await page.evaluate(() => [...document.querySelectorAll('#player button, #player input, #player select, #player canvas, #player [tabindex="0"]')].every((e) => e.getAttribute('aria-label') || e.offsetParent === null));
+  found.labelled = await page.evaluate(() =>
+    [...document.querySelectorAll('#player button, #player input, #player select, #player canvas, #player [tabindex="0"]')].every(
+      (e) => e.getAttribute('aria-label') || e.offsetParent === null,
+    ),
+  );
   found.overflow[1280] = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
   const small = await visit(context);

@@ -73,6 +73,12 @@ TEST_F(RayInBrowser, TheWalkthroughIsSteppedThrough) {
   const json found = look("walkthrough.html");
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
+  EXPECT_THAT(found.at("story").get<std::string>(), HasSubstr("took 3 rounds"));
+  EXPECT_THAT(found.at("story").get<std::string>(), HasSubstr("All rounds but the first went on from checkpoints"));
+  EXPECT_THAT(found.at("pixel").get<std::string>(), HasSubstr("pixel 0,0 of"));
+  ASSERT_FALSE(found.at("along").is_null());
+  EXPECT_THAT(found.at("first_hit").at("text").get<std::string>(), StartsWith("Gaussian 12 at t = "));  // the nearest
+  EXPECT_THAT(found.at("first_hit").at("state").at("text").get<std::string>(), HasSubstr("Gaussian 12 at t = "));
   EXPECT_THAT(ids(found.at("hits")[3].at("k_buffer")), testing::ElementsAre(12, 7, 21, 33));
   EXPECT_NEAR(found.at("hits")[3].at("k_buffer")[3][1].get<double>(), 2.85, 5e-5);
   EXPECT_TRUE(found.at("hits")[3].at("t_max").is_null());  // infinite
@@ -111,6 +117,8 @@ TEST_F(RayInBrowser, WithoutTheSceneListsAreThereAndTimesAreNot) {
   expect_sound(found);
   EXPECT_TRUE(found.at("view").is_null());
   EXPECT_TRUE(found.at("axis").is_null());
+  EXPECT_TRUE(found.at("along").is_null());
+  EXPECT_THAT(found.at("story").get<std::string>(), HasSubstr("hits, of which"));
   EXPECT_GT(found.at("folds").get<int>(), 0);
   EXPECT_THAT(found.at("first").at("text").get<std::string>(), HasSubstr("t_max: not in the trace"));
   EXPECT_EQ(found.at("hits")[3].at("k_buffer").size(), 4u);

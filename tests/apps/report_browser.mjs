@@ -25,25 +25,29 @@ const visit = async (context) => {
   return page;
 };
 const ready = (page) => page.waitForSelector('html[data-ready]', { timeout: 60000 });
-const ids_of = (page, figure) => page.evaluate((id) =>
-  [...document.querySelectorAll(`#${id} g.points_marks path`)].map((mark) => mark.__data__.datum.id), figure);
-const shown_rows = (page) => page.evaluate(() =>
-  [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).map((row) => Number(row.dataset.id)));
-const bar_labels = (page, figure) => page.evaluate((id) =>
-  [...new Set([...document.querySelectorAll(`#${id} g.mark-rect.role-mark path`)].map((mark) => mark.__data__.datum.label))], figure);
+const ids_of = (page, figure) =>
+  page.evaluate((id) => [...document.querySelectorAll(`#${id} g.points_marks path`)].map((mark) => mark.__data__.datum.id), figure);
+const shown_rows = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).map((row) => Number(row.dataset.id)),
+  );
+const bar_labels = (page, figure) =>
+  page.evaluate(
+    (id) => [...new Set([...document.querySelectorAll(`#${id} g.mark-rect.role-mark path`)].map((mark) => mark.__data__.datum.label))],
+    figure,
+  );
 
-const look_at_sweep = async (page) => {
-  found.area_points = await ids_of(page, 'sweep1_area');
-  found.energy_points = await ids_of(page, 'sweep1_energy');
-  found.colours = await page.evaluate(() =>
-    new Set([...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size);
-  found.front_bars = await bar_labels(page, 'sweep1_stalls_bars');
-  found.front_rows = await page.evaluate(() => [...document.querySelectorAll('#sweep1_points tr.front')].map((row) => Number(row.dataset.id)));
+const marks = (page) => ids_of(page, 'sweep1_explore');
+const axis_labels = (page) =>
+  page.evaluate(() => [...document.querySelectorAll('#sweep1_explore g.role-axis-label text')].map((t) => t.textContent).sort());
+const status = (page) => page.locator('.explorer .chosen').innerText();
+const settle = (page) => page.waitForTimeout(400);
 
-  // Hover over a point that no other covers.
-  await page.locator('#sweep1_area').scrollIntoViewIfNeeded();
+// Hover over a point that no other covers.
+const hover = async (page) => {
+  await page.locator('#sweep1_explore').scrollIntoViewIfNeeded();
   const over = await page.evaluate(() => {
-    for (const mark of document.querySelectorAll('#sweep1_area g.points_marks path')) {
+    for (const mark of document.querySelectorAll('#sweep1_explore g.points_marks path')) {
       const box = mark.getBoundingClientRect();
       const at = { x: box.x + box.width / 2, y: box.y + box.height / 2 };
       if (document.elementFromPoint(at.x, at.y) === mark) return { ...at, id: mark.__data__.datum.id };
@@ -55,59 +59,134 @@ const look_at_sweep = async (page) => {
   await page.waitForSelector('#vg-tooltip-element.visible');
   found.hover = { id: over.id, text: await page.locator('#vg-tooltip-element').innerText() };
   if (prefix) await page.screenshot({ path: `${prefix}_hover.png` });
+};
 
-  // A box around the left half of the first chart.
+// A box around the left half of the chart, between two marks, so that none lies on the edge.
+const brush = async (page) => {
   const half = await page.evaluate(() => {
-    const marks = [...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => {
+    const at = [...document.querySelectorAll('#sweep1_explore g.points_marks path')].map((mark) => {
       const box = mark.getBoundingClientRect();
       return { id: mark.__data__.datum.id, x: box.x + box.width / 2, y: box.y + box.height / 2 };
     });
-    const xs = marks.map((m) => m.x).sort((a, b) => a - b);
-    // Between two marks, so that none lies on the edge.
-    const split = Math.floor(xs.length / 2);
+    const xs = at.map((m) => m.x).sort((a, b) => a - b),
+      split = Math.floor(xs.length / 2);
     let edge = split;
     for (let i = split - 5; i < split + 5; i += 1) if (xs[i + 1] - xs[i] > xs[edge + 1] - xs[edge]) edge = i;
-    const right = (xs[edge] + xs[edge + 1]) / 2;
-    const ys = marks.map((m) => m.y);
-    return { left: xs[0] - 8, right, top: Math.min(...ys) - 8, bottom: Math.max(...ys) + 8, inside: marks.filter((m) => m.x < right).map((m) => m.id) };
+    const right = (xs[edge] + xs[edge + 1]) / 2,
+      ys = at.map((m) => m.y);
+    return {
+      left: xs[0] - 8,
+      right,
+      top: Math.min(...ys) - 8,
+      bottom: Math.max(...ys) + 8,
+      inside: at.filter((m) => m.x < right).map((m) => m.id),
+    };
   });
   await page.mouse.move(half.left, half.top);
   await page.mouse.down();
   await page.mouse.move((half.left + half.right) / 2, (half.top + half.bottom) / 2, { steps: 4 });
   await page.mouse.move(half.right, half.bottom, { steps: 4 });
   await page.mouse.up();
-  await page.waitForFunction((count) =>
-    [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).length === count, half.inside.length, { timeout: 10000 }).catch(() => {});
-  await page.waitForTimeout(300);
+  await settle(page);
   found.box = {
-    inside: half.inside, rows: await shown_rows(page), bars: await bar_labels(page, 'sweep1_stalls_bars'),
-    status: await page.locator('.controls .chosen').innerText(),
-    full_elsewhere: await page.evaluate(() => [...document.querySelectorAll('#sweep1_energy g.points_marks path')].filter((mark) => Number(mark.getAttribute('opacity')) > 0.5).map((mark) => mark.__data__.datum.id)),
+    inside: half.inside,
+    rows: await shown_rows(page),
+    bars: await bar_labels(page, 'sweep1_stalls_bars'),
+    status: await status(page),
+    lines: await page.evaluate(
+      () =>
+        new Set(
+          [...document.querySelectorAll('#sweep1_parallel g.mark-line.role-mark path')].map(
+            (m) => m.__data__.datum.id ?? m.__data__.items?.[0]?.datum.id,
+          ),
+        ).size,
+    ),
   };
   if (prefix) await page.screenshot({ path: `${prefix}_box.png` });
-  // The box of one chart ends that of another; the button ends all.
-  const energy = await page.locator('#sweep1_energy g.points_marks path').first().boundingBox();
-  await page.mouse.move(energy.x + energy.width / 2 - 6, energy.y + energy.height / 2 - 6);
-  await page.mouse.down();
-  await page.mouse.move(energy.x + energy.width / 2 + 6, energy.y + energy.height / 2 + 6, { steps: 3 });
-  await page.mouse.up();
-  await page.waitForTimeout(400);
-  found.second_box = {
-    rows: await shown_rows(page),
-    first_box: await page.evaluate(() => {
-      const mark = document.querySelector('#sweep1_area .brush_brush path');
-      return mark === null ? 0 : mark.getBoundingClientRect().width;
-    }),
-  };
-  await page.locator('.controls .all').click();
-  await page.waitForTimeout(300);
+};
+
+const zoom = async (page) => {
+  const before = await axis_labels(page);
+  await page.locator('#sweep1_explore button', { hasText: 'to chosen' }).click();
+  await settle(page);
+  const chosen = await axis_labels(page);
+  await page.locator('#sweep1_explore button', { hasText: 'whole' }).click();
+  await settle(page);
+  const whole = await axis_labels(page);
+  const drawing = await page.locator('#sweep1_explore svg').boundingBox();
+  await page.mouse.move(drawing.x + drawing.width / 2, drawing.y + drawing.height / 2);
+  await page.keyboard.down('Control');
+  await page.mouse.wheel(0, -300);
+  await page.keyboard.up('Control');
+  await settle(page);
+  const wheel = await axis_labels(page);
+  await page.locator('#sweep1_explore button', { hasText: 'whole' }).click();
+  await settle(page);
+  found.zoom = { before, chosen, whole, wheel };
+};
+
+// From point to point by keys; Enter chooses, Escape ends.
+const keyboard = async (page) => {
+  await page.locator('#sweep1_explore .drawing').focus();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('ArrowRight');
+  const text = await page.locator('#sweep1_explore .cursor').innerText();
+  await page.keyboard.press('Enter');
+  await settle(page);
+  const rows = await shown_rows(page);
+  const labels = await axis_labels(page);
+  await page.keyboard.press('+');
+  await settle(page);
+  const zoomed = await axis_labels(page);
+  await page.keyboard.press('0');
+  await page.keyboard.press('Escape');
+  await settle(page);
+  found.keyboard = { text, rows, labels, zoomed, after: await status(page) };
+};
+
+const filter = async (page) => {
+  const chip = page.locator('.filters fieldset', { hasText: /^k/ }).locator('input').first();
+  await chip.uncheck();
+  await settle(page);
+  found.filter = { marks: await marks(page), rows: await shown_rows(page), status: await status(page) };
+  await page.locator('.explorer .all').click();
+  await settle(page);
+};
+
+const look_at_sweep = async (page) => {
+  found.points = await marks(page);
+  found.front = await page.evaluate(() =>
+    [...document.querySelectorAll('#sweep1_explore g.points_marks path')]
+      .filter((m) => m.__data__.datum.front)
+      .map((m) => m.__data__.datum.id),
+  );
+  found.colours = await page.evaluate(
+    () => new Set([...document.querySelectorAll('#sweep1_explore g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size,
+  );
+  found.front_bars = await bar_labels(page, 'sweep1_stalls_bars');
+  await hover(page);
+  await brush(page);
+  await zoom(page);
+  await page.locator('.explorer .all').click();
+  await settle(page);
   found.after_all = { rows: await shown_rows(page), bars: await bar_labels(page, 'sweep1_stalls_bars') };
+  await keyboard(page);
+  await filter(page);
 
   // By the last coordinate; behind it is "nothing".
-  await page.locator('.controls .colour').selectOption({ index: await page.locator('.controls .colour option').count() - 2 });
-  await page.waitForTimeout(300);
-  found.colours_by_last = await page.evaluate(() =>
-    new Set([...document.querySelectorAll('#sweep1_area g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size);
+  await page.locator('.explorer .colour').selectOption({ index: (await page.locator('.explorer .colour option').count()) - 2 });
+  await settle(page);
+  found.colours_by_last = await page.evaluate(
+    () => new Set([...document.querySelectorAll('#sweep1_explore g.points_marks path')].map((mark) => mark.getAttribute('fill'))).size,
+  );
+  await page.locator('#sweep1_lines .key').selectOption({ index: 1 });
+  await settle(page);
+  found.lines_over = await page.evaluate(() =>
+    [...document.querySelectorAll('#sweep1_lines g.role-axis-label text')].map((t) => t.textContent),
+  );
+  found.effects = await page.evaluate(() =>
+    [...document.querySelectorAll('#sweep1_effects g.mark-symbol path')].map((m) => m.__data__.datum),
+  );
 
   await page.locator('#sweep1_points thead button', { hasText: 'cycles' }).click();
   found.sorted = await page.evaluate(() => {
@@ -120,46 +199,75 @@ const look_at_sweep = async (page) => {
 // Views of scenes: which marks and rows each shows, and speed-ups over another point.
 const look_at_views = async (page) => {
   const state = async () => ({
-    marks: await ids_of(page, 'sweep1_area'), rows: await shown_rows(page),
-    bars: await page.evaluate(() => [...new Set([...document.querySelectorAll('#sweep1_stalls_bars g.mark-rect.role-mark path')].map((mark) => mark.__data__.datum.id))]),
-    axes: await page.evaluate(() => [...document.querySelectorAll('#sweep1_area g.role-axis-label text')].map((t) => t.textContent)),
-    speedups: await page.evaluate(() => [...document.querySelectorAll('#sweep1_points tbody tr')].filter((row) => !row.hidden).map((row) => row.querySelector('.speedup').textContent)),
+    marks: await marks(page),
+    rows: await shown_rows(page),
+    axes: await axis_labels(page),
+    bars: await page.evaluate(() => [
+      ...new Set([...document.querySelectorAll('#sweep1_stalls_bars g.mark-rect.role-mark path')].map((mark) => mark.__data__.datum.id)),
+    ]),
+    speedups: await page.evaluate(() =>
+      [...document.querySelectorAll('#sweep1_points tbody tr')]
+        .filter((row) => !row.hidden)
+        .map((row) => row.querySelector('.speedup').textContent),
+    ),
   });
   found.titles = await page.evaluate(() => [...document.querySelectorAll('#sweep1_points thead th')].map((th) => th.textContent));
   found.views = [await state()];
-  const views = page.locator('.controls .view');
-  for (let i = 1; i < await views.locator('option').count(); i += 1) {
+  const views = page.locator('.explorer .view');
+  for (let i = 1; i < (await views.locator('option').count()); i += 1) {
     await views.selectOption({ index: i });
-    await page.waitForTimeout(300);
+    await settle(page);
     found.views.push(await state());
   }
-  await page.locator('.controls .reference').selectOption({ index: 1 });
+  await page.locator('.explorer .reference').selectOption({ index: 1 });
+  await settle(page);
   found.over_second = (await state()).speedups;
+  await page.locator('#sweep1_explore .how').selectOption('zero');
+  await settle(page);
+  found.from_zero = await axis_labels(page);
+  await page.locator('#sweep1_explore .how').selectOption('fitted');
   await views.selectOption({ index: 0 });
-  await page.waitForTimeout(300);
+  await settle(page);
 };
 
 // A new, empty profile; nothing that reaches for a network on its own.
 const context = await chromium.launchPersistentContext(profile, {
-  executablePath: chromium_path, headless: true, viewport: { width: 1280, height: 900 }, colorScheme: 'light',
-  args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-    '--disable-component-update', '--disable-sync'],
+  executablePath: chromium_path,
+  headless: true,
+  viewport: { width: 1280, height: 900 },
+  colorScheme: 'light',
+  args: [
+    '--no-sandbox',
+    '--disable-gpu',
+    '--disable-quic',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+  ],
 });
 try {
   const page = await visit(context);
   await ready(page);
-  found.charts = await page.locator('figure.chart').count();
+  found.charts = await page.locator('figure.chart:not([hidden])').count();
+  found.drawn_by_script = await page.evaluate(() => document.querySelectorAll('figure.chart .spec, .explorer').length);
   found.drawings = await page.locator('figure.chart svg').count();
-  found.labelled = await page.evaluate(() => [...document.querySelectorAll('figure.chart .drawing')].every((d) => d.getAttribute('aria-label')));
+  found.labelled = await page.evaluate(() =>
+    [...document.querySelectorAll('figure.chart .drawing')].every((d) => d.getAttribute('aria-label')),
+  );
   found.repeated_ids = await page.evaluate(() => {
     const ids = [...document.querySelectorAll('[id]')].map((e) => e.id);
     return ids.filter((id, i) => ids.indexOf(id) !== i);
   });
   found.tables = await page.locator('table').count();
-  found.described_tables = await page.evaluate(() => [...document.querySelectorAll('table')].filter((t) =>
-    t.caption && t.caption.textContent && [...t.querySelectorAll('th')].every((th) => th.hasAttribute('scope'))).length);
-  if (await page.locator('.controls .view').count() === 1) await look_at_views(page);
-  else if (await page.locator('#sweep1_area').count() === 1) await look_at_sweep(page);
+  found.described_tables = await page.evaluate(
+    () =>
+      [...document.querySelectorAll('table')].filter(
+        (t) => t.caption && t.caption.textContent && [...t.querySelectorAll('th')].every((th) => th.hasAttribute('scope')),
+      ).length,
+  );
+  if ((await page.locator('.explorer .view').count()) === 1) await look_at_views(page);
+  else if ((await page.locator('#sweep1_explore').count()) === 1) await look_at_sweep(page);
   if (prefix) await page.screenshot({ path: `${prefix}_1280.png`, fullPage: true });
   await page.emulateMedia({ colorScheme: 'dark' });
   if (prefix) await page.screenshot({ path: `${prefix}_1280_dark.png`, fullPage: true });
@@ -174,10 +282,14 @@ try {
   await small.reload();
   await ready(small);
   found.overflow[390] = await small.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-  found.wide_drawings = await small.evaluate(() => [...document.querySelectorAll('figure.chart')].filter((f) => {
-    const svg = f.querySelector('svg').getBoundingClientRect();
-    return svg.right > f.getBoundingClientRect().right + 1;
-  }).map((f) => f.id));
+  found.wide_drawings = await small.evaluate(() =>
+    [...document.querySelectorAll('figure.chart:not([hidden])')]
+      .filter((f) => {
+        const svg = f.querySelector('svg').getBoundingClientRect();
+        return svg.right > f.getBoundingClientRect().right + 1;
+      })
+      .map((f) => f.id),
+  );
   if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
 
   const background = () => small.evaluate(() => getComputedStyle(document.body).backgroundColor);
@@ -190,8 +302,10 @@ try {
   if (plain_context) {
     const plain = await visit(plain_context);
     found.plain = {
-      tables: await plain.locator('table').count(), rows: await plain.locator('#sweep1_points tbody tr').count(),
-      notes: await plain.locator('figure.chart noscript').count(), svgs: await plain.locator('figure.chart svg').count(),
+      tables: await plain.locator('table').count(),
+      rows: await plain.locator('#sweep1_points tbody tr').count(),
+      notes: await plain.locator('figure.chart noscript, .explorer noscript').count(),
+      svgs: await plain.locator('figure.chart svg').count(),
       text: (await plain.locator('main').innerText()).length,
     };
   }

@@ -105,8 +105,9 @@ TEST(Report, ARunWritesItsReport) {
   }
   EXPECT_THAT(page, Not(HasSubstr("host.wall_seconds")));
   const nlohmann::json results = nlohmann::json::parse(folder.read("out/results.json"));
-  char speedup[32];
-  std::snprintf(speedup, sizeof(speedup), "<dd>%.2f×</dd>", results.at("speedup").at("grtx").get<double>());
+  char speedup[48];
+  std::snprintf(speedup, sizeof(speedup), "<span class=\"figure\">%.2f×</span>",
+                results.at("speedup").at("grtx").get<double>());
   EXPECT_THAT(page, HasSubstr(speedup));
 }
 

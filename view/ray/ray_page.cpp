@@ -63,6 +63,7 @@ ordered_json gaussian_columns(const std::vector<DrawnGaussian>& gaussians) {
     shape.insert(shape.end(), g.half_axes.begin(), g.half_axes.end());
     shape.insert(shape.end(), g.colour.begin(), g.colour.end());
     shape.push_back(g.opacity);
+    shape.push_back(g.kernel_radius);
   }
   return {{"number", packed(number)}, {"shape", packed(shape)}};
 }
@@ -102,6 +103,9 @@ ordered_json description(const RayPage& page) {
       {"capacity", h.checkpoint_capacity},
       {"order", name_of(h.checkpoint_order)},
       {"tracing", name_of(h.tracing)},
+      {"size", {h.width, h.height}},
+      {"picture", page.picture},
+      {"kernel_degree", h.inputs.contains("kernel_degree") && h.inputs.at("kernel_degree") == "4" ? 4 : 2},
       {"two_level", h.two_level},
       {"blas_base", h.blas_base},
       {"objects_base", h.objects_base()},
@@ -127,6 +131,7 @@ ordered_json description(const RayPage& page) {
         if (ray.traced_again) rounds.back()["transmittance"] = ray.transmittance[r];
       }
       json["rays"].push_back({{"name", ray_name(ray, h)},
+                              {"pixel", {ray.pixel % h.width, ray.pixel / h.width}},
                               {"warp", w},
                               {"values", ray.traced_again},
                               {"origin", ray.origin},

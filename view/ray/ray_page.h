@@ -20,6 +20,7 @@ struct DrawnGaussian {
   std::array<float, 9> half_axes{};  ///< three half-axis vectors of the ellipsoid at its kernel radius
   std::array<float, 3> colour{};     ///< RGB, without the view-dependent part
   float opacity = 0.0f;
+  float kernel_radius = 3.0f;  ///< in standard deviations; the half axes reach as far
 };
 
 struct DrawnRay {
@@ -46,6 +47,7 @@ struct RayPage {
   std::string trace_hash;
   const traces::Header* header = nullptr;
   std::string scene;            ///< file; "": not given
+  std::string picture;          ///< data: URI of a picture of the view; "": not given
   std::string timeline;         ///< file; "": not given
   std::string timeline_config;  ///< hash of the configuration that was simulated for it
   std::vector<DrawnWarp> warps;

@@ -10,6 +10,9 @@ namespace grtx::view {
 std::string_view chart_library();
 std::string_view page_style();
 std::string_view page_script();
+/// Additional scripts for explorers of points, to be loaded in this order.
+std::string_view explore_charts_script();
+std::string_view explore_script();
 /// Additional style and script for the page of grtx ray.
 std::string_view ray_style();
 std::string_view ray_script();

@@ -2,8 +2,9 @@
 #include "grtx/view/report/charts.h"
 
 #include <algorithm>
-#include <map>
+#include <array>
 #include <set>
+#include <string_view>
 
 #include "grtx/base/json.h"
 
@@ -14,7 +15,7 @@ using nlohmann::ordered_json;
 
 // Number of colours defined in report.css; further values reuse them.
 constexpr unsigned kColours = 12;
-constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same value in report.js
+constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same value in explore_charts.js
 
 ordered_json palette() {
   ordered_json range = ordered_json::array();
@@ -31,24 +32,11 @@ ordered_json quantity(const std::string& field, const std::string& title) {
   return {{"field", field}, {"type", "quantitative"}, {"title", title}};
 }
 
-/// An axis from 0; logarithmic where the values of a view span more than a factor of 20.
-ordered_json from_zero(const ordered_json& rows, const std::string& field) {
-  constexpr double kWide = 20.0;
-  std::map<std::string, std::pair<double, double>> ranges;  // by view
-  for (const ordered_json& row : rows) {
-    if (!row.contains(field) || !row.at(field).is_number()) continue;
-    const double value = row.at(field).get<double>();
-    const auto [range, is_new] =
-        ranges.try_emplace(row.contains("view") ? json_text(row.at("view")) : "", std::pair(value, value));
-    range->second = {std::min(range->second.first, value), std::max(range->second.second, value)};
-  }
-  bool positive = true, wide = false;
-  for (const auto& [view, range] : ranges) {
-    positive = positive && range.first > 0.0;
-    wide = wide || range.second > kWide * range.first;
-  }
-  if (positive && wide) return {{"type", "log"}, {"padding", 12}};
-  return {{"zero", true}, {"nice", true}};
+/// An axis whose labels have a prefix by size: "20 mJ".
+ordered_json si_axis(const std::string& unit) {
+  ordered_json axis = {{"format", "~s"}};
+  if (!unit.empty()) axis["labelExpr"] = "replace(datum.label, /([a-zA-Zµ]?)$/, ' $1') + '" + unit + "'";
+  return axis;
 }
 
 ordered_json tooltips(const std::vector<ChartField>& fields) {
@@ -62,67 +50,23 @@ ordered_json tooltips(const std::vector<ChartField>& fields) {
 
 }  // namespace
 
-ordered_json pareto_chart(const ordered_json& rows, const ChartField& time, const ChartField& cost,
-                          const std::vector<ChartField>& tooltip, const std::string& colour_by) {
-  ordered_json x = quantity(time.field, time.title);
-  x["scale"] = from_zero(rows, time.field);
-  ordered_json y = quantity(cost.field, cost.title);
-  y["scale"] = from_zero(rows, cost.field);
-
-  ordered_json line;
-  line["transform"] = {{{"filter", "datum.front"}}};
-  line["mark"] = {{"type", "line"}, {"interpolate", "step-after"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
-  line["encoding"] = {{"x", x}, {"y", y}, {"order", {{"field", time.field}}}};
-
-  ordered_json points;
-  points["name"] = "points";
-  points["params"] = {{{"name", "brush"}, {"select", {{"type", "interval"}}}}};
-  points["mark"] = {{"type", "point"}, {"filled", true}, {"stroke", "var(--card)"}, {"strokeWidth", 0.5}};
-  points["encoding"] = {
-      {"x", x},
-      {"y", y},
-      {"color",
-       {{"field", "colour"},
-        {"type", "ordinal"},
-        {"scale", {{"range", palette()}}},
-        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
-      {"size", {{"condition", {{"test", "datum.front"}, {"value", 130}}}, {"value", 50}}},
-      {"opacity",
-       {{"condition", {{"test", "picked === null || indexof(picked, datum.id) >= 0"}, {"value", 0.9}}},
-        {"value", 0.12}}},
-      {"tooltip", tooltips(tooltip)}};
-
-  ordered_json spec = base(rows);
-  spec["height"] = 300;
-  spec["params"] = {{{"name", "picked"}, {"value", nullptr}},
-                    {{"name", "shown"}, {"value", 0}},
-                    {{"name", "colour_by"}, {"value", colour_by}}};
-  spec["transform"] = {{{"filter", "datum.view === shown"}}, {{"calculate", "datum[colour_by]"}, {"as", "colour"}}};
-  spec["layer"] = ordered_json::array({line, points});
-  return spec;
+std::string design_colour(const std::string& design) {
+  constexpr std::array<std::string_view, 5> kDesigns = {"baseline", "sw", "hw", "grtx", "gautracer"};
+  const bool known = std::find(kDesigns.begin(), kDesigns.end(), design) != kDesigns.end();
+  return known ? "var(--d-" + design + ")" : "var(--c10)";
 }
 
 ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::string>& parts,
-                          const std::string& value_title, const std::string& part_title, bool linked) {
+                          const std::string& value_title, const std::string& unit, const std::string& part_title) {
   ordered_json spec = base(rows);
-  std::set<std::string> bars;  // drawn at first
-  for (const ordered_json& row : rows) {
-    if (!linked || (row.at("front").get<bool>() && row.at("view") == 0))
-      bars.insert(row.at("label").get<std::string>());
-  }
-  spec["height"] = kBarPixels * std::max<std::size_t>(1, bars.size());
-  ordered_json transform = ordered_json::array();
-  if (linked) {
-    spec["params"] = {{{"name", "picked"}, {"value", nullptr}}, {{"name", "shown"}, {"value", 0}}};
-    transform.push_back(
-        {{"filter", "datum.view === shown && (picked === null ? datum.front : indexof(picked, datum.id) >= 0)"}});
-  }
-  transform.push_back({{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}});
-  spec["transform"] = transform;
+  std::set<std::string> bars;
+  for (const ordered_json& row : rows) bars.insert(row.at("label").get<std::string>());
+  spec["height"] = kBarPixels * bars.size();
+  spec["transform"] = {{{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}}};
   spec["mark"] = {{"type", "bar"}};
   ordered_json x = quantity("value", value_title);
   x["stack"] = "zero";
-  x["axis"] = {{"format", "~s"}};
+  x["axis"] = si_axis(unit);
   spec["encoding"] = {
       {"y",
        {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
@@ -136,7 +80,7 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
       {"tooltip",
        {{{"field", "label"}, {"title", "of"}},
         {{"field", "part"}, {"title", part_title}},
-        {{"field", "value"}, {"type", "quantitative"}, {"title", value_title}, {"format", ",.4~g"}},
+        {{"field", "shown"}, {"title", value_title}},
         {{"field", "share"}, {"type", "quantitative"}, {"title", "share"}, {"format", ".1%"}}}}};
   return spec;
 }
@@ -178,47 +122,6 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
   return spec;
 }
 
-ordered_json search_chart(const ordered_json& rows, const ChartField& x_field, const ChartField& y_field,
-                          const std::vector<ChartField>& tooltip, const std::vector<std::string>& stages, bool line) {
-  ordered_json x = quantity(x_field.field, x_field.title);
-  x["scale"] = from_zero(rows, x_field.field);
-  ordered_json y = quantity(y_field.field, y_field.title);
-  y["scale"] = from_zero(rows, y_field.field);
-  const std::string front = stages.at(stages.size() - 2);
-  ordered_json spec = base(rows);
-  spec["height"] = 300;
-  spec["layer"] = ordered_json::array();
-  if (line) {
-    ordered_json steps;
-    steps["transform"] = {{{"filter", {{"field", "stage"}, {"equal", front}}}}};
-    steps["mark"] = {
-        {"type", "line"}, {"interpolate", "step-after"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
-    steps["encoding"] = {{"x", x}, {"y", y}, {"order", {{"field", x_field.field}}}};
-    spec["layer"].push_back(steps);
-  }
-  for (std::size_t i = 0; i < stages.size(); ++i) {
-    const bool drawn = std::any_of(rows.begin(), rows.end(), [&](const ordered_json& row) {
-      return row.at("stage").get<std::string>() == stages[i];
-    });
-    if (!drawn) continue;  // Vega warns about a layer without marks
-    ordered_json points;
-    points["transform"] = {{{"filter", {{"field", "stage"}, {"equal", stages[i]}}}}};
-    points["mark"] = {{"type", "point"},         {"filled", true},
-                      {"stroke", "var(--card)"}, {"size", i + 2 < stages.size() ? 40 : 130},
-                      {"strokeWidth", 0.5},      {"opacity", i == 0 ? 0.45 : 0.95}};
-    points["encoding"] = {{"x", x},
-                          {"y", y},
-                          {"color",
-                           {{"field", "stage"},
-                            {"type", "nominal"},
-                            {"scale", {{"domain", stages}, {"range", palette()}}},
-                            {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
-                          {"tooltip", tooltips(tooltip)}};
-    spec["layer"].push_back(points);
-  }
-  return spec;
-}
-
 ordered_json waterfall(const ordered_json& rows, const std::string& value_title) {
   ordered_json spec = base(rows);
   spec["height"] = kBarPixels * rows.size();
@@ -247,7 +150,7 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
   spec["height"] = kRow * std::max<std::size_t>(1, parameters.size());
   const ordered_json y = {{"field", "parameter"}, {"type", "nominal"}, {"title", nullptr}, {"sort", parameters}};
   ordered_json x = quantity("factor", factor_title);
-  x["scale"] = from_zero(rows, "factor");
+  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
   ordered_json range, points, words;
   range["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
   range["encoding"] = {{"y", y}, {"x", x}, {"x2", {{"field", "factor"}, {"aggregate", "max"}}}};

@@ -16,28 +16,20 @@ struct ChartField {
   bool measured = false;  ///< a number, shown with five digits in a tooltip
 };
 
-/// Scatter plot of a cost over time, with the Pareto front as a step line, hover and an interval selection `brush`.
-/// rows: {id, time, cost, front, group, ...}; a front is drawn for each group. The script sets the parameters `picked`
-/// (null, or the list of ids to highlight) and `colour_by` (a field).
-nlohmann::ordered_json pareto_chart(const nlohmann::ordered_json& rows, const ChartField& time, const ChartField& cost,
-                                    const std::vector<ChartField>& tooltip, const std::string& colour_by);
+/// Colour of a design, the same on all pages; report.css has them.
+std::string design_colour(const std::string& design);
 
-/// One stacked bar per label. rows: {id, label, order, part, value, share}; labels are sorted by `order`; parts: in the
-/// order of the stack. With `linked`, only bars with `front` are drawn until the script sets `picked`.
+/// One stacked bar per label. rows: {label, order, part, value, shown, share}, with `shown` the value as text; labels
+/// are sorted by `order`; parts: in the order of the stack; unit: of `value`, "" for a count.
 nlohmann::ordered_json stacked_bars(const nlohmann::ordered_json& rows, const std::vector<std::string>& parts,
-                                    const std::string& value_title, const std::string& part_title, bool linked);
+                                    const std::string& value_title, const std::string& unit,
+                                    const std::string& part_title);
 
 /// Bars of a ratio by label and series, with a tick at the paper's value. rows: {label, series, value}; paper: {label,
 /// value}.
 nlohmann::ordered_json ratio_bars(const nlohmann::ordered_json& rows, const nlohmann::ordered_json& paper,
                                   const std::vector<std::string>& labels, const std::vector<std::string>& series,
                                   const std::string& value_title);
-
-/// Scatter plot of a search's candidates in two objectives, with hover. rows: {x, y, stage, ...}. stages: in the order
-/// of their colours and of drawing; the last but one is the front. line: connect the front's points.
-nlohmann::ordered_json search_chart(const nlohmann::ordered_json& rows, const ChartField& x, const ChartField& y,
-                                    const std::vector<ChartField>& tooltip, const std::vector<std::string>& stages,
-                                    bool line);
 
 /// Waterfall chart of successive changes, each a bar from the value before to the value after. rows: {label, order,
 /// before, after, change}; `change` is "whole" (a bar from 0), "gain" or "loss".

@@ -79,6 +79,19 @@ std::string number(double value) {
   return (value < 0.0 ? "-" : "") + digits;
 }
 
+std::string with_unit(double value, const std::string& unit) {
+  constexpr std::array<const char*, 9> kPrefixes = {"p", "n", "µ", "m", "", "k", "M", "G", "T"};
+  constexpr std::size_t kOne = 4;  // index of the empty prefix
+  if (!std::isfinite(value)) return "";
+  std::size_t prefix = unit == "B" ? kOne : 0;
+  double scaled = std::fabs(value) * (unit == "B" ? 1.0 : 1e12);
+  if (scaled == 0.0) return "0 " + unit;
+  for (; scaled >= 999.5 && prefix + 1 < kPrefixes.size(); ++prefix) scaled *= 1e-3;
+  const bool whole = scaled >= 99.95 || (unit == "B" && prefix == kOne);
+  const std::string digits = fmt::format("{:.{}f}", scaled, whole ? 0 : scaled >= 9.995 ? 1 : 2);
+  return (value < 0.0 ? "-" : "") + digits + " " + kPrefixes[prefix] + unit;
+}
+
 std::string times(double value) { return std::isfinite(value) ? fmt::format("{:.2f}×", value) : ""; }
 
 std::string cell(const nlohmann::ordered_json& value) {
@@ -140,6 +153,15 @@ std::string chart(const std::string& id, const std::string& label, const std::st
       "<noscript><p>This chart needs JavaScript; the tables of this page hold its numbers.</p></noscript>\n"
       "<figcaption>{4}</figcaption>\n<script type=\"application/json\" class=\"spec\">{5}</script>\n</figure>\n",
       id, role, group, escape(label), escape(caption), script_json(spec));
+}
+
+std::string explorer(const std::string& id, const nlohmann::ordered_json& data, const std::string& table) {
+  if (chart_library().empty()) return "";
+  return fmt::format(
+      "<div class=\"explorer\" id=\"{0}_explorer\" data-group=\"{0}\" data-table=\"{1}\">\n"
+      "<noscript><p>The charts need JavaScript; the tables of this page hold their numbers.</p></noscript>\n"
+      "<script type=\"application/json\" class=\"points\">{2}</script>\n</div>\n",
+      id, table, script_json(data));
 }
 
 }  // namespace grtx::view

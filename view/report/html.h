@@ -17,6 +17,8 @@ std::string script_json(const nlohmann::ordered_json& json);
 
 /// Number for display: four significant digits; from 1,000 on whole, with separators; "" if not finite.
 std::string number(double value);
+/// Three significant digits and a prefix by size: with_unit(0.0316, "J") is "31.6 mJ"; "" if not finite.
+std::string with_unit(double value, const std::string& unit);
 /// "1.75x"
 std::string times(double value);
 /// Table cell for a JSON value: numbers as by number(), strings escaped, null as an empty cell.
@@ -57,5 +59,9 @@ class Table {
 /// and tables of one input.
 std::string chart(const std::string& id, const std::string& label, const std::string& caption,
                   const nlohmann::ordered_json& spec, const std::string& role = "", const std::string& group = "");
+
+/// The place in which the script builds an explorer of points (web/explore.js); "" in a build without charts. data: as
+/// explore.js says. table: id of the table of the points, "" for none.
+std::string explorer(const std::string& id, const nlohmann::ordered_json& data, const std::string& table = "");
 
 }  // namespace grtx::view

@@ -47,6 +47,12 @@ std::string html_page(const std::string& title, const std::string& command, cons
     page += chart_library();
     page += "</script>\n";
   }
+  if (body.find("<div class=\"explorer\"") != std::string::npos) {
+    page += "<script>\n";
+    page += explore_charts_script();
+    page += explore_script();
+    page += "</script>\n";
+  }
   page += "<script>\n";
   page += page_script();
   return page + "</script>\n</body>\n</html>\n";

@@ -173,9 +173,9 @@ std::string pictures_section(const std::vector<std::string>& images) {
 
 std::string report_page(const ReportOptions& options) {
   const Inputs inputs = read_inputs(options.inputs);
-  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n";
+  std::string body = "<section id=\"headline\"><h2>The answer</h2>\n";
+  for (std::size_t r = 0; r < inputs.runs.size(); ++r) body += run_headline(inputs.runs[r], r + 1);
   body += apart_table(inputs.runs);
-  for (const ReportRun& run : inputs.runs) body += run_headline(run);
   for (const ReportSweep& sweep : inputs.sweeps) body += search_headline(sweep) + sweep_headline(sweep);
   body += "</section>\n";
   for (const ReportSweep& sweep : inputs.sweeps) body += search_section(sweep) + sweep_section(sweep);

@@ -1,30 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sections on runs: headline, table of designs, stalls, energy, the paper's figures.
+// Sections on runs: the table of designs, all statistics, stalls and energy.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
-#include "grtx/modules/messages/memory_request.h"
 #include "grtx/view/report/charts.h"
 #include "grtx/view/report/html.h"
-#include "grtx/view/report/paper_targets.h"
+#include "grtx/view/report/part_bars.h"
+#include "grtx/view/report/run_traffic.h"
 #include "grtx/view/report/sections.h"
 
 namespace grtx::view {
 namespace {
 
 using nlohmann::ordered_json;
-
-struct Part {
-  std::string name;
-  double value = 0.0;
-};
-struct Bar {
-  std::string label;
-  std::vector<Part> parts;
-};
 
 double energy_nj(const DesignResult& design, const MachineFigures& machine) {
   if (const double recorded = design.value("gpu.energy_nj"); std::isfinite(recorded)) return recorded;
@@ -50,142 +42,72 @@ std::vector<Part> stalls_of(const DesignResult& design) {
   return parts;
 }
 
+/// In J.
 std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& machine) {
   std::vector<Part> parts = parts_below(design, "gpu.energy_nj.");
+  for (Part& part : parts) part.value *= 1e-9;
   if (!parts.empty()) return parts;
   for (const ordered_json& part : machine.energy) {
-    parts.push_back({part.at("name").get<std::string>(), part.at("nanojoules").at("central").get<double>()});
+    parts.push_back({part.at("name").get<std::string>(), 1e-9 * part.at("nanojoules").at("central").get<double>()});
   }
   return parts;
 }
 
-/// Traffic of a memory level by address region: `scale` times the sum of the region's counters.
-std::vector<Part> regions_of(const DesignResult& design, const std::string& prefix,
-                             const std::vector<std::string>& counters, double scale) {
-  std::vector<Part> parts;
-  for (const std::string& name : names_of<modules::Region>()) {
-    double sum = 0.0;
-    for (const std::string& counter : counters) {
-      const double value = design.value(fmt::format(fmt::runtime(prefix + counter), name));
-      if (std::isfinite(value)) sum += value;  // a region without accesses has no counter
-    }
-    if (sum > 0.0) parts.push_back({std::string(name), scale * sum});
-  }
-  return parts;
+using Figure = std::function<std::string(std::size_t)>;  // cell of design i; "" where it has none
+
+std::string bytes_cell(const DesignResult& design, MemoryLevel level, std::size_t purpose) {
+  const double bytes = bytes_for(design, level, purpose);
+  return bytes > 0.0 ? with_unit(bytes, "B") : "";
 }
 
-/// All parts in order of appearance; with more than `most`, the smallest become "other".
-std::vector<std::string> join_small_parts(std::vector<Bar>& bars, std::size_t most) {
-  std::vector<Part> sums;
-  for (const Bar& bar : bars) {
-    for (const Part& part : bar.parts) {
-      const auto known = std::find_if(sums.begin(), sums.end(), [&](const Part& s) { return s.name == part.name; });
-      if (known == sums.end()) {
-        sums.push_back(part);
-      } else {
-        known->value += part.value;
-      }
-    }
-  }
-  std::erase_if(sums, [](const Part& s) { return !(s.value > 0.0); });
-  std::vector<std::string> names;
-  if (sums.size() <= most) {
-    for (const Part& s : sums) names.push_back(s.name);
-    return names;
-  }
-  std::vector<double> sizes;
-  for (const Part& s : sums) sizes.push_back(s.value);
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(most) - 1, sizes.end(), std::greater<>());
-  const double least = sizes[most - 1];
-  for (const Part& s : sums) {
-    if (s.value > least) names.push_back(s.name);
-  }
-  names.push_back("other");
-  for (Bar& bar : bars) {
-    std::vector<Part> kept;
-    Part other{"other", 0.0};
-    for (const Part& part : bar.parts) {
-      if (std::find(names.begin(), names.end(), part.name) != names.end()) {
-        kept.push_back(part);
-      } else {
-        other.value += part.value;
-      }
-    }
-    kept.push_back(other);
-    bar.parts = std::move(kept);
-  }
-  return names;
-}
-
-std::string bars_html(const std::string& id, std::vector<Bar> bars, const std::string& value_title,
-                      const std::string& part_title, const std::string& caption) {
-  std::erase_if(bars, [](const Bar& bar) { return bar.parts.empty(); });
-  if (bars.empty()) return "";
-  const std::vector<std::string> names = join_small_parts(bars, 11);
-  ordered_json rows = ordered_json::array();
-  std::vector<Table::Column> columns = {{part_title, false}};
-  for (std::size_t b = 0; b < bars.size(); ++b) columns.push_back({bars[b].label});
-  Table table(caption, columns);
-  std::vector<double> sums(bars.size(), 0.0);
-  for (std::size_t b = 0; b < bars.size(); ++b) {
-    for (const Part& part : bars[b].parts) sums[b] += part.value;
-    for (const Part& part : bars[b].parts) {
-      if (!(part.value > 0.0)) continue;
-      rows.push_back({{"id", b},
-                      {"label", bars[b].label},
-                      {"order", b},
-                      {"part", part.name},
-                      {"value", part.value},
-                      {"share", part.value / sums[b]}});
-    }
-  }
-  const auto value_cell = [&](std::size_t b, double value) {
-    return fmt::format("{} <span class=\"share\">{:.1f} %</span>", number(value < 100.0 ? value : std::round(value)),
-                       100.0 * value / sums[b]);
-  };
-  for (const std::string& name : names) {
-    std::vector<std::string> cells = {escape(name)};
-    for (std::size_t b = 0; b < bars.size(); ++b) {
-      const auto part =
-          std::find_if(bars[b].parts.begin(), bars[b].parts.end(), [&](const Part& p) { return p.name == name; });
-      cells.push_back(part == bars[b].parts.end() ? "" : value_cell(b, part->value));
-    }
-    table.row(cells);
-  }
-  std::vector<std::string> cells = {"sum"};
-  for (const double sum : sums) cells.push_back(number(sum < 100.0 ? sum : std::round(sum)));
-  table.row(cells, " class=\"sum\"");
-  return chart(id, caption, caption, stacked_bars(rows, names, value_title, part_title, false)) +
-         details("The same as a table", table.html());
-}
-
+/// A row a figure, a column a design, so that five designs fit; figures that no design has are absent.
 std::string designs_table(const ReportRun& run) {
-  Table table(run.results.label + ": the designs", {{"design", false},
-                                                    {"cycles"},
-                                                    {"speed-up"},
-                                                    {"node visits"},
-                                                    {"node fetches"},
-                                                    {"fetch latency, cycles"},
-                                                    {"L1 hit rate"},
-                                                    {"L2 accesses"},
-                                                    {"DRAM MB"},
-                                                    {"energy, µJ"},
-                                                    {"largest bound", false}});
-  const DesignResult* reference = run.results.design(run.results.speedup_over);
-  for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
-    const DesignResult& d = run.results.designs[i];
-    const double bound = d.value("gpu.bound.fraction"), hits = d.value("gpu.l1.node.hit_rate");
-    table.row({escape(d.name), number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number),
-               reference == nullptr ? ""
-                                    : times(reference->value("gpu.cycles") / d.value("gpu.cycles")) +
-                                          interval_html(run.results.speedup_interval(d), times),
-               number(d.value("gpu.rt.node_visits")), number(d.value("gpu.rt.node_fetches")),
-               number(d.value("gpu.rt.node_fetch_latency")),
-               std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : "", number(d.value("gpu.l2.accesses")),
-               number(d.value("gpu.dram.bytes") * 1e-6), number(energy_nj(d, run.machines[i]) * 1e-3),
-               escape(d.binding_bound) + (std::isfinite(bound) ? fmt::format(" {:.0f} %", 100.0 * bound) : "")});
+  const std::vector<DesignResult>& designs = run.results.designs;
+  std::vector<Table::Column> columns = {{"figure", false}};
+  for (const DesignResult& d : designs) columns.push_back({d.name});
+  Table table(run.results.label + ": the designs", columns);
+  const auto row = [&](const std::string& name, const Figure& figure) {
+    std::vector<std::string> cells = {escape(name)};
+    bool any = false;
+    for (std::size_t i = 0; i < designs.size(); ++i) {
+      cells.push_back(figure(i));
+      any = any || !cells.back().empty();
+    }
+    if (any) table.row(cells);
+  };
+  const auto statistic = [&](const char* name) {
+    return [&designs, name](std::size_t i) { return number(designs[i].value(name)); };
+  };
+  row("speed-up", [&](std::size_t i) { return speedup_text(run, designs[i]); });
+  row("cycles", [&](std::size_t i) {
+    return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
+  });
+  row("time", [&](std::size_t i) { return with_unit(designs[i].value("gpu.time_us") * 1e-6, "s"); });
+  row("largest bound", [&](std::size_t i) {
+    const std::string bound = binding_text(designs[i]);
+    return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
+  });
+  row("node visits", statistic("gpu.rt.node_visits"));
+  row("node fetches", statistic("gpu.rt.node_fetches"));
+  row("latency of a fetch, cycles", statistic("gpu.rt.node_fetch_latency"));
+  row("L1 hit rate of nodes", [&](std::size_t i) {
+    const double hits = designs[i].value("gpu.l1.node.hit_rate");
+    return std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : std::string();
+  });
+  for (const auto& [level, name] : {std::pair(MemoryLevel::l2, "L2: "), std::pair(MemoryLevel::dram, "DRAM: ")}) {
+    for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
+      row(name + purpose_name(purpose), [&](std::size_t i) { return bytes_cell(designs[i], level, purpose); });
+    }
   }
+  row("energy", [&](std::size_t i) { return with_unit(energy_nj(designs[i], run.machines[i]) * 1e-9, "J"); });
+  row("energy a ray", [&](std::size_t i) { return with_unit(designs[i].value("gpu.energy_nj_per_ray") * 1e-9, "J"); });
   return table.html();
+}
+
+/// Whether a design has the statistic, and it is not 0.
+bool tells(const DesignResult& design, const std::string& name) {
+  const auto entry = design.statistics.find(name);
+  return entry != design.statistics.end() && entry->at("value") != 0;
 }
 
 std::string all_statistics(const ReportRun& run) {
@@ -202,7 +124,13 @@ std::string all_statistics(const ReportRun& run) {
       }
     }
   }
+  std::size_t zero = 0;
   for (const std::string& name : names) {
+    const auto some = [&name](const DesignResult& d) { return tells(d, name); };
+    if (std::none_of(run.results.designs.begin(), run.results.designs.end(), some)) {
+      ++zero;  // of parts that none of the designs has, mostly
+      continue;
+    }
     std::vector<std::string> cells = {escape(name)};
     ordered_json unit = "", description = "";
     for (const DesignResult& d : run.results.designs) {
@@ -216,7 +144,8 @@ std::string all_statistics(const ReportRun& run) {
     cells.push_back(cell(description));
     table.row(cells);
   }
-  return details("All statistics", table.html());
+  return details("All statistics",
+                 table.html() + fmt::format("<p class=\"note\">{} more are 0 in each design.</p>\n", zero));
 }
 
 std::string over_time(const ReportRun& run, std::size_t index) {
@@ -241,85 +170,33 @@ std::string over_time(const ReportRun& run, std::size_t index) {
 
 }  // namespace
 
-std::string headline(const std::string& value_html, const std::string& what, const std::string& note) {
-  return fmt::format("<div class=\"card\"><dt>{}</dt><dd>{}</dd>{}</div>\n", escape(what), value_html,
-                     note.empty() ? "" : "<dd class=\"note\">" + escape(note) + "</dd>");
-}
-
-std::string picture(const std::string& uri, const std::string& caption) {
-  return fmt::format("<figure class=\"picture\"><img src=\"{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n", uri,
-                     escape(caption), escape(caption));
-}
-
-std::string run_headline(const ReportRun& run) {
-  std::string cards;
-  for (const RunTarget& target : run_targets()) {
-    if (target.statistic != "gpu.cycles") continue;
-    const double own = target.of_run(run.results);
-    if (!std::isfinite(own)) continue;
-    cards += headline(times(own) + interval_html(interval_of(target, run.results), times), target.name,
-                      "paper: " + times(target.paper) + " (mean)");
-  }
-  if (cards.empty()) {
-    for (const DesignResult& d : run.results.designs) {
-      cards += headline(number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number), "Cycles, " + d.name,
-                        fmt::format("{:.1f} µs", d.value("gpu.time_us")));
-    }
-  }
-  const DesignResult& first = run.results.designs.front();  // all trace the same rays
-  if (const double share = first.value("tracer.ert_share"); std::isfinite(share)) {
-    cards += headline(fmt::format("{:.1f} %", 100.0 * share), "Rays ended early", "by transmittance");
-  }
-  if (const double behind = first.value("tracer.hits_behind_end"); std::isfinite(behind)) {
-    cards += headline(times(behind), "Hits behind the end", "hits of rays / hits that they process");
-  }
-  if (run.results.has_verdict) {
-    cards += headline(run.results.images_identical ? "yes" : "<strong>NO</strong>", "Images identical",
-                      "of all designs, bit for bit");
-    cards += headline(number(static_cast<double>(run.results.violations.size())), "Violated laws",
-                      "conservation checks of the hardware model");
-  }
-  return fmt::format("<h3>{}</h3>\n{}{}<dl class=\"cards\">\n{}</dl>\n", escape(run.title()), subject_html(run),
-                     run_verdict(run), cards);
-}
-
 std::string run_section(const ReportRun& run, std::size_t index) {
-  std::string out =
-      fmt::format("<section id=\"run{}\"><h2>Run: {}</h2>\n{}", index, escape(run.title()), subject_html(run));
-  out += designs_table(run) + bytes_table(run);
+  std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,
+                                run.name.empty() ? "" : ": " + escape(run.name), subject_html(run));
+  out += designs_table(run);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
-  }
-  if (!run.results.picture.empty()) {
-    out += picture(picture_uri(run.results.picture), run.results.label + ": the picture as simulated");
-  } else if (!run.results.picture_problem.empty()) {
-    out += "<p class=\"note\">No picture: " + escape(run.results.picture_problem) + ".</p>\n";
   }
   out += over_time(run, index);
   return out + all_statistics(run) + "</section>\n";
 }
 
 std::string bars_section(const std::vector<ReportRun>& runs) {
-  std::vector<Bar> stalls, energy, l2, dram;
+  std::vector<Bar> stalls, energy;
   for (const ReportRun& run : runs) {
     for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
       stalls.push_back({run.bar_label(i), stalls_of(run.results.designs[i])});
       energy.push_back({run.bar_label(i), energy_of(run.results.designs[i], run.machines[i])});
-      l2.push_back({run.bar_label(i), regions_of(run.results.designs[i], "gpu.l2.", {"{}.reads", "{}.writes"}, 1.0)});
-      dram.push_back(
-          {run.bar_label(i), regions_of(run.results.designs[i], "gpu.l2.", {"dram_reads.{}", "dram_writes.{}"},
-                                        static_cast<double>(modules::kSectorBytes) * 1e-6)});
     }
   }
   const std::string machines = machines_of(runs), of = machines.empty() ? "" : "; " + machines;
-  return "<section id=\"bars\"><h2>Where cycles, traffic and energy went</h2>\n" + subjects_html(runs) +
-         bars_html("stalls", stalls, "cycles of all RT units", "cycles",
-                   "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of) +
-         bars_html("l2", l2, "accesses", "region", "Accesses of the L2, sectors of 32 B, by what they were for" + of) +
-         bars_html("dram", dram, "MB", "region",
-                   "Bytes read from DRAM and written to it, MB, by what they were for" + of) +
-         bars_html("energy", energy, "nJ", "part",
-                   "Energy of the run by part, nJ, central estimate, process node of grtx cost" + of) +
+  return "<section id=\"bars\"><h2>Where cycles and energy went</h2>\n" + subjects_html(runs) +
+         bars_html({"stalls", "cycles of all RT units", "", "cycles",
+                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of},
+                   stalls) +
+         bars_html({"energy", "energy", "J", "part",
+                    "Energy of the run by part, central estimate, process node of grtx cost" + of},
+                   energy) +
          "</section>\n";
 }
 

@@ -71,7 +71,7 @@ std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes
   return out;
 }
 
-std::string subject_html(const ReportRun& run) {
+std::string subject_html(const ReportRun& run, bool open) {
   const std::string name = run.name.empty() ? "" : "<strong>" + escape(run.name) + "</strong>: ";
   std::string out = "<p class=\"subject\">" + name + escape(run.results.label) + ".";
   const auto sampled = [](const DesignResult& d) { return d.cycles_interval().has_value(); };
@@ -83,7 +83,8 @@ std::string subject_html(const ReportRun& run) {
   out += "</p>\n";
   std::vector<std::pair<std::string, sim::ResultNotes>> notes;
   for (const DesignResult& design : run.results.designs) notes.emplace_back(design.name, design.notes);
-  return out + notes_html(notes);
+  const std::string limits = notes_html(notes);
+  return out + (limits.empty() ? "" : details("What limits these figures", limits, open));
 }
 
 std::string subjects_html(const std::vector<ReportRun>& runs) {

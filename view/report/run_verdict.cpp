@@ -1,54 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Summary of a run: which design wins and why, its memory traffic, and its bottleneck.
+// The answer of a run in sentences: which design wins, by how much, what binds it, and why it wins.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
 
-#include "grtx/modules/messages/memory_request.h"
 #include "grtx/view/report/html.h"
+#include "grtx/view/report/run_traffic.h"
 #include "grtx/view/report/sections.h"
 
 namespace grtx::view {
 namespace {
 
-using modules::Region;
-
-struct Share {
-  const char* title;
-  std::vector<Region> regions;
-};
-const std::array<Share, 4>& shares() {
-  static const std::array<Share, 4> list = {
-      Share{"nodes", {Region::tlas, Region::blas, Region::leaf, Region::instance}},
-      Share{"checkpoints", {Region::checkpoint}},
-      Share{"k-buffers, evictions, stacks", {Region::k_buffer, Region::eviction, Region::stack}},
-      Share{"Gaussians, colours, rays", {Region::gaussian, Region::sh, Region::ray}}};
-  return list;
-}
-
-struct Level {
-  const char* title;
-  std::array<const char*, 2> counters;  // reads and writes of a region, in sectors
-};
-constexpr std::array<Level, 2> kLevels = {Level{"L2", {"gpu.l2.{}.reads", "gpu.l2.{}.writes"}},
-                                          Level{"DRAM", {"gpu.l2.dram_reads.{}", "gpu.l2.dram_writes.{}"}}};
-
-double megabytes(const DesignResult& design, const Level& level, const std::vector<Region>& regions) {
-  double sectors = 0.0;
-  for (const Region region : regions) {
-    for (const char* counter : level.counters) {
-      const double value = design.value(fmt::format(fmt::runtime(counter), name_of(region)));
-      sectors += std::isfinite(value) ? value : 0.0;  // a region without accesses has no counter
-    }
-  }
-  return sectors * static_cast<double>(modules::kSectorBytes) * 1e-6;
-}
-
 /// Readable name of a lower bound.
 std::string words_of_bound(std::string_view bound) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 9> kWords = {
+  constexpr std::array<std::pair<std::string_view, const char*>, 14> kWords = {
       {{"rt_port", "the port of the RT units to the L1"},
        {"l1_port", "the ports of the L1"},
        {"l1_miss_port", "the port of the L1 to its misses"},
@@ -56,6 +24,11 @@ std::string words_of_bound(std::string_view bound) {
        {"dram_bandwidth", "the bandwidth of the DRAM"},
        {"issue", "the issue of the RT units, a warp a cycle"},
        {"simt_issue", "the issue of shader instructions"},
+       {"unit.box", "the ray-box units"},
+       {"unit.triangle", "the ray-triangle units"},
+       {"unit.sphere", "the ray-sphere units"},
+       {"unit.gaussian", "the ray-Gaussian units"},
+       {"unit.transform", "the transform units"},
        {"longest_ray", "the longest ray"},
        {"longest_warp", "the longest warp"}}};
   for (const auto& [name, words] : kWords) {
@@ -119,69 +92,77 @@ std::string reasons(const DesignResult& reference, const DesignResult& design) {
 
 }  // namespace
 
-std::string run_verdict(const ReportRun& run) {
+std::string binding_text(const DesignResult& design) {
+  const double fraction = design.value("gpu.bound.fraction");
+  if (design.binding_bound.empty() || !std::isfinite(fraction)) return "";
+  return fmt::format("{}, {:.0f} %", words_of_bound(design.binding_bound), 100.0 * fraction);
+}
+
+std::string speedup_text(const ReportRun& run, const DesignResult& design) {
   const DesignResult* reference = run.results.design(run.results.speedup_over);
-  const DesignResult* best = &run.results.designs.front();
-  for (const DesignResult& d : run.results.designs) {
-    if (d.value("gpu.cycles") < best->value("gpu.cycles")) best = &d;
-  }
+  if (reference == nullptr) return "";
+  return times(reference->value("gpu.cycles") / design.value("gpu.cycles")) +
+         interval_html(run.results.speedup_interval(design), times);
+}
+
+const DesignResult& fastest(const RunResults& run) {
+  const auto faster = [](const DesignResult& a, const DesignResult& b) {
+    return a.value("gpu.cycles") < b.value("gpu.cycles");
+  };
+  return *std::min_element(run.designs.begin(), run.designs.end(), faster);
+}
+
+std::string run_answer(const ReportRun& run) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  const DesignResult& best = fastest(run.results);
+  const bool several = run.results.designs.size() > 1;
   std::string text;
-  if (run.results.designs.size() > 1) {
-    text += fmt::format("<strong>{} is fastest</strong>", escape(best->name));
-    if (reference != nullptr && reference != best) {
-      text += fmt::format(", {:.2f} times as fast as {}", reference->value("gpu.cycles") / best->value("gpu.cycles"),
-                          escape(reference->name)) +
-              interval_html(run.results.speedup_interval(*best), times);
-      const std::string why = reasons(*reference, *best);
-      if (!why.empty()) text += ": it " + escape(why);
+  if (several) {
+    text += fmt::format("<strong>{} is fastest</strong>", escape(best.name));
+    if (reference != nullptr && reference != &best) {
+      text += fmt::format(", <strong>{:.2f} times as fast as {}</strong>",
+                          reference->value("gpu.cycles") / best.value("gpu.cycles"), escape(reference->name)) +
+              interval_html(run.results.speedup_interval(best), times);
     }
     text += ". ";
   }
-  const std::string whose = run.results.designs.size() > 1 ? escape(best->name) : "It";
-  double all = 0.0;
-  for (const Share& share : shares()) all += megabytes(*best, kLevels[0], share.regions);
-  if (all > 0.0) {
-    const double checkpoints = megabytes(*best, kLevels[0], shares()[1].regions);
-    text += fmt::format("Of the {} MB that {} asks of the L2, {:.0f} % are nodes and {:.0f} % checkpoints. ",
-                        number(all), run.results.designs.size() > 1 ? whose : "it",
-                        100.0 * megabytes(*best, kLevels[0], shares()[0].regions) / all, 100.0 * checkpoints / all);
+  if (const double fraction = best.value("gpu.bound.fraction");
+      std::isfinite(fraction) && !best.binding_bound.empty()) {
+    text +=
+        fmt::format("What binds {} most is <strong>{}</strong>: it alone takes {:.0f} % of the cycles.",
+                    several ? escape(best.name) : "it", escape(words_of_bound(best.binding_bound)), 100.0 * fraction);
+  }
+  return text.empty() ? "" : "<p class=\"answer\">" + text + "</p>\n";
+}
+
+std::string run_verdict(const ReportRun& run) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  const DesignResult& best = fastest(run.results);
+  const std::string whose = run.results.designs.size() > 1 ? escape(best.name) : "it";
+  std::string text;
+  if (reference != nullptr && reference != &best) {
+    if (const std::string why = reasons(*reference, best); !why.empty()) {
+      text += fmt::format("Against {}, {} {}. ", escape(reference->name), whose, escape(why));
+    }
+  }
+  if (const double all = bytes_for_all(best, MemoryLevel::l2); all > 0.0) {
+    std::string shares;
+    for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
+      const double share = bytes_for(best, MemoryLevel::l2, purpose) / all;
+      if (share < 0.005) continue;
+      shares += fmt::format("{}{:.0f} % {}", shares.empty() ? "" : ", ", 100.0 * share, purpose_name(purpose));
+    }
+    text += fmt::format("It asks the L2 for {}: {}. ", with_unit(all, "B"), shares);
   }
   if (const auto traffic = run.results.config.find("rt.checkpoint.traffic");
       traffic != run.results.config.end() && *traffic == "uncharged") {
     text += "On this machine checkpoint traffic is free: its bytes are not counted. ";
   }
-  if (const double fraction = best->value("gpu.bound.fraction");
-      std::isfinite(fraction) && !best->binding_bound.empty()) {
-    text += fmt::format("What binds {} most is {}: it alone takes {:.0f} % of the cycles. ",
-                        run.results.designs.size() > 1 ? whose : "it", escape(words_of_bound(best->binding_bound)),
-                        100.0 * fraction);
-  }
-  if (const auto [stall, share] = largest_stall(*best); !stall.empty() && std::isfinite(share)) {
+  if (const auto [stall, share] = largest_stall(best); !stall.empty() && std::isfinite(share)) {
     text += fmt::format("Its RT units wait mostly for {} ({:.0f} % of their cycles).", escape(words_of_stall(stall)),
                         100.0 * share);
   }
   return text.empty() ? "" : "<p class=\"verdict\">" + text + "</p>\n";
-}
-
-std::string bytes_table(const ReportRun& run) {
-  std::vector<Table::Column> columns = {{"design", false}};
-  for (const Level& level : kLevels) {
-    for (const Share& share : shares()) columns.push_back({std::string(level.title) + ": " + share.title});
-  }
-  Table table(run.results.label + ": where the bytes went, MB read and written", columns);
-  double all = 0.0;
-  for (const DesignResult& d : run.results.designs) {
-    std::vector<std::string> cells = {escape(d.name)};
-    for (const Level& level : kLevels) {
-      for (const Share& share : shares()) {
-        const double own = megabytes(d, level, share.regions);
-        all += own;
-        cells.push_back(number(own));
-      }
-    }
-    table.row(cells);
-  }
-  return all > 0.0 ? table.html() : "";
 }
 
 }  // namespace grtx::view

@@ -30,7 +30,8 @@ class SearchPage {
         search_(sweep.results.search),
         objectives_(search_.at("objectives").get<std::vector<std::string>>()) {
     for (const ordered_json& parameter : search_.at("parameters")) parameters_.push_back(parameter.at("key"));
-    if (const std::string machines = machines_of(sweep.results); !machines.empty()) of_ = "; " + machines;
+    machines_ = machines_of(sweep.results);
+    if (!machines_.empty()) of_ = "; " + machines_;
   }
 
   std::string headlines() const {
@@ -67,7 +68,7 @@ class SearchPage {
                cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
                escape(words(search_.at("reference").at("coordinates"))),
                constraints.empty() ? "" : " Constraints: " + escape(constraints) + ".") +
-           front_charts() + front_table() + path_html() + effects_html() + invalid_table() + "</section>\n";
+           candidates_html() + front_table() + path_html() + effects_html() + invalid_table() + "</section>\n";
   }
 
  private:
@@ -79,49 +80,42 @@ class SearchPage {
   }
   bool is_evaluated() const { return search_.at("reference").contains("evaluation"); }
 
-  ordered_json mark(const ordered_json& coordinates, const std::vector<double>& ratios,
-                    const std::string& stage) const {
-    ordered_json row = {{"stage", stage}};
-    // Rows use numbered fields: names of parameters and objectives contain dots, which Vega-Lite reads as paths.
-    for (std::size_t p = 0; p < parameters_.size(); ++p) {
-      row[fmt::format("c{}", p)] =
-          coordinates.contains(parameters_[p]) ? coordinates.at(parameters_[p]) : ordered_json();
+  ordered_json explored(const ordered_json& coordinates, const ordered_json& ratios, const std::string& stage,
+                        std::size_t id) const {
+    ordered_json fields = {stage}, metrics = ratios;
+    std::string name = stage;
+    for (const std::string& parameter : parameters_) {
+      fields.push_back(coordinates.contains(parameter) ? coordinates.at(parameter) : ordered_json());
+      if (!fields.back().is_null()) name += ", " + parameter + " = " + lab::text_of(fields.back());
     }
-    for (std::size_t o = 0; o < objectives_.size(); ++o) row[fmt::format("o{}", o)] = ratios.at(o);
-    return row;
+    return {{"id", id},          {"label", fmt::format("#{}", id)}, {"name", name}, {"view", 0}, {"fields", fields},
+            {"metrics", metrics}};
   }
 
-  std::string front_charts() const {
-    const std::vector<std::string> stages = {"screened", "confirmed only", "on the front", "reference"};
-    ordered_json rows = ordered_json::array();
+  /// The candidates for web/explore.js: those that were confirmed as confirmed, the others as screened.
+  std::string candidates_html() const {
+    ordered_json data = {{"subject", machines_}, {"views", {"all candidates"}}, {"designs", ordered_json::array()}};
+    data["fields"] = {"stage"};
+    for (const std::string& parameter : parameters_) data["fields"].push_back(parameter);
+    for (const std::string& objective : objectives_) {
+      data["metrics"].push_back({{"title", objective + " / reference"}, {"unit", "×"}, {"more", false}});
+    }
+    data["points"] = ordered_json::array();
+    const ordered_json& front = search_.at("front");
     std::size_t place = 0;
     for (const ordered_json& one : search_.at("candidates")) {
-      const ordered_json& front = search_.at("front");
-      const bool on_front = std::find(front.begin(), front.end(), ordered_json(place++)) != front.end();
+      const std::size_t id = place++;
+      const bool on_front = std::find(front.begin(), front.end(), ordered_json(id)) != front.end();
       const bool confirmed = one.contains("confirming") && one.at("confirming").contains("ratios");
       const ordered_json& verdict = confirmed ? one.at("confirming") : one.at("screening");
       if (!verdict.contains("ratios")) continue;
-      rows.push_back(mark(one.at("coordinates"), verdict.at("ratios"), stages[on_front ? 2 : confirmed ? 1 : 0]));
+      const char* stage = on_front ? "on the front" : confirmed ? "confirmed only" : "screened";
+      data["points"].push_back(explored(one.at("coordinates"), verdict.at("ratios"), stage, id));
     }
-    rows.push_back(
-        mark(search_.at("reference").at("coordinates"), std::vector<double>(objectives_.size(), 1.0), stages.back()));
-    std::vector<ChartField> tooltip = {{"stage", "stage"}};
-    for (std::size_t o = 0; o < objectives_.size(); ++o) {
-      tooltip.push_back({fmt::format("o{}", o), objectives_[o] + " / reference", true});
-    }
-    for (std::size_t p = 0; p < parameters_.size(); ++p) tooltip.push_back({fmt::format("c{}", p), parameters_[p]});
-    std::string charts;
-    for (std::size_t o = 1; o < objectives_.size(); ++o) {
-      const std::string title = objectives_[o] + " against " + objectives_[0];
-      charts += chart(fmt::format("{}_search_front{}", sweep_.id, o), title + ", one mark a candidate",
-                      title +
-                          ", both over the reference. Candidates that were confirmed are drawn as confirmed, the "
-                          "others as screened. Hover for the design.",
-                      search_chart(rows, {"o0", objectives_[0] + " / reference"},
-                                   {fmt::format("o{}", o), objectives_[o] + " / reference"}, tooltip, stages,
-                                   objectives_.size() == 2));
-    }
-    return "<div class=\"pair\">" + charts + "</div>\n";
+    const ordered_json ones = std::vector<double>(objectives_.size(), 1.0);
+    data["points"].push_back(explored(search_.at("reference").at("coordinates"), ones, "reference", place));
+    data["points"].back()["label"] = "reference";
+    return explorer(sweep_.id + "_search", data);
   }
 
   std::string front_table() const {
@@ -228,7 +222,8 @@ class SearchPage {
   const ReportSweep& sweep_;
   const ordered_json& search_;
   std::vector<std::string> objectives_, parameters_;
-  std::string of_;  ///< machines and modes, for captions
+  std::string machines_;  ///< with modes
+  std::string of_;        ///< the same, behind a caption
 };
 
 }  // namespace

@@ -39,8 +39,8 @@ struct ReportSweep {
 // Descriptions of results: machine, view, mode, limitations.
 /// Sets the names of runs by how they differ.
 void name_runs(std::vector<ReportRun>& runs);
-/// Describes a run (machine, view, mode) and the limitations of its results.
-std::string subject_html(const ReportRun& run);
+/// Describes a run (machine, view, mode) and the limitations of its results, folded unless `open`.
+std::string subject_html(const ReportRun& run, bool open = false);
 /// The same for a sweep's points: machines, modes, and the number of points that each note applies to.
 std::string subject_html(const SweepResults& sweep);
 /// The same for each run.
@@ -61,11 +61,18 @@ std::string interval_html(const std::optional<Interval>& interval, std::string (
 std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name);
 
 // Runs.
-std::string run_headline(const ReportRun& run);
-/// Paragraph: which design wins and why, its memory traffic, and its bottleneck.
+/// The first screen of a run: the answer, the picture, speed-ups with what binds each, and where the bytes went.
+std::string run_headline(const ReportRun& run, std::size_t index);
+/// Paragraph: which design wins, by how much, and what binds it.
+std::string run_answer(const ReportRun& run);
+/// Paragraph: why it wins, its memory traffic, and what it waits for.
 std::string run_verdict(const ReportRun& run);
-/// Bytes of L2 and DRAM by purpose; checkpoints are listed separately.
-std::string bytes_table(const ReportRun& run);
+/// The design of the fewest cycles.
+const DesignResult& fastest(const RunResults& run);
+/// "the longest ray, 59 %": the largest lower bound, and its share of the cycles; "" if not recorded. Plain text.
+std::string binding_text(const DesignResult& design);
+/// Over the run's reference, with its interval, as HTML; "" without a reference.
+std::string speedup_text(const ReportRun& run, const DesignResult& design);
 std::string paper_section(const std::vector<ReportRun>& runs);
 std::string run_section(const ReportRun& run, std::size_t index);
 /// Stalls and energy of all designs of all runs.

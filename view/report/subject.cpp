@@ -183,10 +183,13 @@ std::string Subject::fact(const std::string& name) const {
   return config_.contains(name) ? lab::text_of(config_.at(name)) : "";
 }
 
-std::string Subject::settings_text() const {
-  std::string text = json_text(config_);
+std::string Subject::settings_text(const std::set<std::string>& without) const {
+  ordered_json keys = config_;
+  for (const std::string& name : without) keys.erase(name);
+  std::string text = json_text(keys);
   for (const auto& [name, value] : settings_) {
-    if (name != "mode" && !name.starts_with("windows.")) text.append("\n").append(name).append("=").append(value);
+    if (!without.contains(name) && name != "mode" && !name.starts_with("windows."))
+      text.append("\n").append(name).append("=").append(value);
   }
   return text;
 }

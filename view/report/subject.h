@@ -5,6 +5,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,8 @@ class Subject {
   /// A fact that is required for comparison but missing, e.g. "camera"; "" if all are known.
   std::string unknown() const;
 
-  /// Keys for grouping: all but design, view and mode; and the view.
-  std::string settings_text() const;
+  /// Keys for grouping: all but design, view and mode; and the view. without: names of settings and keys to leave out.
+  std::string settings_text(const std::set<std::string>& without = {}) const;
   std::string view_text() const;
 
  private:

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The section on a sweep, view by view: Pareto fronts, table of points, stalls and energy of chosen points, effects of
-// the coordinates.
+// The section on a sweep: the explorer of its points, their table, effects of the coordinates.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/axis.h"
-#include "grtx/view/report/charts.h"
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/mode_agreement.h"
 #include "grtx/view/report/sections.h"
@@ -63,85 +63,101 @@ std::string note_ids(const SweepResults& results, const ShownPoint& point) {
   return text;
 }
 
-constexpr std::size_t kTooltip = 5;  // maximum columns; with more, the point's name is shown instead
+struct Metric {
+  const char* name;  ///< of a value in the database
+  const char* title;
+  const char* unit;  ///< "s", "J", "B": shown with a prefix; others as they are
+  double scale;      ///< from the database's unit
+  bool more;         ///< more is better
+};
+constexpr std::array<Metric, 13> kMetrics = {
+    {{kTime, "time", "s", 1e-6, false},
+     {kArea, "area", "mm²", 1.0, false},
+     {kEnergy, "energy a ray", "J", 1e-9, false},
+     {"gpu.cycles", "cycles", "", 1.0, false},
+     {"gpu.rt.node_fetches", "node fetches", "", 1.0, false},
+     {"gpu.rt.node_fetch_latency", "latency of a fetch, cycles", "", 1.0, false},
+     {"gpu.l1.node.hit_rate", "L1 hit rate of nodes", "%", 100.0, true},
+     {"gpu.l2.hit_rate", "L2 hit rate", "%", 100.0, true},
+     {"gpu.l2.accesses", "L2 accesses", "", 1.0, false},
+     {"gpu.dram.bytes", "DRAM bytes", "B", 1.0, false},
+     {"gpu.dram.bandwidth_utilisation", "DRAM bandwidth used", "%", 100.0, true},
+     {"gpu.bound.fraction", "largest bound, of the cycles", "%", 100.0, true},
+     {"cost.rt_unit_mm2", "area of an RT unit", "mm²", 1.0, false}}};
 
-std::string pareto_html(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns,
-                        const ChartField& cost, const std::string& what) {
-  ordered_json rows = ordered_json::array();
-  std::vector<ChartField> tooltip = {{"label", "point"}};
-  for (const ShownPoint& point : shown.points()) {
-    const double time = shown.value(point, kTime), own = shown.value(point, cost.field);
-    if (!std::isfinite(time) || !std::isfinite(own)) continue;
-    const ReportedPoint& p = shown.first(point);
-    ordered_json row = {{"id", point.id},
-                        {"label", point.label},
-                        {"name", shown.name(p)},
-                        {"time", time},
-                        {"cost", own},
-                        {"front", cost.field == kArea ? point.on_area : point.on_energy},
-                        {"view", point.view},
-                        {"none", "all points"},
-                        {"interval", interval_text(shown.time_interval(point), number)},
-                        {"notes", note_ids(sweep.results, point)}};
-    // Rows use numbered fields: names of coordinates contain dots, which Vega-Lite reads as paths.
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const ordered_json value = columns[c].of(p);
-      row[fmt::format("c{}", c)] = value.is_structured() ? ordered_json(json_text(value)) : value;
+/// Names directly below a prefix that any finished point has: parts of a stacked bar.
+std::vector<std::string> parts_below(const SweepResults& results, const std::string& prefix) {
+  std::vector<std::string> parts;
+  for (const ReportedPoint& p : results.points) {
+    for (auto it = p.values.lower_bound(prefix); it != p.values.end() && it->first.starts_with(prefix); ++it) {
+      const std::string part = it->first.substr(prefix.size());
+      if (part.find('.') != std::string::npos) continue;
+      if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
     }
-    rows.push_back(std::move(row));
   }
-  if (rows.empty()) return "";
-  const auto any = [&rows](const char* field) {
-    return std::any_of(rows.begin(), rows.end(), [field](const ordered_json& row) { return row.at(field) != ""; });
-  };
-  if (columns.size() > kTooltip) tooltip.push_back({"name", "differs in"});
-  for (std::size_t c = 0; c < columns.size() && columns.size() <= kTooltip; ++c) {
-    tooltip.push_back({fmt::format("c{}", c), columns[c].title});
-  }
-  tooltip.push_back({"time", "time, µs", true});
-  if (any("interval")) tooltip.push_back({"interval", "95 % interval of it"});
-  tooltip.push_back({"cost", cost.title, true});
-  if (any("notes")) tooltip.push_back({"notes", "mind"});
-  const std::string caption = what + " against simulated time, " + machines_of(sweep.results) +
-                              ". Points on the front are large, on the dashed line. Hover for the "
-                              "configuration; drag a box to choose points, double-click to choose all.";
-  return chart(sweep.id + "_" + (cost.field == kArea ? "area" : "energy"), what + " against time, one mark a point",
-               caption,
-               pareto_chart(rows, {"time", "time, µs"}, {"cost", cost.title}, tooltip, columns.empty() ? "none" : "c0"),
-               "pareto", sweep.id);
+  return parts;
 }
 
-std::string bars_html(const ReportSweep& sweep, const SweepViews& shown, const std::string& prefix,
-                      const std::string& id, const std::string& value_title, const std::string& caption) {
-  ordered_json rows = ordered_json::array();
-  std::vector<std::string> parts;
-  for (const ShownPoint& point : shown.points()) {
-    std::vector<std::pair<std::string, double>> own;
-    if (prefix == "gpu.rt.stall.") own.emplace_back("issue", shown.sum(point, "gpu.rt.selections"));
-    const ReportedPoint& p = shown.first(point);
-    for (auto it = p.values.lower_bound(prefix); it != p.values.end() && it->first.starts_with(prefix); ++it) {
-      if (it->first.find('.', prefix.size()) == std::string::npos) {
-        own.emplace_back(it->first.substr(prefix.size()), shown.sum(point, it->first));
-      }
-    }
-    double sum = 0.0;
-    for (const auto& [part, value] : own) sum += value;
-    for (const auto& [part, value] : own) {
-      if (!(value > 0.0)) continue;
-      if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
-      rows.push_back({{"id", point.id},
-                      {"label", shown.full_label(point)},
-                      {"order", shown.value(point, kTime)},
-                      {"front", point.on_front()},
-                      {"view", point.view},
-                      {"part", part},
-                      {"value", value},
-                      {"share", value / sum}});
-    }
+ordered_json sums_below(const SweepViews& shown, const ShownPoint& point, const std::string& prefix,
+                        const std::vector<std::string>& parts) {
+  ordered_json sums = ordered_json::array();
+  for (const std::string& part : parts) sums.push_back(shown.sum(point, prefix + part));
+  return sums;
+}
+
+/// A value of few digits: a page of 1,000 points stays small.
+ordered_json rounded(double value) {
+  return std::isfinite(value) ? ordered_json(std::stod(fmt::format("{:.6g}", value))) : ordered_json();
+}
+
+ordered_json explored_point(const ReportSweep& sweep, const SweepViews& shown, const ShownPoint& point,
+                            const std::vector<Describing>& columns) {
+  const ReportedPoint& p = shown.first(point);
+  ordered_json row = {{"id", point.id},     {"label", point.label},     {"name", shown.name(p)}, {"view", point.view},
+                      {"keys", point.keys}, {"machine", point.machine}, {"base", p.machine},     {"design", p.design}};
+  ordered_json fields = ordered_json::array(), metrics = ordered_json::array();
+  for (const Describing& column : columns) {
+    const ordered_json value = column.of(p);
+    fields.push_back(value.is_structured() ? ordered_json(json_text(value)) : value);
   }
-  if (rows.empty()) return "";
-  return chart(sweep.id + "_" + id + "_bars", caption, caption, stacked_bars(rows, parts, value_title, "part", true),
-               "bars", sweep.id);
+  for (const Metric& metric : kMetrics) metrics.push_back(rounded(metric.scale * shown.value(point, metric.name)));
+  row["fields"] = std::move(fields);
+  row["metrics"] = std::move(metrics);
+  if (const auto interval = shown.time_interval(point)) row["interval"] = {interval->low * 1e-6, interval->high * 1e-6};
+  if (const std::string notes = note_ids(sweep.results, point); !notes.empty()) row["notes"] = notes;
+  return row;
+}
+
+/// What web/explore.js draws.
+std::string explorer_html(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
+  ordered_json data;
+  data["subject"] = machines_of(sweep.results);
+  for (const SweepView& view : shown.views()) data["views"].push_back(view.title);
+  data["designs"] = ordered_json::array();
+  for (const ReportedPoint& p : sweep.results.points) {
+    const bool known = std::find(data["designs"].begin(), data["designs"].end(), p.design) != data["designs"].end();
+    if (p.done() && !known) data["designs"].push_back(p.design);
+  }
+  data["fields"] = ordered_json::array();
+  for (const Describing& column : columns) data["fields"].push_back(column.title);
+  for (const Metric& metric : kMetrics) {
+    data["metrics"].push_back({{"title", metric.title}, {"unit", metric.unit}, {"more", metric.more}});
+  }
+  const std::vector<std::string> stalls = parts_below(sweep.results, "gpu.rt.stall.");
+  const std::vector<std::string> energy = parts_below(sweep.results, "gpu.energy_nj.");
+  data["stalls"] = stalls;
+  if (!stalls.empty()) data["stalls"].insert(data["stalls"].begin(), "issue");
+  data["energy"] = energy;
+  data["points"] = ordered_json::array();
+  for (const ShownPoint& point : shown.points()) {
+    ordered_json row = explored_point(sweep, shown, point, columns);
+    row["stalls"] = sums_below(shown, point, "gpu.rt.stall.", stalls);
+    if (!stalls.empty()) row["stalls"].insert(row["stalls"].begin(), shown.sum(point, "gpu.rt.selections"));
+    row["energy"] = sums_below(shown, point, "gpu.energy_nj.", energy);
+    for (ordered_json& nanojoules : row["energy"]) nanojoules = rounded(1e-9 * nanojoules.get<double>());
+    data["points"].push_back(std::move(row));
+  }
+  return explorer(sweep.id, data, sweep.id + "_points");
 }
 
 /// Columns of the table: results first, then the point's coordinates.
@@ -158,7 +174,6 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   if (any_notes) titles.push_back({"mind", false});
   Table table(sweep.results.file + ": finished points, " + machines_of(sweep.results), titles, sweep.id + "_points");
   const SpeedupOver reference = shown.reference();
-  std::vector<std::string> machines;
   for (const ShownPoint& point : shown.points()) {
     const ReportedPoint& p = shown.first(point);
     const auto value = [&](const char* name) { return shown.value(point, name); };
@@ -179,15 +194,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
     cells.push_back(std::isfinite(low) && std::isfinite(high) ? number(low) + " – " + number(high) : "");
     for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
     if (any_notes) cells.push_back(escape(note_ids(sweep.results, point)));
-    if (std::find(machines.begin(), machines.end(), p.machine) == machines.end()) machines.push_back(p.machine);
-    const auto base = std::find(machines.begin(), machines.end(), p.machine) - machines.begin();
-    const std::optional<Interval> time = shown.time_interval(point);
-    table.row(cells,
-              fmt::format(" data-id=\"{}\" data-view=\"{}\" data-machine=\"{}\" data-keys=\"{}\" data-base=\"{}\" "
-                          "data-design=\"{}\" data-time=\"{}\"{}{}",
-                          point.id, point.view, point.machine, point.keys, base, escape(p.design), value(kTime),
-                          time ? fmt::format(" data-low=\"{}\" data-high=\"{}\"", time->low, time->high) : "",
-                          point.on_front() ? " class=\"front\"" : ""));
+    table.row(cells, fmt::format(" data-id=\"{}\"{}", point.id, point.on_front() ? " class=\"front\"" : ""));
   }
   return table.rows() == 0 ? "" : table.html();
 }
@@ -278,44 +285,6 @@ std::string traces_table(const SweepResults& results) {
   return table.rows() == 0 ? "" : details("Traces", table.html());
 }
 
-/// Controls for the reader: view, reference of speed-ups, colour.
-std::string controls(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
-  std::string views, points, colours;
-  for (std::size_t v = 0; shown.views().size() > 1 && v < shown.views().size(); ++v) {
-    views += fmt::format("<option value=\"{}\">{}</option>", v, escape(shown.views()[v].title));
-  }
-  if (!views.empty()) views = "<label>View <select class=\"view\">" + views + "</select></label> ";
-  const SpeedupOver at_first = shown.reference();
-  const auto option = [&](const std::string& value, const SpeedupOver& over, const std::string& label) {
-    points += fmt::format("<option value=\"{}\"{}>{}</option>", escape(value), over == at_first ? " selected" : "",
-                          escape(label));
-  };
-  std::vector<std::string> designs;
-  for (const ShownPoint& point : shown.points()) {
-    const std::string& design = shown.first(point).design;
-    if (std::find(designs.begin(), designs.end(), design) == designs.end()) designs.push_back(design);
-  }
-  for (const std::string& design : designs) {
-    if (designs.size() > 1) option("design:" + design, {design, 0}, design + " with the same keys");
-  }
-  std::vector<std::size_t> known;
-  for (const ShownPoint& point : shown.points()) {
-    if (std::find(known.begin(), known.end(), point.machine) != known.end()) continue;
-    known.push_back(point.machine);
-    option(fmt::format("point:{}", point.machine), {"", point.machine}, shown.full_label(point));
-  }
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    colours += fmt::format("<option value=\"c{}\">{}</option>", c, escape(columns[c].title));
-  }
-  colours += "<option value=\"none\">nothing</option>";
-  return fmt::format(
-      "<p class=\"controls\" data-group=\"{}\" hidden>{}<label>Speed-up over <select "
-      "class=\"reference\">{}</select></label> <label>Colour by <select class=\"colour\">{}</select></label> "
-      "<button type=\"button\" class=\"all\">Choose all points</button> "
-      "<span class=\"chosen\" role=\"status\"></span></p>\n",
-      sweep.id, views, points, colours);
-}
-
 }  // namespace
 
 std::string sweep_section(const ReportSweep& sweep) {
@@ -332,19 +301,8 @@ std::string sweep_section(const ReportSweep& sweep) {
             : "<p>Points are compared within a view of a scene. No point was simulated in all of them, so there is "
               "no mean.</p>\n";
   }
-  const std::string area = pareto_html(sweep, shown, columns, {kArea, "mm²"}, "Area");
-  const std::string energy = pareto_html(sweep, shown, columns, {kEnergy, "nJ a ray"}, "Energy of a ray");
-  if (!shown.points().empty()) out += controls(sweep, shown, columns);
-  out += "<div class=\"pair\">" + area + energy + "</div>\n";
+  if (!shown.points().empty()) out += explorer_html(sweep, shown, columns);
   out += points_table(sweep, shown, columns);
-  out += "<div class=\"pair\">" +
-         bars_html(sweep, shown, "gpu.rt.stall.", "stalls", "cycles of all RT units",
-                   "Cycles of the RT units of the chosen points (until you choose: those on a front), fastest first; " +
-                       machines_of(results)) +
-         bars_html(sweep, shown, "gpu.energy_nj.", "energy", "nJ",
-                   "Energy of the chosen points by part (until you choose: those on a front), fastest first; " +
-                       machines_of(results)) +
-         "</div>\n";
   out += effects_table(results, shown, columns) + agreement_table(results) + unfinished_table(results) +
          earlier_table(results) + traces_table(results);
   const auto plan = results.meta.find("plan");

@@ -8,10 +8,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/axis.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/lab/sweep/dominance.h"
 
 namespace grtx::view {
@@ -48,6 +50,20 @@ ViewName view_of(const ReportedPoint& p, const Subject& subject) {
   return {title, title + "\n" + subject.view_text()};
 }
 
+/// What designs bring with them, options of the tracer and keys: no difference between designs. What a plan varies of
+/// it is a coordinate.
+const std::set<std::string>& brought_by_designs() {
+  static const std::set<std::string> names = [] {
+    std::set<std::string> all;
+    for (const lab::Design& design : lab::designs()) {
+      for (const auto& [name, value] : design.tracer) all.insert(name);
+      for (const auto& [name, value] : design.keys) all.insert(name);
+    }
+    return all;
+  }();
+  return names;
+}
+
 /// Key of a point without design, view and mode.
 std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   std::map<std::string, std::string> sorted;
@@ -56,7 +72,7 @@ std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   }
   std::string text = p.machine;
   for (const auto& [name, value] : sorted) text.append("\n").append(name).append("=").append(value);
-  return text + "\n" + subject.settings_text();
+  return text + "\n" + subject.settings_text(brought_by_designs());
 }
 
 template <typename T>

@@ -39,6 +39,19 @@ TEST(Html, NumbersForPeople) {
   for (const auto& c : cases) EXPECT_EQ(number(c.value), c.text);
 }
 
+// 31,563 µJ and "3M nJ" were on the pages.
+TEST(Html, UnitsGoBySize) {
+  const struct {
+    double value;
+    const char *unit, *text;
+  } cases[] = {{0.0315634, "J", "31.6 mJ"}, {3.119190e-3, "J", "3.12 mJ"},
+               {1353.8e-9, "J", "1.35 µJ"}, {943.48e-6, "s", "943 µs"},
+               {999.6e-6, "s", "1.00 ms"},  {12.0, "B", "12 B"},
+               {31667392, "B", "31.7 MB"},  {463.5e6, "B", "464 MB"},
+               {0.0, "J", "0 J"},           {std::numeric_limits<double>::quiet_NaN(), "J", ""}};
+  for (const auto& c : cases) EXPECT_EQ(with_unit(c.value, c.unit), c.text);
+}
+
 TEST(Html, TextIsEscaped) {
   EXPECT_EQ(escape("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&#39;");
   EXPECT_EQ(cell(ordered_json("<i>")), "&lt;i&gt;");

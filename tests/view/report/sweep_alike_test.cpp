@@ -76,6 +76,19 @@ TEST(SweepSpeedUps, PointsOfAnEditedPlanAreNotCompared) {
   EXPECT_THAT(sweep_headline(sweep), Not(HasSubstr("Largest speed-up")));
 }
 
+// Points of gautracer had no speed-up: it brings an option and keys with it, and these were a difference.
+TEST(SweepSpeedUps, WhatADesignBringsWithItIsNoDifference) {
+  std::vector<ReportedPoint> points = {point(1, "paper", "baseline", 32, 1000),
+                                       point(2, "paper", "gautracer", 32, 100)};
+  points[0].inputs = {{"k", "8"}, {"sort_key", "entry"}};
+  points[1].inputs = {{"k", "16"}, {"sort_key", "peak"}};
+  points[0].config = {{"rt.gaussian.enabled", false}, {"l1.bytes", 32}};
+  points[1].config = {{"rt.gaussian.enabled", true}, {"l1.bytes", 32}};
+  const ReportSweep sweep = sweep_of(points);
+  const SweepViews shown(sweep.results);
+  EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[1], shown.reference()), 10.0);
+}
+
 // Medians were over baseline and grtx together: 600 for 32, 450 for 64.
 TEST(SweepEffects, AreOfOneDesign) {
   const ReportSweep sweep = sweep_of({point(1, "paper", "baseline", 32, 1000), point(2, "paper", "baseline", 64, 700),
