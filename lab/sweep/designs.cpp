@@ -27,7 +27,7 @@ const std::vector<Design>& designs() {
       {"walk",
        "ellipsoid",
        false,
-       {{"k", "16"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}},
+       {{"k", "48"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}},
        walk,
        true}};
   return all;
