@@ -246,6 +246,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi && kind != "walked";
       random.tracing = tracing;
+      if (kind == "walked") random.depth = 5;  // deep enough to fill a warp's stack
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
