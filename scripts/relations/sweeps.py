@@ -123,8 +123,7 @@ def page_points(page):
         titles = [html.unescape(t) for t in re.findall(r"<th scope=\"col\"[^>]*>(.*?)</th>", table)]
         for row in re.findall(r"<tr data-id=.*?</tr>", table, re.S):
             cells = [html.unescape(re.sub("<[^>]*>", "", c)) for c in re.findall(r"<t[hd][ >].*?</t[hd]>", row)]
-            time = re.search(r'data-time="([^"]*)"', row)
-            found[cells[0]] = {**dict(zip(titles, cells)), "data-time": float(time[1])}
+            found[cells[0]] = dict(zip(titles, cells))
     return found
 
 
@@ -178,7 +177,6 @@ def a_figure_is_one_figure(case):
             case.same(f"point {point}: {name} of table and report", shown(values[point][name]), report[title])
             if frame is not None:
                 case.near(f"point {point}: {name} of table and Python", values[point][name], frame[str(point)][name])
-        case.near(f"point {point}: time of table and report", own["gpu.time_us"], report["data-time"])
         if frame is not None:
             case.same(f"point {point}: what it is", [frame[str(point)][name] for name in names[:4]], [own_machine, mode, scene, design])
         case.same(f"point {point}: its machine", [own_machine, json.loads(document)["inputs"]["machine"].split(",")[0]], [machine] * 2)

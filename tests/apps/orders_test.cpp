@@ -31,7 +31,7 @@ TEST_F(Orders, GiveTheSameImageInTheFourDesigns) {
   const Outcome usual = run("--child-order near_first --pop-test on -o usual");
   ASSERT_EQ(usual.code, 0) << usual.err;
   EXPECT_THAT(usual.out, HasSubstr(" % of rays end by early termination; there are "));
-  EXPECT_THAT(folder_.read("usual/report.html"), HasSubstr("Hits behind the end"));
+  EXPECT_THAT(folder_.read("usual/report.html"), HasSubstr("as many hits as are processed"));
   const Outcome other = run("--child-order vulkan_sim --pop-test off -o other");
   ASSERT_EQ(other.code, 0) << other.err;
   EXPECT_EQ(folder_.read("usual/image.png"), folder_.read("other/image.png"));

@@ -124,8 +124,8 @@ class Parts(unittest.TestCase):
 
     def test_a_table_of_a_report_is_read(self):
         page = ('<table id="sweep1_points">\n<thead><tr><th scope="col" class="n">point</th><th scope="col">mm²</th></tr></thead>'
-                '<tr data-id="1" data-time="2.5"><th scope="row" class="n">#1</th><td class="n">1,234</td></tr></table>')
-        self.assertEqual(sweeps.page_points(page), {"#1": {"point": "#1", "mm²": "1,234", "data-time": 2.5}})
+                '<tr data-id="1"><th scope="row" class="n">#1</th><td class="n">1,234</td></tr></table>')
+        self.assertEqual(sweeps.page_points(page), {"#1": {"point": "#1", "mm²": "1,234"}})
         self.assertEqual((sweeps.shown(0.123456), sweeps.shown(1234.4), sweeps.shown(12.0)), ("0.1235", "1,234", "12"))
 
     def test_every_key_with_a_number_is_a_resource_or_named(self):
