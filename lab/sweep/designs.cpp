@@ -15,8 +15,9 @@ const std::vector<Design>& designs() {
                                {"rt.any_hit_unit.enabled", "true"},
                                {"simt.registers_per_thread", "32"},
                                {"simt.payload_registers", "48"}};
-  // Its units, hits by entry, and warps that walk together (docs/model/warp_walk.md).
+  // Its units with heaps of 48 hits, by entry, and warps that walk together (docs/model/warp_walk.md).
   Design::Texts walk = heaps;
+  walk.back().second = "144";
   walk.insert(walk.end(), {{"rt.traversal", "warp"}, {"rt.warp_stack.entries", "96"}, {"rt.warp_stack.ahead", "16"}});
   static const std::vector<Design> all = {
       {"baseline", "tri20", false, {}, {}},
