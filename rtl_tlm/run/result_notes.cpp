@@ -49,6 +49,22 @@ void add_dropped_fills(const modules::StatisticList& statistics, ResultNotes& no
                                     100.0 * dropped / fills)});
 }
 
+/// What the trace has more of than the machine has room for, which would cost nothing.
+void add_free_rides(const GpuConfig& config, const traces::Header& header, ResultNotes& notes) {
+  const std::uint64_t words = std::uint64_t{header.k} * modules::HitHeap::kEntryWords;
+  if (config.rt.any_hit_unit.enabled && words > config.simt.register_file.payload_registers) {
+    notes.push_back({"heap-registers",
+                     fmt::format("heaps of {} hits need {} registers of a thread, and simt.payload_registers = {}",
+                                 header.k, words, config.simt.register_file.payload_registers)});
+  }
+  if (config.rt.walks() && header.ahead < config.rt.warp_stack.ahead) {
+    notes.push_back(
+        {"ahead", fmt::format("rt.warp_stack.ahead = {} nodes are under way, and t_max of the trace is that of "
+                              "{}: trace with --ahead {}",
+                              config.rt.warp_stack.ahead, header.ahead, config.rt.warp_stack.ahead)});
+  }
+}
+
 }  // namespace
 
 ResultNotes trace_notes(const traces::Header& header, const traces::Totals& totals) {
@@ -80,6 +96,7 @@ ResultNotes run_notes(const GpuConfig& config, const traces::Header& header, std
     notes.push_back(
         {"stride", fmt::format("estimated: of each lane's events one in {} took time", config.sampling.stride)});
   }
+  add_free_rides(config, header, notes);
   add_partial_launch(config, header, groups, statistics, notes);
   add_dropped_fills(statistics, notes);
   return notes;

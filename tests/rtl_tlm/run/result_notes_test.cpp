@@ -2,6 +2,7 @@
 // What limits the meaning of a run's figures is said with them, and nothing is said where nothing does.
 #include "grtx/rtl_tlm/run/result_notes.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "grtx/base/error.h"
@@ -63,6 +64,29 @@ TEST(ResultNotes, RegistersLeaveFewerSlotsThanTheKeySays) {
             (ResultNote{"fewer-slots", "the registers of an SM hold 8 warps, not gpu.resident_warps = 32"}));
   ASSERT_EQ(partial.size(), 2u);
   EXPECT_EQ(partial.back().id, "partial-launch");
+}
+
+TEST(ResultNotes, HeapsThatTheRegistersDoNotHold) {
+  const std::vector<std::string> heaps = {"rt.any_hit_unit.enabled=true", "simt.registers_per_thread=32",
+                                          "simt.payload_registers=48"};
+  traces::Header header;
+  header.k = 16;
+  EXPECT_THAT(run_notes(load_config("", heaps), header, 512, {}),
+              ::testing::Each(::testing::Field(&ResultNote::id, "fewer-slots")));
+  header.k = 17;
+  EXPECT_EQ(run_notes(load_config("", heaps), header, 512, {}).back(),
+            (ResultNote{"heap-registers",
+                        "heaps of 17 hits need 51 registers of a thread, and simt.payload_registers = 48"}));
+}
+
+TEST(ResultNotes, AWarpThatRunsFurtherAheadThanItsTrace) {
+  const GpuConfig config = load_config("", {"rt.traversal=warp", "rt.warp_stack.ahead=16"});
+  traces::Header header;
+  header.ahead = 16;
+  EXPECT_TRUE(run_notes(config, header, 512, {}).empty());
+  header.ahead = 1;
+  ASSERT_EQ(run_notes(config, header, 512, {}).size(), 1u);
+  EXPECT_EQ(run_notes(config, header, 512, {}).front().id, "ahead");
 }
 
 TEST(ResultNotes, CheckpointListsThatOverflow) {
