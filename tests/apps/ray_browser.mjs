@@ -2,15 +2,12 @@
 // Opens a page of grtx ray in Chromium without a screen, steps through it by keyboard and prints, as JSON, what a reader
 // would find. The test that runs it says what must hold.
 //   node ray_browser.mjs PAGE FOLDER_WITH_NODE_MODULES CHROMIUM [SCREENSHOT_PREFIX]
-import { createRequire } from 'node:module';
-import { mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { rmSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 
+import { emptyBrowser } from './empty_browser.mjs';
+
 const [page_file, folder, chromium_path, prefix] = process.argv.slice(2);
-const { chromium } = createRequire(join(folder, 'package.json'))('playwright-core');
-const profile = mkdtempSync(join(tmpdir(), 'grtx_chromium_'));
 const found = { messages: [], requests: [], overflow: {}, rounds: [] };
 
 const visit = async (context) => {
@@ -58,21 +55,7 @@ const drawn = (page, selector) =>
     return picture === empty ? null : picture.slice(-4000);
   }, selector);
 
-const context = await chromium.launchPersistentContext(profile, {
-  executablePath: chromium_path,
-  headless: true,
-  viewport: { width: 1280, height: 900 },
-  colorScheme: 'light',
-  args: [
-    '--no-sandbox',
-    '--disable-gpu',
-    '--disable-quic',
-    '--no-first-run',
-    '--disable-background-networking',
-    '--disable-component-update',
-    '--disable-sync',
-  ],
-});
+const { context, profile } = await emptyBrowser(folder, chromium_path);
 try {
   const page = await visit(context);
   await ready(page);
