@@ -181,7 +181,7 @@ class Traces:
         options = ["--accel", accel, "--checkpoint", checkpoint, "--k", rng.choice(["1", "2", "4", "8", "16"]),
                    "--child-order", rng.choice(["near_first", "slot", "vulkan_sim"]),
                    "--pop-test", rng.choice(["on", "off"]),
-                   "--layout", rng.choice(["vulkan_sim", "vulkan_sim", "compact", "compressed"])]
+                   "--layout", rng.choice(["vulkan_sim", "vulkan_sim", "compact", "compressed", "quantised"])]
         if checkpoint == "off" and rng.random() < 0.3:
             tracing = rng.choice(["single", "closest", "list"])
             options += ["--tracing", tracing]

@@ -19,10 +19,12 @@ bool same(const Images& a, const Images& b) {
   return true;
 }
 
-/// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not.
+/// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not. Gaussians that
+/// are rounded to their codes have an order of their own.
 std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
-  if (settings.options.sort_key == frontend::SortKey::peak) return "peak";
-  return frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra";
+  const std::string of = frontend::is_quantised(settings.layout) ? " of quantised Gaussians" : "";
+  if (settings.options.sort_key == frontend::SortKey::peak) return "peak" + of;
+  return (frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra") + of;
 }
 
 /// Compares the images of designs: those that blend in one order must be the same.

@@ -123,6 +123,9 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
 }
 
 AccelOptions accel_options(const TracerSettings& settings, AccelKind accel) {
+  if (frontend::is_quantised(settings.layout) && bvh_width(settings) > traces::kQuantisedWidth) {
+    throw Error("--bvh-width", std::to_string(bvh_width(settings)), "must be at most 6 with --layout quantised");
+  }
   return {accel, bvh_width(settings), settings.instance_bounds == InstanceBounds::box_corners, settings.box_bits,
           settings.layout};
 }

@@ -26,8 +26,10 @@ constexpr bool has_procedural_leaves(AccelKind kind) {
 /// Memory layout of nodes (docs/model/node-image.md). vulkan_sim: one triangle per leaf, in units of 64 B. compact:
 /// like production structures, four triangles per leaf with shared vertices, in units of 80 B. compressed: eight
 /// children in 64 B, leaves of 64 B.
-enum class NodeLayout : std::uint8_t { vulkan_sim, compact, compressed };
-constexpr auto enum_names(NodeLayout) { return names_in_order<NodeLayout>({"vulkan_sim", "compact", "compressed"}); }
+enum class NodeLayout : std::uint8_t { vulkan_sim, compact, compressed, quantised };
+constexpr auto enum_names(NodeLayout) {
+  return names_in_order<NodeLayout>({"vulkan_sim", "compact", "compressed", "quantised"});
+}
 
 /// How a round collects hits. multi: the k nearest, in a sorted k-buffer. single: all, unsorted, in a buffer of k
 /// entries, sorted when the round ends. closest: only the nearest one, without an any-hit shader. list: like single,

@@ -28,6 +28,10 @@ inline constexpr unsigned kTrianglesOfPatch = 4;  ///< most triangles of a trian
 // Layout compressed: every node is one unit of 64 B.
 inline constexpr std::uint64_t kCompressedBytes = kNodeUnit;
 
+// Layout quantised: instance and procedural leaves are one unit of 32 B; what else there is has the 64 B of vulkan_sim.
+inline constexpr std::uint64_t kQuantisedUnit = 32;
+inline constexpr unsigned kQuantisedWidth = 6;  ///< most children of an internal node
+
 inline constexpr unsigned kMaxWidth = 8;
 
 /// Bytes of an internal node of a BVH with `width` children (2..8): six quantised boxes fill 64 B, eight need two
@@ -57,22 +61,27 @@ class NodeSizes {
 
   constexpr NodeLayout layout() const { return layout_; }
   constexpr unsigned width() const { return width_; }  ///< most children of an internal node
-  constexpr std::uint64_t unit() const { return compact() ? kCompactUnit : kNodeUnit; }  ///< bytes
+  constexpr std::uint64_t unit() const {               ///< bytes
+    return compact() ? kCompactUnit : quantised() ? kQuantisedUnit : kNodeUnit;
+  }
   constexpr unsigned units(NodeKind kind) const {
     if (compact()) return kind == NodeKind::instance ? 2 : 1;
     if (compressed()) return 1;
+    if (quantised()) return kind == NodeKind::instance || kind == NodeKind::procedural ? 1 : 2;
     return static_cast<unsigned>(node_bytes(kind, width_) / kNodeUnit);
   }
   constexpr std::uint64_t bytes(NodeKind kind) const { return units(kind) * unit(); }
-  constexpr std::uint64_t header_bytes() const { return unit(); }
+  constexpr std::uint64_t header_bytes() const { return quantised() ? kHeaderBytes : unit(); }
   /// Child boxes that fit an internal node: 6 or 8.
   constexpr unsigned slots() const { return compact() || compressed() || width_ > 6 ? 8 : 6; }
   /// Bytes that a visit reads of a node; of a compact instance leaf only the first unit.
   constexpr std::uint64_t read_bytes(NodeKind kind) const { return compact() ? unit() : bytes(kind); }
   /// Whether read_bytes() of an instance leaf suffice for traversal, and no BLAS header is read.
-  constexpr bool short_instances() const { return compact() || compressed(); }
+  constexpr bool short_instances() const { return compact() || compressed() || quantised(); }
   /// Whether the cost of the ray-box unit includes decoding quantised boxes (docs/model/node-image.md).
   constexpr bool decoder_priced() const { return compact() || compressed(); }
+  /// Whether the transform of an instance or ellipsoid is stored in codes, so that its unit decodes it.
+  constexpr bool coded_transforms() const { return quantised(); }
   /// Triangle tests per visit of a triangle leaf.
   constexpr unsigned triangles() const { return compact() ? kTrianglesOfPatch : 1; }
   friend constexpr bool operator==(const NodeSizes&, const NodeSizes&) = default;
@@ -80,6 +89,7 @@ class NodeSizes {
  private:
   constexpr bool compact() const { return layout_ == NodeLayout::compact; }
   constexpr bool compressed() const { return layout_ == NodeLayout::compressed; }
+  constexpr bool quantised() const { return layout_ == NodeLayout::quantised; }
 
   NodeLayout layout_;
   unsigned width_;

@@ -34,6 +34,8 @@ struct WorldLeaf {
   void prefetch(std::uint32_t index) const { gaussians.prefetch(index / leaves); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
     if (compact) return write_compact(image, address, index);
+    if (proxy.is_sphere() && is_quantised(image.sizes().layout()))
+      return image.write_quantised(address, gaussians.code(index));
     if (proxy.is_sphere()) {
       const GaussianRecord& record = gaussians.record(index);
       image.write_procedural(address, index, record.to_unit, record.mean);
@@ -69,6 +71,7 @@ struct InstanceLeaf {
 
   void prefetch(std::uint32_t g) const { gaussians.prefetch(g); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t g) const {
+    if (is_quantised(image.sizes().layout())) return image.write_quantised(address, gaussians.code(g));
     const GaussianRecord& record = gaussians.record(g);
     const glm::vec3 columns[3] = {gaussians.to_world(g, {1, 0, 0}) - record.mean,
                                   gaussians.to_world(g, {0, 1, 0}) - record.mean,
@@ -122,6 +125,7 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
   const bool sphere = proxy_.is_sphere();
   const NodeKind primitive_kind = sphere ? NodeKind::procedural : NodeKind::triangle;
   const bool compact = options.layout == NodeLayout::compact;
+  assert(gaussians.quantised() || !is_quantised(options.layout));
   const traces::NodeSizes sizes(options.layout, width);
   const std::size_t leaves = leaves_of(proxy_, patches_, compact);
   const MemoryPurpose purpose(memory_of(options.kind, count, leaves));
@@ -172,6 +176,7 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
     counts_.instance = count;
     counts_.blas_nodes = blas.tree().internals + leaves;
   }
+  if (is_quantised(options.layout)) image_.write_mean_grid(0, gaussians.mean_grid());
   assert(image_.allocated() == image_.size());
 }
 

@@ -17,6 +17,8 @@ using traces::AccelKind;
 using traces::NodeLayout;
 
 AccelKind accel_from_name(const std::string& name);  ///< throws Error naming the nearest known name
+/// Whether the tracer reads Gaussians as leaves of this layout hold them: PreparedGaussians must be of the same form.
+constexpr bool is_quantised(NodeLayout layout) { return layout == NodeLayout::quantised; }
 std::string accel_name(AccelKind kind);
 ProxyKind proxy_of(AccelKind kind);
 
@@ -31,6 +33,7 @@ struct AccelOptions {
 
 class AccelerationStructure {
  public:
+  /// gaussians: quantised if the layout is.
   AccelerationStructure(const PreparedGaussians& gaussians, const AccelOptions& options);
 
   const AccelOptions& options() const { return options_; }

@@ -56,6 +56,9 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   if (!is_two_level(options.kind)) {
     throw Error("--accel", accel_name(options.kind), "cannot hold several objects: use a tlas-* structure");
   }
+  if (is_quantised(options.layout)) {
+    throw Error("--layout", std::string(name_of(options.layout)), "holds one scene: objects need another layout");
+  }
   if (placements.empty()) throw Error("objects", "", "must be at least one");
   const auto start = std::chrono::steady_clock::now();
   for (Scene& scene : scenes) {

@@ -94,6 +94,16 @@ void NodeImage::write_triangle(std::uint64_t address, std::uint32_t primitive, c
   leaf_index_[address / unit_] = primitive;
 }
 
+void NodeImage::write_quantised(std::uint64_t address, const QuantisedGaussian& gaussian) {
+  static_assert(sizeof gaussian == traces::kQuantisedUnit);
+  std::memcpy(at(address), &gaussian, sizeof gaussian);
+  leaf_index_[address / unit_] = gaussian.id();
+}
+
+void NodeImage::write_mean_grid(std::uint64_t header, const MeanGrid& grid) {
+  std::memcpy(at(header) + 32, &grid, sizeof grid);
+}
+
 void NodeImage::write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf) {
   const struct {
     std::array<glm::vec3, 6> vertices;

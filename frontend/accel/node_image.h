@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The node image: nodes exactly as the hardware would read them. Layouts: vulkan_sim (Intel Xe, mesa-vulkan-sim
-// gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices) and compressed (eight children in 64 B), see
-// docs/model/node-image.md. Addresses are bytes from the image's start.
+// gen_rt_pack.h), compact (compressed wide BVH, leaves of shared vertices), compressed (eight children in 64 B) and
+// quantised (leaves of 32 B), see docs/model/node-image.md. Addresses are bytes from the image's start.
 #pragma once
 
 #include <array>
@@ -12,6 +12,7 @@
 
 #include "grtx/base/huge_pages.h"
 #include "grtx/frontend/accel/box_encoding.h"
+#include "grtx/frontend/gaussian/quantised_gaussian.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/traces/node_layout.h"
 
@@ -124,6 +125,10 @@ class NodeImage {
   /// of a BLAS.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit = nullptr,
                         const glm::vec3& mean = {});
+  /// Layout quantised: an ellipsoid in the world, or an instance of the shared BLAS.
+  void write_quantised(std::uint64_t address, const QuantisedGaussian& gaussian);
+  /// Layout quantised: behind the bounds of the header.
+  void write_mean_grid(std::uint64_t header, const MeanGrid& grid);
   /// Layout compact: the triangles of a patch. leaf: its index among all leaves of the structure.
   void write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf);
   /// Layout compact: a procedural leaf with its transform. world_to_object: 3x3 rows.
@@ -146,9 +151,17 @@ class NodeImage {
     const unsigned edge = patch_code(units) >> (8 + 6 * (index - 1));
     return {vertex(leaf + 12 * (edge & 7u)), vertex(leaf + 12 * (edge >> 3 & 7u)), vertex(leaf + 12 * (index + 2))};
   }
-  std::uint32_t procedural_primitive(std::uint64_t leaf) const { return read_u32(leaf + (compact() ? 72 : 12)); }
+  std::uint32_t procedural_primitive(std::uint64_t leaf) const {
+    return quantised() ? quantised_gaussian(leaf).id() : read_u32(leaf + (compact() ? 72 : 12));
+  }
   std::uint32_t instance_index(std::uint64_t leaf) const {
-    return read_u32(leaf + (compact() ? 64 : layout_.packed ? 56 : 76));
+    return quantised() ? quantised_gaussian(leaf).id() : read_u32(leaf + (compact() ? 64 : layout_.packed ? 56 : 76));
+  }
+  /// Layout quantised: contents of an instance or procedural leaf.
+  QuantisedGaussian quantised_gaussian(std::uint64_t leaf) const {
+    QuantisedGaussian gaussian;
+    std::memcpy(&gaussian, data() + leaf, sizeof gaussian);
+    return gaussian;
   }
   std::uint32_t patch_gaussian(std::uint64_t leaf) const { return read_u32(leaf + 72); }  ///< triangle leaf, compact
   /// Primitive or instance index of the leaf at this address in units: the number that is in the leaf's bytes, too, but
@@ -182,6 +195,7 @@ class NodeImage {
   std::uint8_t* at(std::uint64_t address) { return reinterpret_cast<std::uint8_t*>(&lines_[0]) + address; }
 
   bool compact() const { return unit_ == traces::kCompactUnit; }
+  bool quantised() const { return unit_ == traces::kQuantisedUnit; }
   std::uint32_t patch_code(std::uint32_t units) const { return read_u32(units * unit_ + 76); }
   static glm::vec3 vertex(const std::uint8_t* bytes) {
     glm::vec3 v;

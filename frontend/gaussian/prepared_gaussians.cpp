@@ -8,7 +8,7 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
-#include "grtx/frontend/gaussian/float4.h"
+#include "grtx/base/error.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
 
 namespace grtx::frontend {
@@ -29,23 +29,31 @@ glm::dmat3 rotation_matrix(const glm::quat& rotation) {
 
 }  // namespace
 
-PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel)
-    : records_(scene.size()), to_world_(3 * scene.size()) {
+PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel, bool quantised)
+    : records_(scene.size()), to_world_(3 * scene.size()), quantised_(quantised) {
+  if (quantised) {
+    if (scene.size() > std::size_t{1} << QuantisedGaussian::kIdBits) {
+      throw Error("--layout", "quantised", "numbers at most 2^26 Gaussians");
+    }
+    mean_grid_ = MeanGrid::of(scene.mean);
+    codes_ = HugePageVector<QuantisedGaussian>(scene.size());
+  }
   std::vector<float> distance(scene.size());
   for (std::size_t g = 0; g < scene.size(); ++g) {
     GaussianRecord& record = records_[g];
-    const double kappa = kernel_radius(static_cast<double>(scene.opacity[g]), kernel);
+    record.opacity = quantised ? QuantisedGaussian::nearest_opacity(scene.opacity[g]) : scene.opacity[g];
+    const double kappa = kernel_radius(static_cast<double>(record.opacity), kernel);
     const glm::dmat3 r = rotation_matrix(scene.rotation[g]);
     record.mean = scene.mean[g];
     record.kappa2 = static_cast<float>(kappa * kappa);
-    record.opacity = scene.opacity[g];
-    for (int axis = 0; axis < 3; ++axis) {
-      const double extent = kappa * static_cast<double>(scene.scale[g][axis]);
-      // Column `axis` of R is the local axis in world space; glm matrices are column-major.
-      record.to_unit[axis] = glm::vec3(r[axis] / extent);
-      for (int row = 0; row < 3; ++row) {
-        to_world_[3 * g + static_cast<std::size_t>(row)][axis] = static_cast<float>(r[axis][row] * extent);
-      }
+    // Column `axis` of R is the local axis in world space; glm matrices are column-major.
+    const glm::dvec3 extent = kappa * glm::dvec3(scene.scale[g]);
+    const glm::dvec3 to_unit[3] = {r[0] / extent[0], r[1] / extent[1], r[2] / extent[2]};
+    if (quantised) {
+      codes_[g] = QuantisedGaussian(mean_grid_, static_cast<std::uint32_t>(g), record.opacity, record.mean, to_unit);
+      read_code(g);
+    } else {
+      set_maps(g, to_unit, {r[0] * extent[0], r[1] * extent[1], r[2] * extent[2]});
     }
     distance[g] = std::max({std::fabs(record.mean.x), std::fabs(record.mean.y), std::fabs(record.mean.z)});
   }
@@ -54,6 +62,23 @@ PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel)
     std::nth_element(distance.begin(), middle, distance.end());
     absolute_margin_ = *middle * kSceneMargin;
   }
+}
+
+void PreparedGaussians::set_maps(std::size_t g, const glm::dvec3 (&to_unit)[3], const glm::dmat3& to_world) {
+  for (int axis = 0; axis < 3; ++axis) {
+    records_[g].to_unit[axis] = glm::vec3(to_unit[axis]);
+    for (int row = 0; row < 3; ++row) {
+      to_world_[3 * g + static_cast<std::size_t>(row)][axis] = static_cast<float>(to_world[axis][row]);
+    }
+  }
+}
+
+void PreparedGaussians::read_code(std::size_t g) {
+  const QuantisedGaussian& code = codes_[g];
+  records_[g].mean = code.mean(mean_grid_);
+  const glm::dvec3 to_unit[3] = {code.row(0), code.row(1), code.row(2)};
+  // Rows of a rotation, each divided by a length: still far from singular when rounded.
+  set_maps(g, to_unit, glm::inverse(glm::transpose(glm::dmat3(to_unit[0], to_unit[1], to_unit[2]))));
 }
 
 float PreparedGaussians::margin_of(const Box& box) const {

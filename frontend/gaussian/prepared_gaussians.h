@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "grtx/frontend/gaussian/kernel.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
+#include "grtx/frontend/gaussian/quantised_gaussian.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"
 #include "grtx/frontend/scene/scene.h"
 
@@ -29,10 +31,14 @@ static_assert(sizeof(GaussianRecord) == 64);
 
 class PreparedGaussians {
  public:
-  PreparedGaussians(const Scene& scene, Kernel kernel);
+  /// quantised: each Gaussian is what a leaf of layout quantised holds of it.
+  PreparedGaussians(const Scene& scene, Kernel kernel, bool quantised = false);
 
   std::size_t size() const { return records_.size(); }
   const GaussianRecord& record(std::uint32_t g) const { return records_[g]; }
+  bool quantised() const { return quantised_; }
+  const MeanGrid& mean_grid() const { return mean_grid_; }                    ///< if quantised
+  const QuantisedGaussian& code(std::uint32_t g) const { return codes_[g]; }  ///< if quantised
   /// World position of a proxy vertex given in unit space: mean + to_world v. fp32, always the same operations.
   glm::vec3 to_world(std::uint32_t g, const glm::vec3& v) const {
     const glm::vec3* a = &to_world_[3 * static_cast<std::size_t>(g)];
@@ -74,12 +80,18 @@ class PreparedGaussians {
  private:
   struct WideBox;
 
+  /// to_world: columns are the half axes.
+  void set_maps(std::size_t g, const glm::dvec3 (&to_unit)[3], const glm::dmat3& to_world);
+  void read_code(std::size_t g);  ///< sets record and maps to what the code holds
   Box widened(Box box) const;
   /// Writes the world positions of the proxy's vertices; returns how many.
   unsigned write_vertices(std::size_t g, const Proxy& proxy, Float4* world) const;
 
   HugePageVector<GaussianRecord> records_;
   HugePageVector<glm::vec3> to_world_;  ///< three rows per Gaussian
+  bool quantised_;
+  MeanGrid mean_grid_;
+  HugePageVector<QuantisedGaussian> codes_;
   float absolute_margin_ = 0.0f;
 };
 

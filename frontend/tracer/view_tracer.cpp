@@ -99,6 +99,9 @@ void ViewTracer::look(const std::vector<Camera>& cameras) { cameras_ = checked(c
 const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   if (accel_ != nullptr && accel_->options() == options) return *accel_;
   accel_.reset();
+  if (gaussians_.quantised() != is_quantised(options.layout)) {
+    gaussians_ = PreparedGaussians(scene_, kernel_, is_quantised(options.layout));
+  }
   accel_ = std::make_unique<AccelerationStructure>(gaussians_, options);
   ++structures_built_;
   return *accel_;

@@ -75,7 +75,7 @@ class ViewTracer {
   const Scene scene_;
   std::vector<Camera> cameras_;
   const Kernel kernel_;
-  const PreparedGaussians gaussians_;
+  PreparedGaussians gaussians_;  ///< in the form that the structure's layout needs
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;
   unsigned structures_built_ = 0;

@@ -152,6 +152,17 @@ DataPath ray_gaussian_path(bool entry) {
   return path;
 }
 
-DataPath ray_transform_path() { return {{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416}; }
+// Decoding a map of layout quantised: nine entries of 15 bits and three means of 22 become floats, as a bound does in
+// ray_box_path(); each mean is added to the grid's origin.
+DataPath ray_transform_path(bool coded) {
+  DataPath path{{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416};
+  if (coded) {
+    path.operators.push_back({"mux", 16, 4 * 9});
+    path.operators.push_back({"mux", 24, 5 * 3});
+    path.operators.push_back({"int_add", 8, 12});
+    path.operators.push_back({"fp_add", 32, 3});
+  }
+  return path;
+}
 
 }  // namespace grtx::modules

@@ -125,9 +125,10 @@ Inventory intersection_inventory(const char* name, const IntersectionUnit::Confi
 // Operator counts from published data paths; register bits from synthesis with a register after each operator.
 /// Slab tests of all children and their sort by t. decoded: the unit first decodes the quantised boxes.
 DataPath ray_box_path(unsigned boxes, bool decoded = false);
-DataPath ray_triangle_path();   ///< Moeller-Trumbore
-DataPath ray_sphere_path();     ///< unit sphere at the origin
-DataPath ray_transform_path();  ///< affine transform of origin and direction
+DataPath ray_triangle_path();  ///< Moeller-Trumbore
+DataPath ray_sphere_path();    ///< unit sphere at the origin
+/// Affine transform of origin and direction. coded: the unit first decodes the map (layout quantised).
+DataPath ray_transform_path(bool coded = false);
 /// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as
 /// well.
 DataPath ray_gaussian_path(bool entry);

@@ -82,9 +82,9 @@ void MemoryScheduler::restart() {
   counters_ = {};
 }
 
-// Unique, because nodes are at least 64 B apart.
+// Unique, because nodes are at least 32 B apart.
 std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
-  return address / traces::kNodeUnit << 1 | (header ? 1u : 0u);
+  return address / traces::kQuantisedUnit << 1 | (header ? 1u : 0u);
 }
 
 void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {

@@ -175,7 +175,8 @@ void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header)
     ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path());
   }
   if (header.two_level || transforms_leaves(header)) {
-    ray_transform_ = unit(parts.ray_transform, "ray_transform", config_.ray_transform, ray_transform_path());
+    ray_transform_ =
+        unit(parts.ray_transform, "ray_transform", config_.ray_transform, RtUnitConfig::transform_path(header));
   }
 }
 

@@ -107,6 +107,10 @@ struct RtUnitConfig {
     const traces::NodeSizes sizes = header.node_sizes();
     return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced());
   }
+  /// Data path of a ray-transform pipeline for a trace with this header.
+  static DataPath transform_path(const traces::Header& header) {
+    return ray_transform_path(header.node_sizes().coded_transforms());
+  }
   /// Whether an RT unit for a trace with this header has a prefetcher.
   bool has_prefetcher(const traces::Header&) const { return sibling_prefetch && !walks(); }
   /// Whether a warp has one stack. It then runs ahead by itself: there is no sibling prefetcher.

@@ -425,8 +425,8 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* nam
   const IntersectionUnit::Config config = rt.config.ray_transform;
   const unsigned entries = rt.config.warp_buffer.entries;
   const auto made = [&]<typename Block, unsigned kCount>(unsigned stages) {
-    return std::make_unique<IntersectionRtl<Block, kCount>>(name, config, ray_transform_path(), stages, entries, 1,
-                                                            options);
+    return std::make_unique<IntersectionRtl<Block, kCount>>(name, config, rt.config.transform_path(rt.header), stages,
+                                                            entries, 1, options);
   };
   if (options.faulty_block) return made.template operator()<TransformBlock<Vray_transform_faults>, 1>(1);
   if (config.latency < Limits::kTransformSteps) {

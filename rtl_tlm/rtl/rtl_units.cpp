@@ -138,6 +138,10 @@ std::unique_ptr<IntersectionModule> make_box_rtl(const char* name, const RtUnitC
 std::unique_ptr<IntersectionModule> make_transform_rtl(const char* name, const RtUnitContext& rt,
                                                        const RtlBenchOptions& options) {
   require_none(transform_rtl_refusal(rt.config));
+  if (rt.header.node_sizes().coded_transforms()) {
+    throw Error("trace", "header",
+                "the RTL decodes no transforms, but the node layout needs it: needs rt.transform.implementation = tlm");
+  }
   return make_verilated_ray_transform(name, rt, options);
 }
 

@@ -25,7 +25,8 @@ struct RandomOptions {
   unsigned warp_size = 8;
   unsigned bvh_width = 6;
   NodeLayout layout = NodeLayout::vulkan_sim;
-  unsigned depth = 3;  ///< levels of internal nodes at most
+  bool procedural = false;  ///< all leaves of one level
+  unsigned depth = 3;       ///< levels of internal nodes at most
   unsigned k = 4;
   bool checkpoint = true;
   std::uint64_t capacity = 1000;
@@ -51,7 +52,8 @@ struct RandomTrace {
 class RandomTree {
  public:
   RandomTree(const RandomOptions& options, std::mt19937& random) : options_(options), random_(random) {
-    const NodeKind leaf = options.two_level ? NodeKind::instance : NodeKind::triangle;
+    NodeKind leaf = options.procedural ? NodeKind::procedural : NodeKind::triangle;
+    if (options.two_level) leaf = NodeKind::instance;
     root_ = next_;
     if (options.root_is_leaf) {
       leaf_kinds_[root_] = leaf;

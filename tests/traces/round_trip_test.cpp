@@ -40,10 +40,11 @@ TEST(RoundTrip, SingleRoundWithALargeKBuffer) {
 }
 
 TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
-  for (const NodeLayout layout : {NodeLayout::compact, NodeLayout::compressed}) {
+  for (const NodeLayout layout : {NodeLayout::compact, NodeLayout::compressed, NodeLayout::quantised}) {
     for (const bool two_level : {false, true}) {
       for (const bool checkpoint : {false, true}) {
         for (const unsigned width : {2U, 6U, 8U}) {
+          if (layout == NodeLayout::quantised && width > kQuantisedWidth) continue;
           RandomOptions options{.bvh_width = width,
                                 .layout = layout,
                                 .checkpoint = checkpoint,

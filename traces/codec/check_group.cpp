@@ -246,7 +246,7 @@ class GroupChecker {
                                              std::uint32_t address) {
     require(((parent.internal_mask | parent.instance_mask) >> popped.slot & 1) == 0,
             "the node on top of the stack is not a leaf");
-    require_in_image(address, NodeKind::triangle);
+    require_in_image(address, 1 + (parent.wide_mask >> popped.slot & 1));
     if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
       return true;
     }
@@ -332,7 +332,7 @@ class GroupChecker {
             "a leaf of the scene TLAS leads to an object, whose leaves lead to the BLAS");
     const std::uint32_t root = levels.root_below(event.node);
     require(root != InstanceLevels::kNoRoot, "the leaf of a scene TLAS must be one of the header's scene_leaves");
-    require_in_image(event.node, NodeKind::instance);
+    require_in_image(event.node, header_->node_sizes().units(NodeKind::instance));
     ++totals_.visits_instance;
     return {root, levels.below(popped.path, event.node), 1};
   }
@@ -405,9 +405,8 @@ class GroupChecker {
     }
   }
 
-  void require_in_image(std::uint32_t address, NodeKind kind) const {
-    const NodeSizes sizes = header_->node_sizes();
-    require(address * sizes.unit() + sizes.bytes(kind) <= header_->node_image_bytes,
+  void require_in_image(std::uint32_t address, std::uint64_t units) const {
+    require((address + units) * header_->node_sizes().unit() <= header_->node_image_bytes,
             "a leaf must lie in the node image");
   }
 

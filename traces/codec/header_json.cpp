@@ -221,6 +221,8 @@ std::string header_fault(const Header& h) {
   }
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
+  if (h.layout == NodeLayout::quantised && h.bvh_width > kQuantisedWidth)
+    return "bvh_width must be at most 6 in layout quantised";
   if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";
   if (h.gaussians > (1ULL << 31)) return "gaussians must be at most 2^31";
   const std::uint64_t unit = h.node_sizes().unit();

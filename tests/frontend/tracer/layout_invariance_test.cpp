@@ -39,11 +39,13 @@ class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, N
  protected:
   AccelKind accel() const { return std::get<0>(GetParam()); }
   NodeLayout layout() const { return std::get<1>(GetParam()); }
+  unsigned widest() const { return layout() == NodeLayout::quantised ? 6 : 8; }
+  PreparedGaussians prepared(const Scene& scene) const { return {scene, true, is_quantised(layout())}; }
 
   void expect_same_images(const View& view) {
-    const PreparedGaussians gaussians(view.scene, true);
+    const PreparedGaussians gaussians = prepared(view.scene);
     const AccelerationStructure plain(gaussians, {accel(), 6, false});
-    for (const unsigned width : {8u, 4u}) {
+    for (const unsigned width : {widest(), 4u}) {
       const AccelerationStructure other(gaussians, {accel(), width, false, width == 4 ? 5u : 8u, layout()});
       for (unsigned setting = 0; setting < 6; ++setting) {
         TracerOptions options;
@@ -74,12 +76,12 @@ TEST_P(LayoutInvariance, OfLargeCoordinates) { expect_same_images(generated("str
 TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
   if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
   const View view = generated("flat", 3000);
-  const PreparedGaussians gaussians(view.scene, true);
+  const PreparedGaussians gaussians = prepared(view.scene);
   TracerOptions options;
   options.triangle_test = TriangleTest::world;
   options.ert = 0.0f;  // every hit of a ray
   const AccelerationStructure plain(gaussians, {accel(), 6, false});
-  const AccelerationStructure other(gaussians, {accel(), 8, false, 8, layout()});
+  const AccelerationStructure other(gaussians, {accel(), widest(), false, 8, layout()});
   RenderResult expected = test::trace_scene(view.scene, view.camera, plain, gaussians, options);
   RenderResult result = test::trace_scene(view.scene, view.camera, other, gaussians, options);
   for (auto* sequences : {&expected.sequences, &result.sequences}) {
@@ -92,8 +94,8 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
 
 TEST_P(LayoutInvariance, TracesAreConsistent) {
   const View view = generated("flat", 3000);
-  const PreparedGaussians gaussians(view.scene, true);
-  const AccelerationStructure structure(gaussians, {accel(), 8, false, 8, layout()});
+  const PreparedGaussians gaussians = prepared(view.scene);
+  const AccelerationStructure structure(gaussians, {accel(), widest(), false, 8, layout()});
   const std::string path =
       (std::filesystem::temp_directory_path() / ("grtx_layout_" + std::to_string(::getpid()) + ".grtx")).string();
   for (const bool checkpoint : {false, true}) {
@@ -112,17 +114,16 @@ TEST_P(LayoutInvariance, TracesAreConsistent) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Structures, LayoutInvariance,
-                         ::testing::Combine(::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
-                                                              AccelKind::tlas_tri20, AccelKind::tlas_tri80,
-                                                              AccelKind::tlas_sphere),
-                                            ::testing::Values(NodeLayout::compact, NodeLayout::compressed)),
-                         [](const auto& test) {
-                           std::string name = accel_name(std::get<0>(test.param)) + "_" +
-                                              std::string(name_of(std::get<1>(test.param)));
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Structures, LayoutInvariance,
+    ::testing::Combine(::testing::Values(AccelKind::tri20, AccelKind::tri80, AccelKind::ellipsoid,
+                                         AccelKind::tlas_tri20, AccelKind::tlas_tri80, AccelKind::tlas_sphere),
+                       ::testing::Values(NodeLayout::compact, NodeLayout::compressed, NodeLayout::quantised)),
+    [](const auto& test) {
+      std::string name = accel_name(std::get<0>(test.param)) + "_" + std::string(name_of(std::get<1>(test.param)));
+      std::replace(name.begin(), name.end(), '-', '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace grtx::frontend

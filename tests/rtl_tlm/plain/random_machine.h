@@ -54,7 +54,10 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed % 5 == 4) trace.child_order = traces::ChildOrder::vulkan_sim;
   if (seed / 2 % 2 == 1) trace.pop_test = traces::PopTest::off;
   using traces::NodeLayout;
-  if (seed / 4 % 2 == 1) trace.layout = random.one_of({NodeLayout::compact, NodeLayout::compressed});
+  if (seed / 4 % 2 == 1) {
+    trace.layout = random.one_of({NodeLayout::compact, NodeLayout::compressed, NodeLayout::quantised});
+  }
+  if (trace.layout == NodeLayout::quantised) trace.bvh_width = std::min(trace.bvh_width, traces::kQuantisedWidth);
   if (trace.tracing == traces::Tracing::single && seed % 2 == 0) trace.tracing = traces::Tracing::list;
   Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
   if (trace.checkpoint && bins.coin()) {
@@ -84,7 +87,8 @@ inline void make_procedural(traces::testing::RandomTrace& trace, bool boxes = fa
 }
 
 /// A random trace as a file whose launches are ordered as a tracer orders them.
-inline void write_random(const std::string& path, const traces::testing::RandomOptions& options, bool procedural) {
+inline void write_random(const std::string& path, traces::testing::RandomOptions options, bool procedural) {
+  options.procedural = procedural && options.layout == traces::NodeLayout::quantised;  // their size differs
   auto trace = traces::testing::random_trace(options);
   std::stable_sort(trace.groups.begin(), trace.groups.end(),
                    [](const auto& a, const auto& b) { return a.kind < b.kind; });

@@ -250,18 +250,21 @@ class RtUnit {
     return warp.group->nodes[e.node];
   }
   // docs/model/node-image.md: nodes of layout compact have 80 B, but instance leaves two of these, of which the first
-  // is read, and leaves of four triangles; of layout compressed all nodes have 64 B. Neither has headers to read.
+  // is read, and leaves of four triangles; of layout compressed all nodes have 64 B; of quantised instances and
+  // procedural leaves have 32 B. None has headers to read.
   bool compact() const { return header_.layout == traces::NodeLayout::compact; }
   bool compressed() const { return header_.layout == traces::NodeLayout::compressed; }
-  std::uint64_t unit() const { return compact() ? 80 : 64; }
+  bool quantised() const { return header_.layout == traces::NodeLayout::quantised; }
+  std::uint64_t unit() const { return compact() ? 80 : quantised() ? 32 : 64; }
   std::uint64_t stored(traces::NodeKind kind) const {
     if (compact()) return kind == traces::NodeKind::instance ? 160 : 80;
+    if (quantised()) return kind == traces::NodeKind::instance || kind == traces::NodeKind::procedural ? 32 : 64;
     return compressed() ? 64 : traces::node_bytes(kind, header_.bvh_width);
   }
   /// Sectors of what a visit reads of a node.
   std::vector<std::uint64_t> sectors_of(traces::NodeKind kind, std::uint64_t address) const {
     std::uint64_t bytes = compact() ? 80 : stored(kind);
-    if (kind == traces::NodeKind::instance && !compact() && !compressed()) {
+    if (kind == traces::NodeKind::instance && !compact() && !compressed() && !quantised()) {
       bytes = config_.memory.traffic.instance_leaf_bytes;
     }
     std::vector<std::uint64_t> sectors;
@@ -897,7 +900,7 @@ class RtUnit {
       case EventKind::visit_instance:
         trigger(name, at);
         visit(name, NodeKind::instance, at,
-              e.detail == 0 && config_.memory.traffic.blas_header_read && !compact() && !compressed());
+              e.detail == 0 && config_.memory.traffic.blas_header_read && !compact() && !compressed() && !quantised());
         return;
       case EventKind::visit_leaf:
         trigger(name, at);

@@ -134,6 +134,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     trace.blas_root_is_leaf = trace.two_level && pick(4) == 0;
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
+    if (seed % 8 == 2 && trace.bvh_width <= traces::kQuantisedWidth) trace.layout = traces::NodeLayout::quantised;
     BenchOptions configuration = random_configuration(random);
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
     trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
@@ -164,6 +165,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
     trace.root_is_leaf = pick(20) == 0;
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
+    if (seed % 8 == 2 && trace.bvh_width <= traces::kQuantisedWidth) trace.layout = traces::NodeLayout::quantised;
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
     trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
     BenchOptions configuration = random_configuration(random);
@@ -175,8 +177,9 @@ TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
     rt.gaussian_unit = pick(1) == 0;
     rt.any_hit_unit.enabled = pick(1) == 0;
     rt.any_hit_unit.count = 1 + pick(31);
-    auto made = random_trace(trace);
     const unsigned leaves = pick(3);
+    trace.procedural = leaves > 1 && trace.layout == traces::NodeLayout::quantised;  // their size differs
+    auto made = random_trace(trace);
     if (leaves > 1) make_procedural(made, leaves == 3);
     if (leaves == 3) rt.any_hit_unit.enabled = false;  // hits of boxes come from a shader
     SCOPED_TRACE(traces::testing::describe(trace));
@@ -230,7 +233,7 @@ void expect_agreement_on(const frontend::TracedStructure& structure, const trace
 void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, frontend::AccelKind kind,
                          const frontend::TracerOptions& options, traces::NodeLayout layout) {
   camera = camera.resized(32, 16);
-  const frontend::PreparedGaussians gaussians(scene, options.kernel);
+  const frontend::PreparedGaussians gaussians(scene, options.kernel, frontend::is_quantised(layout));
   const frontend::AccelerationStructure accel(gaussians, {kind, traces::default_width(layout), false, 8, layout});
   expect_agreement_on({scene, gaussians, accel}, frontend::trace_header(scene, camera, accel, options, one_thread()),
                       camera, options);
@@ -239,8 +242,8 @@ void expect_agreement_on(const frontend::Scene& scene, frontend::Camera camera, 
 class RtUnitPlainScene : public modules::SystemCTest {
  protected:
   static void all_designs(const frontend::Scene& scene, const frontend::Camera& camera) {
-    for (const auto layout :
-         {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact, traces::NodeLayout::compressed}) {
+    for (const auto layout : {traces::NodeLayout::vulkan_sim, traces::NodeLayout::compact,
+                              traces::NodeLayout::compressed, traces::NodeLayout::quantised}) {
       for (const auto kind : {frontend::AccelKind::tri20, frontend::AccelKind::tlas_tri20}) {
         for (const bool checkpoint : {false, true}) {
           SCOPED_TRACE(frontend::accel_name(kind) + (checkpoint ? " with checkpoints " : " ") +
