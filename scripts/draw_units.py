@@ -163,7 +163,7 @@ def k_buffer():
 
 
 def node_formats():
-    f = Figure("Bytes of nodes in the layouts", 412)
+    f = Figure("Bytes of nodes in the layouts", 480)
     box, triangle, matrix, link, other = "unit", "mem", "mark", "area", "box"
     rows = [
         ("vulkan_sim", None),
@@ -179,6 +179,8 @@ def node_formats():
         ("compressed", None),
         ("internal", [(0, 12, "origin", box), (12, 16, "", link), (16, 22, "", other), (22, 64, "8 boxes of 7 bits", box)]),
         ("instance leaf", [(0, 48, "world to object", matrix), (48, 64, "root, id", link)]),
+        ("quantised", None),
+        ("leaf, instance", [(0, 4.25, "", link), (4.25, 12.5, "mean", matrix), (12.5, 32, "world to unit", matrix)]),
     ]
     y = 8
     for name, fields in rows:

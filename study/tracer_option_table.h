@@ -57,8 +57,8 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("instance-bounds", settings.instance_bounds,
         "Boxes of instances in the world: of the proxy, or of its box's corners");
   visit("layout", settings.layout, "How nodes lie in memory (docs/model/node-image.md)");
-  visit("bvh-width", settings.bvh_width, "Children of an internal node; with --layout compact 8 by default",
-        InRange{2U, 8U});
+  visit("bvh-width", settings.bvh_width,
+        "Children of an internal node; with --layout compact or compressed 8 by default", InRange{2U, 8U});
   visit("mapping", settings.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
   visit("warp-size", settings.warp_size, "Rays of a warp", OneOf{{"4", "8", "16", "32"}});
   visit("tracing", settings.tracing,

@@ -15,9 +15,9 @@ const std::vector<Design>& designs() {
                                {"rt.any_hit_unit.enabled", "true"},
                                {"simt.registers_per_thread", "32"},
                                {"simt.payload_registers", "48"}};
-  // Its units with heaps of 48 hits, by entry, and warps that walk together (docs/model/warp_walk.md).
+  // Its units with heaps of 64 hits, by entry, leaves of 32 B, and warps that walk together (docs/model/warp_walk.md).
   Design::Texts walk = heaps;
-  walk.back().second = "144";
+  walk.back().second = "192";
   walk.insert(walk.end(), {{"rt.traversal", "warp"}, {"rt.warp_stack.entries", "96"}, {"rt.warp_stack.ahead", "16"}});
   static const std::vector<Design> all = {
       {"baseline", "tri20", false, {}, {}},
@@ -28,7 +28,7 @@ const std::vector<Design>& designs() {
       {"walk",
        "ellipsoid",
        false,
-       {{"k", "48"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}},
+       {{"k", "64"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}, {"layout", "quantised"}},
        walk,
        true}};
   return all;

@@ -14,14 +14,14 @@
 namespace grtx::modules {
 
 struct NodeTrafficConfig {
-  unsigned instance_leaf_bytes = 128;  ///< 64: only the half that is needed, as compact and compressed layouts do
+  unsigned instance_leaf_bytes = 128;  ///< 64: only the half that is needed, as other layouts do
   bool blas_header_read = true;        ///< for a visit_instance with detail 0
   bool leaf_descriptor_read = false;
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
-             from_public("Vulkan-Sim reads all 128; of layouts compact and compressed always the part that suffices"));
+             from_public("Vulkan-Sim reads all 128; of other layouts always the part that suffices"));
     list.add("blas_header_read", blas_header_read, "entering a BLAS, or an object's TLAS, also reads its 64 B header",
-             from_public("Vulkan-Sim; never in layouts compact and compressed"));
+             from_public("Vulkan-Sim; never in other layouts"));
     list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
              assumed("Vulkan-Sim does; off because it is part of the leaf"));
     list.rule(
