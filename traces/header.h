@@ -63,7 +63,7 @@ struct Header {
   std::uint64_t gaussians = 0;
   unsigned sh_degree = 0;
   std::uint64_t gaussian_record_bytes = 48;  ///< mean, scale, rotation, opacity, padded (3DGRT's record)
-  std::uint64_t sh_record_bytes = 12;        ///< 12 (degree + 1)^2
+  std::uint64_t sh_record_bytes = 12;        ///< traces::sh_record_bytes() of layout and degree
   // Per-ray buffers.
   std::uint64_t checkpoint_capacity = 0;  ///< entries of one checkpoint buffer or bin; 0 if checkpointing is off
   // Identity of the inputs: name -> hash or value (scene, camera, every tracer option).

@@ -95,6 +95,13 @@ class NodeSizes {
   unsigned width_;
 };
 
+/// Bytes of a Gaussian's spherical harmonics up to `degree`: three channels a coefficient, fp32 or, in layout
+/// quantised, fp16 in whole words.
+constexpr std::uint64_t sh_record_bytes(NodeLayout layout, unsigned degree) {
+  const std::uint64_t values = 3ULL * (degree + 1) * (degree + 1);
+  return layout == NodeLayout::quantised ? (values + 1) / 2 * 4 : values * 4;
+}
+
 /// Default BVH width: the number of children that one unit of the layout holds.
 constexpr unsigned default_width(NodeLayout layout) {
   return layout == NodeLayout::compact || layout == NodeLayout::compressed ? 8 : 6;

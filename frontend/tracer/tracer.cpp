@@ -157,7 +157,7 @@ traces::Header trace_header(const Scene& scene, const Camera& camera, const Acce
   traces::Header header = header_of(accel, camera, options, render);
   header.gaussians = scene.size();
   header.sh_degree = scene.sh_degree;
-  header.sh_record_bytes = 12ull * scene.sh_coefficients();
+  header.sh_record_bytes = traces::sh_record_bytes(header.layout, header.sh_degree);
   header.inputs["scene"] = scene.name;
   header.inputs["scene_hash"] = scene.hash;
   note_clamped(scene.report, header);
@@ -169,7 +169,7 @@ traces::Header trace_header(const MultiObjectWorld& world, const Camera& camera,
   traces::Header header = header_of(world, camera, options, render);
   header.gaussians = world.records();
   header.sh_degree = world.sh_degree();
-  header.sh_record_bytes = 12ull * (header.sh_degree + 1) * (header.sh_degree + 1);
+  header.sh_record_bytes = traces::sh_record_bytes(header.layout, header.sh_degree);
   header.scene_leaves = world.scene_leaves();
   for (const auto& object : world.objects()) {
     header.inputs["object_hash." + std::to_string(header.object_roots.size())] = object->scene.hash;

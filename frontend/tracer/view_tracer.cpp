@@ -7,6 +7,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
@@ -101,10 +102,20 @@ const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   accel_.reset();
   if (gaussians_.quantised() != is_quantised(options.layout)) {
     gaussians_ = PreparedGaussians(scene_, kernel_, is_quantised(options.layout));
+    round_sh(is_quantised(options.layout));
   }
   accel_ = std::make_unique<AccelerationStructure>(gaussians_, options);
   ++structures_built_;
   return *accel_;
+}
+
+void ViewTracer::round_sh(bool quantised) {
+  if (!quantised) {
+    scene_.sh = std::move(full_sh_);
+    return;
+  }
+  full_sh_ = scene_.sh;
+  for (float& coefficient : scene_.sh) coefficient = round_to_fp16(coefficient);
 }
 
 TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file,

@@ -72,7 +72,10 @@ class ViewTracer {
                    const std::map<std::string, std::string>& inputs = {}) const;
 
  private:
-  const Scene scene_;
+  void round_sh(bool quantised);
+
+  Scene scene_;                 ///< harmonics rounded to fp16 where Gaussians are quantised
+  std::vector<float> full_sh_;  ///< then: as they were
   std::vector<Camera> cameras_;
   const Kernel kernel_;
   PreparedGaussians gaussians_;  ///< in the form that the structure's layout needs

@@ -487,7 +487,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   for (const auto& [address, object] : tree.scene_leaves()) header.scene_leaves.push_back({address * unit, object});
   header.gaussians = tree.end();
   header.sh_degree = 3;
-  header.sh_record_bytes = 192;
+  header.sh_record_bytes = sh_record_bytes(header.layout, header.sh_degree);
   header.checkpoint_capacity = options.checkpoint ? options.capacity : 0;
   header.inputs = {{"scene", "0123456789abcdef"}, {"camera", "view 3 of \"cameras\""}};
   for (std::uint64_t g = 0; g < options.groups; ++g) {

@@ -164,14 +164,14 @@ TEST(RoundTrip, ClaimsThatNoMachineCouldHoldAreRefused) {
             "node image and records must take at most 64 GiB");
   EXPECT_EQ(refusal([](Header& h) { h.gaussians = 1ULL << 31; }), "node image and records must take at most 64 GiB");
   EXPECT_EQ(refusal([](Header& h) { h.sh_record_bytes = ~0ULL; }),
-            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+            "sh_record_bytes must be what layout and sh_degree, which is at most 4, give");
   EXPECT_EQ(refusal([](Header& h) { h.sh_degree = 1; }),
-            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+            "sh_record_bytes must be what layout and sh_degree, which is at most 4, give");
   EXPECT_EQ(refusal([](Header& h) {
               h.sh_degree = ~0U;
               h.sh_record_bytes = 0;
             }),
-            "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4");
+            "sh_record_bytes must be what layout and sh_degree, which is at most 4, give");
   EXPECT_EQ(refusal([](Header& h) { h.gaussian_record_bytes = 1ULL << 32; }),
             "gaussian_record_bytes must be a multiple of 16 and at most 256");
   EXPECT_EQ(refusal([](Header& h) {

@@ -238,8 +238,8 @@ std::string header_fault(const Header& h) {
   if (h.width > kMostPixels || h.height > kMostPixels || std::uint64_t{h.width} * h.height > kMostPixels) {
     return "width and height must be at most 2^28 pixels";
   }
-  if (h.sh_degree > kMostShDegree || h.sh_record_bytes != 12ULL * (h.sh_degree + 1) * (h.sh_degree + 1)) {
-    return "sh_record_bytes must be 12 (sh_degree + 1)^2, and sh_degree at most 4";
+  if (h.sh_degree > kMostShDegree || h.sh_record_bytes != sh_record_bytes(h.layout, h.sh_degree)) {
+    return "sh_record_bytes must be what layout and sh_degree, which is at most 4, give";
   }
   if (h.gaussian_record_bytes % 16 != 0 || h.gaussian_record_bytes > 256) {
     return "gaussian_record_bytes must be a multiple of 16 and at most 256";

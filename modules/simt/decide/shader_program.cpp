@@ -11,7 +11,7 @@
 namespace grtx::modules {
 namespace {
 
-constexpr std::uint64_t kShBytesPerCoefficient = 12;  // three colour channels of 4 B
+constexpr unsigned kUnpackPerCoefficient = 3;  // fp16 to fp32, a channel each (assumed: one conversion an instruction)
 
 // The lanes whose loop runs beyond `iteration`.
 template <typename Counts>
@@ -46,7 +46,9 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       boxes_(traces::has_box_leaves(header.accel)),
       delayed_(header.any_hit == traces::AnyHit::delayed && !heap.enabled),
       two_level_(header.two_level),
-      sh_coefficients_(static_cast<unsigned>(header.sh_record_bytes / kShBytesPerCoefficient)),
+      sh_instructions_(
+          (costs.sh_per_coefficient + (header.layout == traces::NodeLayout::quantised ? kUnpackPerCoefficient : 0)) *
+          (header.sh_degree + 1) * (header.sh_degree + 1)),
       gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
       warps_(resident_warps),
@@ -291,7 +293,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
     load(Region::sh, phase);
     for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });
-    phase.instructions += std::uint64_t{costs_.sh_per_coefficient} * sh_coefficients_;
+    phase.instructions += sh_instructions_;
   }
 
   if (list_ && has_batch(warp, warp.batch + 1)) {

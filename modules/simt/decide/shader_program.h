@@ -252,7 +252,7 @@ class ShaderProgram {
   bool boxes_;
   bool delayed_;  ///< hits wait in lists until the traversal of their round ends
   bool two_level_;
-  unsigned sh_coefficients_;
+  unsigned sh_instructions_;  ///< of an entry's colour
   std::uint64_t gaussian_bytes_;
   std::uint64_t sh_bytes_;
   std::vector<Warp> warps_;

@@ -132,12 +132,16 @@ TEST(ShaderAnyHit, OnlyCheckpointingWritesEvictions) {
 TEST(ShaderBlend, TrafficAndInstructionsGrowWithTheShDegree) {
   struct Case {
     unsigned degree;
-    std::size_t sh_sectors;  // of record 0, 12 (degree + 1)^2 bytes from a sector boundary
+    std::size_t sh_sectors;  // of record 0, which begins at a sector
+    traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   };
-  for (const Case& c : {Case{0, 1}, Case{1, 2}, Case{2, 4}, Case{3, 6}}) {
+  for (const Case& c : {Case{0, 1}, Case{1, 2}, Case{2, 4}, Case{3, 6}, Case{0, 1, traces::NodeLayout::quantised},
+                        Case{2, 2, traces::NodeLayout::quantised}, Case{3, 3, traces::NodeLayout::quantised}}) {
     traces::Header header = simt_header();
+    header.layout = c.layout;
     header.sh_degree = c.degree;
-    header.sh_record_bytes = 12 * (c.degree + 1) * (c.degree + 1);
+    header.sh_record_bytes = traces::sh_record_bytes(c.layout, c.degree);
+    const unsigned a_coefficient = c.layout == traces::NodeLayout::quantised ? 4 + 3 : 4;  // three are converted
     Program p(header);
     const traces::RayGroup group = uniform_group(
         32, {{{{LeafOutcome::inserted}, {LeafOutcome::inserted}}, {seen(0, true), seen(0, false)}, 0, 0}});
@@ -148,7 +152,7 @@ TEST(ShaderBlend, TrafficAndInstructionsGrowWithTheShDegree) {
     EXPECT_EQ(count(p.phase.loads, Region::sh), c.sh_sectors);
     EXPECT_EQ(count(p.phase.loads, Region::gaussian), 2u * 2);  // 48 B, all lanes the same, two entries
     EXPECT_EQ(count(p.phase.loads, Region::k_buffer), 2u * 8);
-    EXPECT_EQ(p.phase.instructions, 10u + 2 * 24 + 4 * (c.degree + 1) * (c.degree + 1));
+    EXPECT_EQ(p.phase.instructions, 10u + 2 * 24 + a_coefficient * (c.degree + 1) * (c.degree + 1));
     EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
   }
 }

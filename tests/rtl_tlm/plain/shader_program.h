@@ -177,7 +177,9 @@ class ShaderProgram {
       const bool adds_up = lanes_[l].filled == r.k_count;
       if (!adds_up && begin == 0 && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
     });
-    const std::uint64_t coefficients = header_.sh_record_bytes / 12;
+    const std::uint64_t coefficients = (header_.sh_degree + 1) * (header_.sh_degree + 1);
+    // In layout quantised they are in fp16: each of three channels is converted.
+    const std::uint64_t unpack = header_.layout == traces::NodeLayout::quantised ? 3 : 0;
     for (std::uint64_t i = begin; i < std::min(most, end); ++i) {
       const auto entry = [&](unsigned l) -> const traces::Processed* {
         if (i >= this->round(l, round).processed_count) return nullptr;
@@ -211,7 +213,7 @@ class ShaderProgram {
         });
       }
       phase.instructions += (heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry) +
-                            (blended ? costs_.sh_per_coefficient * coefficients : 0);
+                            (blended ? (costs_.sh_per_coefficient + unpack) * coefficients : 0);
     }
     if (list && most > end) return phase;
     for_active(round, [&](unsigned l) {
