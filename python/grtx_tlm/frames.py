@@ -158,7 +158,8 @@ def read_results(path: StrPath) -> Results:
     if not designs:
         raise StatisticsError(path, "designs", "must name a design")
     over = document.get("speedup_over", "baseline")
-    speedup = pd.Series({over: 1.0, **_part(document, "speedup", path)}, name="speedup", dtype=float)
+    faster = _part(document, "speedup", path) if "speedup" in document else {}  # of one design there is none
+    speedup = pd.Series({over: 1.0, **faster}, name="speedup", dtype=float)
     quantities = pd.concat([frame[["unit", "description"]] for frame in designs.values()])
     return Results(
         statistics=pd.DataFrame({name: frame["value"] for name, frame in designs.items()}),
