@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx report through the program: what it reads, what it refuses, what a page holds without JavaScript.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
