@@ -20,7 +20,7 @@ case "${1:-}" in
       slurmctld slurmd slurm-client munge
       verilator yosys
       python3-numpy python3-pandas python3-matplotlib
-      python3-pip python3-setuptools python3-wheel python3-nbclient python3-nbformat python3-ipykernel
+      python3-pip python3-nbclient python3-nbformat python3-ipykernel
       git
       gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
     )

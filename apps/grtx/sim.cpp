@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -19,6 +18,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
+#include "grtx/rtl_tlm/observe/timeline_size.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 #include "grtx/study/heatmap.h"
@@ -98,16 +98,6 @@ void check_estimate(const SimArguments& options) {
   }
 }
 
-/// A viewer takes long for a large timeline, and `grtx ray` needs one warp of it.
-void warn_of_large_timeline(const sim::TimelineOptions& timeline) {
-  constexpr std::uintmax_t kLarge = 100'000'000;
-  if (timeline.path.empty() || !std::filesystem::is_regular_file(timeline.path)) return;
-  const std::uintmax_t bytes = std::filesystem::file_size(timeline.path);
-  if (bytes <= kLarge) return;
-  fmt::print(stderr, "grtx: sim: {} has {:.0f} MB; --timeline-window A:B keeps the cycles that you look at\n",
-             timeline.path, static_cast<double>(bytes) * 1e-6);
-}
-
 int run_simulation(SimArguments options, const CommonOptions& common) {
   if (common.json && (options.list_config || options.list_statistics)) {
     throw Error("--json", "", "needs a trace: lists are Markdown");
@@ -142,7 +132,8 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   sim::SimulationResult& result = estimate.result;
   study::put_first(notes, result.document);
   result.document["inputs"]["machine"] = study::machine_name(options.machine, config);
-  warn_of_large_timeline(options.simulation.timeline);
+  const std::string large = sim::large_timeline_warning(options.simulation.timeline.path);
+  if (!large.empty()) fmt::print(stderr, "grtx: sim: {}\n", large);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
   for (const study::HeatmapRequest& heatmap : heatmaps) {
     study::write_heatmap(heatmap.path, {heatmap.name,

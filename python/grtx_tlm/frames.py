@@ -3,19 +3,20 @@
 import json
 import os
 import sqlite3
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from .errors import StatisticsError
+from .errors import StatisticsError, StrPath, unknown
 
 #: The designs, in the order of the paper's figure.
-DESIGNS = ("baseline", "sw", "hw", "grtx")
+DESIGNS: tuple[str, ...] = ("baseline", "sw", "hw", "grtx")
 
 
-def _document(path, schema, made_by):
-    path = os.fspath(path)
+def _document(path: str, schema: str, made_by: str) -> dict[str, Any]:
     try:
         with open(path, encoding="utf-8") as file:
             document = json.load(file)
@@ -27,56 +28,90 @@ def _document(path, schema, made_by):
     return document
 
 
-def _part(document, name, path):
+def _part(document: dict[str, Any], name: str, path: str) -> dict[str, Any]:
     part = document.get(name)
     if not isinstance(part, dict):
         raise StatisticsError(path, name, "must be an object")
     return part
 
 
-def _quantities(stats, path, place):
+def numbers(values: Iterable[Any], index: Any = None, name: Any = None) -> pd.Series:
+    """A column of numbers: int64 if all of them are integers that it can hold, else float64; None is NaN. Text stays."""
+    values = list(values)
+    known = [value for value in values if value is not None and value == value]
+    if all(isinstance(value, bool) for value in known):
+        kind = "float64" if not known else "bool" if len(known) == len(values) else "boolean"
+    elif any(isinstance(value, str) or not isinstance(value, (int, float)) for value in known):
+        kind = "object"
+    else:
+        fits = len(known) == len(values) and all(isinstance(v, int) and -2**63 <= v < 2**63 for v in known)
+        kind = "int64" if fits else "float64"
+    missing = pd.NA if kind == "boolean" else float("nan")
+    return pd.Series([missing if value is None or value != value else value for value in values], index, kind, name)
+
+
+def table(columns: dict[str, Iterable[Any]], index: Any = None) -> pd.DataFrame:
+    """Columns by name as a frame, each as numbers() gives it."""
+    return pd.DataFrame({name: numbers(values, index) for name, values in columns.items()}, index=index)
+
+
+def named(names: str | Iterable[str]) -> list[str]:
+    """A list of names; one name alone is a list of it, not of its letters."""
+    return [names] if isinstance(names, str) else list(names)
+
+
+def _quantities(stats: dict[str, Any], path: str, place: str) -> pd.DataFrame:
     """{name: {value, unit, description}} as a frame of one row a statistic."""
     for name, entry in stats.items():
         if not isinstance(entry, dict) or not {"value", "unit", "description"} <= set(entry):
             raise StatisticsError(path, f"{place}.{name}", "must have value, unit and description")
         if isinstance(entry["value"], bool) or not isinstance(entry["value"], (int, float, type(None))):
             raise StatisticsError(path, f"{place}.{name}", "must have a number or null as its value")
-    # Of Python's numbers: a column of floats would round large integers.
-    values = [float("nan") if entry["value"] is None else entry["value"] for entry in stats.values()]
-    return pd.DataFrame({"value": pd.Series(values, index=list(stats), dtype=object),
+    values = [entry["value"] for entry in stats.values()]
+    return pd.DataFrame({"value": pd.Series(values, index=list(stats), dtype="float64"),
                          "unit": [entry["unit"] for entry in stats.values()],
                          "description": [entry["description"] for entry in stats.values()]}).rename_axis("statistic")
 
 
-def _notes(notes, path, place):
+def _notes(notes: Any, path: str, place: str) -> list[dict[str, str]]:
     """What limits the meaning of a run's figures: [{"id", "text"}]; files of earlier versions have none."""
     if not isinstance(notes, list) or not all(isinstance(n, dict) and {"id", "text"} <= set(n) for n in notes):
         raise StatisticsError(path, place, "must be a list of notes with id and text")
     return notes
 
 
-def read_statistics(path):
+def read_statistics(path: StrPath) -> pd.DataFrame:
     """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
 
-    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (int or float, as in the file; NaN for
-    null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts), and
+    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (float, which holds integers to 2**53; NaN
+    for null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts), and
     ``notes``: [{"id", "text"}], what limits the figures' meaning. Raises StatisticsError, OSError.
     """
     path = os.fspath(path)
-    document = _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
+    return statistics_frame(statistics_document(path), path)
+
+
+def statistics_document(path: str) -> dict[str, Any]:
+    """The file as it is. Raises StatisticsError, OSError."""
+    return _document(path, "grtx.stats/1", "write one with 'grtx sim --stats'")
+
+
+def statistics_frame(document: dict[str, Any], path: str) -> pd.DataFrame:
     frame = _quantities(_part(document, "stats", path), path, "stats")
     frame.attrs.update(config=_part(document, "config", path), inputs=_part(document, "inputs", path),
                        notes=_notes(document.get("notes", []), path, "notes"), over_time=document.get("over_time") or {})
     return frame
 
 
-def over_time(statistics):
+def over_time(statistics: pd.DataFrame | StrPath) -> pd.DataFrame:
     """The course of a run, from its statistics (a frame of read_statistics(), or the file): a row an interval, index
     ``end_of_interval`` in cycles. ``attrs["units"]`` and ``attrs["descriptions"]`` by column. Empty in windows mode."""
     if not isinstance(statistics, pd.DataFrame):
         statistics = read_statistics(statistics)
+    if "over_time" not in statistics.attrs:
+        raise ValueError("over_time: takes a frame of read_statistics() or simulate(), or a statistics file")
     series = statistics.attrs["over_time"]
-    frame = pd.DataFrame({name: entry["values"] for name, entry in series.items()})
+    frame = table({name: entry["values"] for name, entry in series.items()})
     if "end_of_interval" in frame:
         frame = frame.set_index("end_of_interval")
     frame.attrs.update(units={name: entry["unit"] for name, entry in series.items()},
@@ -84,7 +119,7 @@ def over_time(statistics):
     return frame
 
 
-@dataclass
+@dataclass(repr=False, eq=False)
 class Results:
     """What ``grtx run`` measured.
 
@@ -102,13 +137,18 @@ class Results:
     speedup_over: str
     frames: pd.DataFrame
     machine: str
-    config: dict
-    images_identical: bool
-    violations: list
-    notes: dict
+    config: dict[str, Any]
+    images_identical: bool | None
+    violations: list[str]
+    notes: dict[str, list[dict[str, str]]]
+
+    def __repr__(self) -> str:
+        times = ", ".join(f"{design} {value:.2f}" for design, value in self.speedup.items() if design != self.speedup_over)
+        return (f"<Results: machine {self.machine or 'unknown'}, {len(self.statistics)} statistics of "
+                f"{', '.join(self.statistics.columns)}; times as fast as {self.speedup_over}: {times or 'none'}>")
 
 
-def read_results(path):
+def read_results(path: StrPath) -> Results:
     """``results.json`` of ``grtx run`` (schema grtx.run/1), or its folder, as Results. Raises StatisticsError, OSError."""
     path = os.fspath(path)
     if os.path.isdir(path):
@@ -118,14 +158,15 @@ def read_results(path):
     if not designs:
         raise StatisticsError(path, "designs", "must name a design")
     over = document.get("speedup_over", "baseline")
-    speedup = pd.Series({over: 1.0, **_part(document, "speedup", path)}, name="speedup", dtype=float)
+    faster = _part(document, "speedup", path) if "speedup" in document else {}  # of one design there is none
+    speedup = pd.Series({over: 1.0, **faster}, name="speedup", dtype=float)
     quantities = pd.concat([frame[["unit", "description"]] for frame in designs.values()])
     return Results(
         statistics=pd.DataFrame({name: frame["value"] for name, frame in designs.items()}),
         quantities=quantities[~quantities.index.duplicated()],
         speedup=speedup.reindex([d for d in DESIGNS if d in speedup] + [d for d in speedup.index if d not in DESIGNS]),
         speedup_over=over,
-        frames=pd.DataFrame(document.get("frames", {}).get("cycles", {})).rename_axis("frame"),
+        frames=table(document.get("frames", {}).get("cycles", {})).rename_axis("frame"),
         machine=document.get("machine", ""),
         config=_part(document, "config", path),
         images_identical=document.get("images_identical"),
@@ -134,7 +175,7 @@ def read_results(path):
     )
 
 
-def read_sweep(path, values=None):
+def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.DataFrame:
     """Points of a sweep or a search (SQLite, schema grtx.sweep/3, 2 or 1), opened read-only.
 
     Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``machine``, ``mode``, ``status``, ``reason``,
@@ -159,31 +200,31 @@ def read_sweep(path, values=None):
         raise StatisticsError(path, "", f"is no database of a sweep: {error}") from None
 
 
-def _sweep(database, path, values):
+def _sweep(database: sqlite3.Connection, path: str, values: str | Iterable[str] | None) -> pd.DataFrame:
     meta = dict(database.execute("SELECT key, value FROM meta"))
     if meta.get("schema") not in ("grtx.sweep/3", "grtx.sweep/2", "grtx.sweep/1"):
         raise StatisticsError(path, "meta.schema", "must be grtx.sweep/3: write one with 'grtx sweep -o DB'")
     quantities = pd.read_sql_query("SELECT * FROM quantity", database, index_col="name")
-    names = list(quantities.index) if values is None else list(values)
+    names = list(quantities.index) if values is None else named(values)
     for name in names:
         if name not in quantities.index:
-            raise StatisticsError(path, "values", f"there is no '{name}'; frame.attrs['units'] of read_sweep(path) has all")
+            raise StatisticsError(path, "values", unknown(name, quantities.index))
     points, varied, shared = _points(database, path, meta["schema"])
     marks = ",".join("?" * len(names))
     rows = pd.read_sql_query("SELECT point_id AS point, name, value FROM value" +
                              ("" if values is None else f" WHERE name IN ({marks})"), database,
                              params=None if values is None else names)
-    table = rows.pivot(index="point", columns="name", values="value").reindex(index=points.index)
-    table = table.reindex(columns=[name for name in names if name in table.columns or values is not None])
-    table.columns.name = None
+    found = rows.pivot(index="point", columns="name", values="value").reindex(index=points.index)
+    found = found.reindex(columns=[name for name in names if name in found.columns or values is not None]).astype("float64")
+    found.columns.name = None
     varied = varied.drop(columns=[name for name in varied if name in points])
-    frame = pd.concat([points, varied, table], axis=1)
+    frame = pd.concat([points, varied, found], axis=1)
     frame.attrs.update(units=quantities["unit"].to_dict(), descriptions=quantities["description"].to_dict(),
                        plan=meta.get("plan", ""), shared=shared)
     return frame
 
 
-def _objects(texts, path, place):
+def _objects(texts: Iterable[str | None], path: str, place: str) -> list[dict[str, Any]]:
     """JSON objects of a column's texts; {} for NULL."""
     objects = []
     for text in texts:
@@ -196,7 +237,7 @@ def _objects(texts, path, place):
     return objects
 
 
-def _trace_inputs(options):
+def _trace_inputs(options: dict[str, Any]) -> dict[str, Any]:
     """What a trace is made from, by the names of coordinates; as the program's trace_inputs()."""
     inputs = {name: value for name, value in options.items() if name not in ("tracer", "trace_format")}
     for name, text in options.get("tracer", {}).items():
@@ -209,14 +250,14 @@ def _trace_inputs(options):
     return inputs
 
 
-def _points(database, path, schema):
+def _points(database: sqlite3.Connection, path: str, schema: str) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Any]]:
     """Frames of points and of their coordinates, and what all points share."""
     machine, earlier = ("machine", "id NOT IN (SELECT point_id FROM present)") if schema == "grtx.sweep/3" else ("''", "0")
     points = pd.read_sql_query(
         f"SELECT id AS point, scene, design, {machine} AS machine, mode, status, reason, seconds, {earlier} AS earlier_plan, "
         "coordinates, trace_key, config, json_extract(document, '$.inputs.\"memory.files_hash\"') AS memory, "
         "json_extract(nullif(document, ''), '$.notes') AS notes FROM point "
-        "ORDER BY id", database, index_col="point").astype({"earlier_plan": bool})
+        "ORDER BY id", database, index_col="point").astype({"earlier_plan": bool, "seconds": "float64"})
     points["notes"] = [", ".join(note["id"] for note in _notes(json.loads(text or "[]"), path, "point.document.notes"))
                        for text in points["notes"]]
     traces = dict(database.execute("SELECT key, options FROM trace"))
@@ -233,6 +274,6 @@ def _points(database, path, schema):
     for name in several:
         if (groups[name].nunique(dropna=name in waiting) > 1).any():
             varied[name] = varied[name].where(varied[name].notna(), made[name]) if name in varied else made[name]
-    varied = varied.infer_objects()
+    varied = table(dict(varied.items()), varied.index)
     shared = {name: made[name].dropna().iloc[0] for name in made if name not in several and made[name].notna().any()}
     return points, varied, shared

@@ -1,25 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plots with matplotlib. Each takes an optional ``ax`` (else a new figure's) and gives the axes it drew on."""
+from collections.abc import Mapping
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
-from .frames import DESIGNS
+from .errors import unknown
+from .frames import DESIGNS, Results
+
+Reference = Mapping[str, float] | pd.Series
 
 #: Colours of the designs, which people with red-green blindness can tell apart (Okabe and Ito).
 COLOURS = {"baseline": "#999999", "sw": "#56B4E9", "hw": "#E69F00", "grtx": "#009E73"}
 STALL = "gpu.rt.stall."
 
 
-def _axes(ax):
+def _axes(ax: Axes | None) -> Axes:
     return ax if ax is not None else plt.subplots(constrained_layout=True)[1]
 
 
-def plot_speedup(speedups, reference=None, ax=None):
+def plot_speedup(speedups: pd.DataFrame | pd.Series, reference: Reference | None = None, ax: Axes | None = None) -> Axes:
     """Bars of the designs' speed-ups, as in the paper's main figure.
 
     ``speedups``: frame of one row a scene, one column a design (over the baseline, no unit), or the series of one scene.
-    ``reference``: series by design, drawn as a line over each bar (say the paper's means). Raises ValueError if empty.
+    ``reference``: by design, drawn as a line over each bar (say the paper's means). Raises ValueError if empty.
     """
     frame = speedups.to_frame().T if speedups.ndim == 1 else speedups
     if frame.empty:
@@ -39,24 +45,29 @@ def plot_speedup(speedups, reference=None, ax=None):
     return ax
 
 
-def _of_the_plan(frame):
+def _need(what: str, frame: pd.DataFrame, *columns: str) -> None:
+    for name in columns:
+        if name not in frame:
+            raise ValueError(f"{what}: {unknown(name, frame.columns)}")
+
+
+def _of_the_plan(frame: pd.DataFrame) -> pd.DataFrame:
     return frame[~frame["earlier_plan"]] if "earlier_plan" in frame else frame
 
 
-def pareto_front(frame, x, y):
+def pareto_front(frame: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
     """Rows of ``frame`` than which no other is smaller in both columns; ascending in ``x``. Rows with NaN, and points of an
     earlier plan, are left out."""
+    _need("pareto_front", frame, x, y)
     ordered = _of_the_plan(frame).dropna(subset=[x, y]).sort_values([x, y])
     best = ordered[y].cummin().shift()
     return ordered[~(ordered[y] >= best)]
 
 
-def plot_pareto(sweep, x="cost.mm2", y="gpu.time_us", ax=None):
+def plot_pareto(sweep: pd.DataFrame, x: str = "cost.mm2", y: str = "gpu.time_us", ax: Axes | None = None) -> Axes:
     """Points of a sweep (``read_sweep``) and their front, both axes the smaller the better; without those of an earlier plan.
     Units: ``sweep.attrs``."""
-    for name in (x, y):
-        if name not in sweep:
-            raise ValueError(f"plot_pareto: the sweep has no column '{name}'")
+    _need("plot_pareto", sweep, x, y)
     ax, front = _axes(ax), pareto_front(sweep, x, y)
     for design, points in _of_the_plan(sweep).groupby("design"):
         ax.scatter(points[x], points[y], s=18, label=design, color=COLOURS.get(design))
@@ -68,7 +79,7 @@ def plot_pareto(sweep, x="cost.mm2", y="gpu.time_us", ax=None):
     return ax
 
 
-def stall_shares(statistics):
+def stall_shares(statistics: pd.DataFrame) -> pd.DataFrame:
     """Share of each reason in the RT units' stall cycles (0 to 1), rows as reasons, columns as designs.
 
     ``statistics``: ``Results.statistics``, or the frame of ``read_statistics`` (one column, ``run``).
@@ -81,7 +92,7 @@ def stall_shares(statistics):
     return stalls / stalls.sum().replace(0, 1)
 
 
-def plot_stalls(statistics, ax=None):
+def plot_stalls(statistics: pd.DataFrame, ax: Axes | None = None) -> Axes:
     """Stacked bars: why RT units issued nothing, as shares (``stall_shares``), a bar a design."""
     shares, ax = stall_shares(statistics), _axes(ax)
     bottom = np.zeros(shares.shape[1])
@@ -93,13 +104,12 @@ def plot_stalls(statistics, ax=None):
     return ax
 
 
-def plot_error_against_time(frame, time, error, label=None, ax=None):
+def plot_error_against_time(frame: pd.DataFrame, time: str, error: str, label: str | None = None,
+                            ax: Axes | None = None) -> Axes:
     """Error over time, both axes logarithmic: a point a row of ``frame``, columns ``time`` and ``error``, one colour for each
     value of the column ``label``. Rows whose error or time is not above 0 are left out, as a logarithm has no place for them.
     """
-    for name in (time, error, *([label] if label else [])):
-        if name not in frame:
-            raise ValueError(f"plot_error_against_time: there is no column '{name}'")
+    _need("plot_error_against_time", frame, time, error, *([label] if label else []))
     ax = _axes(ax)
     shown = frame[(frame[time] > 0) & (frame[error] > 0)]
     for name, rows in shown.groupby(label) if label else [(None, shown)]:
@@ -110,7 +120,7 @@ def plot_error_against_time(frame, time, error, label=None, ax=None):
     return ax
 
 
-def main_figure(results, reference=None, ax=None):
+def main_figure(results: Mapping[str, Results], reference: Reference | None = None, ax: Axes | None = None) -> Axes:
     """The paper's main figure from ``{scene: Results}``: speed-ups of the designs other than the baseline."""
     speedups = pd.DataFrame({scene: one.speedup for scene, one in results.items()}).T
     return plot_speedup(speedups[[d for d in DESIGNS[1:] if d in speedups]], reference, ax)

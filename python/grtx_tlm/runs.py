@@ -2,97 +2,141 @@
 """Runs the program `grtx` and gives what it measured as frames."""
 import itertools
 import os
-import shutil
-import subprocess
 import tempfile
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Literal
 
 import pandas as pd
 
-from .errors import ProgramError
-from .frames import read_results, read_statistics
+from . import program as grtx
+from .errors import StatisticsError, StrPath, unknown
+from .frames import Results, named, read_results, statistics_document, statistics_frame, table
+
+Mode = Literal["cycle", "sampled", "windows"]
+Settings = Mapping[str, Any]
 
 
-def find_program(program=None):
-    """``program``, else the environment's ``GRTX``, else ``grtx`` on the PATH. Raises FileNotFoundError."""
-    program = os.fspath(program or os.environ.get("GRTX", "grtx"))
-    if shutil.which(program) is None:
-        raise FileNotFoundError(f"{program}: no program; name it by the environment's GRTX")
-    return program
-
-
-def call(command, *arguments, program=None):
-    """Runs ``grtx COMMAND ARGUMENTS --quiet``. Raises ProgramError with its exit code and last line on stderr."""
-    done = subprocess.run([find_program(program), command, *map(os.fspath, arguments), "--quiet"], text=True,
-                          capture_output=True, check=False)
-    if done.returncode != 0:
-        lines = [line for line in done.stderr.splitlines() if line] or [f"exit code {done.returncode}"]
-        raise ProgramError(command, done.returncode, lines[-1])
-    return done.stdout
-
-
-def _options(options):
-    """{"width": 64, "no_trace": True} as --width 64 --no-trace."""
-    for name, value in options.items():
-        flag = "--" + name.replace("_", "-")
-        if value is True:
-            yield flag
-        elif value is not None and value is not False:
-            yield from (flag, os.fspath(value) if isinstance(value, os.PathLike) else str(value))
-
-
-def _value(value):
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _settings(settings):
-    for key, value in (settings or {}).items():
-        yield from ("--set", f"{key}={_value(value)}")
-
-
-def simulate(trace, settings=None, program=None, **options):
-    """``grtx sim``: the statistics of one run, as read_statistics() gives them.
-
-    ``settings``: {key: value} of the configuration. ``options``: of the command, with _ for -: ``machine="ada-share"``,
-    ``mode="sampled"``, ``warm="before.grtx"``. over_time(frame) has the run's course. Raises ProgramError.
-    """
+def _simulated(trace: StrPath, settings: Settings | None, options: Mapping[str, Any],
+               program: StrPath | None) -> dict[str, Any]:
+    """The statistics file of a run."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "stats.json")
-        call("sim", trace, "--stats", path, *_settings(settings), *_options(options), program=program)
-        return read_statistics(path)
+        grtx.call("sim", trace, "--stats", path, *grtx.settings(settings), *grtx.options(options), program=program)
+        return statistics_document(path)
 
 
-def run(scene, program=None, **options):
-    """``grtx run``: the designs on a view, as Results. ``options``: of the command, with _ for -; without ``o``, its
-    folder, the files are dropped. Raises ProgramError."""
-    if "o" in options:
-        folder = options.pop("o")
-        call("run", "--scene", scene, "-o", folder, *_options(options), program=program)
-        return read_results(folder)
+def _given(parameters: Mapping[str, Any], *others: str) -> dict[str, Any]:
+    """The options among a call's parameters that it gave."""
+    return {name: value for name, value in parameters.items()
+            if name not in others and value is not None and value is not False}
+
+
+def simulate(trace: StrPath, settings: Settings | None = None, *, machine: StrPath | None = None,
+             config: StrPath | None = None, mode: Mode | None = None, target_error: str | None = None,
+             share: float | None = None, seed: int | None = None, warm: StrPath | None = None,
+             warm_state: StrPath | None = None, save_state: StrPath | None = None, strict: bool = False,
+             vcd: StrPath | None = None, vcd_scope: str | None = None, vcd_window: str | None = None,
+             vcd_level: str | None = None, timeline: StrPath | None = None, timeline_window: str | None = None,
+             heatmap: str | Sequence[str] | None = None, watchdog: int | None = None,
+             construction_order: int | None = None, no_idle_skip: bool = False,
+             program: StrPath | None = None) -> pd.DataFrame:
+    """``grtx sim``: the statistics of one run, as read_statistics() gives them.
+
+    ``settings``: {key: value} of the configuration. The others are the command's options, with _ for -; None takes the
+    program's default. over_time(frame) has the run's course. Raises ProgramError.
+    """
+    options = _given(locals(), "trace", "settings", "program")
+    return statistics_frame(_simulated(trace, settings, options, program), os.fspath(trace))
+
+
+def run(scene: StrPath, cameras: StrPath, settings: Settings | None = None, *,
+        output: StrPath | None = None, designs: str | Sequence[str] | None = None, machine: StrPath | None = None,
+        config: StrPath | None = None, mode: Mode | None = None, target_error: str | None = None,
+        share: float | None = None, seed: int | None = None, jobs: int | None = None, threads: int | None = None,
+        flatten: bool = False, view: int | None = None, views: str | None = None, width: int | None = None,
+        height: int | None = None, fov_scale: float | None = None, k: int | None = None,
+        checkpoint_capacity: int | None = None, checkpoint_bins: int | None = None, below_instance: str | None = None,
+        checkpoint_order: str | None = None, ert: float | None = None, ert_check: str | None = None,
+        sort_key: str | None = None, resume: str | None = None, kernel_radius: str | None = None,
+        kernel_degree: int | None = None, child_order: str | None = None, pop_test: str | None = None,
+        any_hit: str | None = None, ahead: int | None = None, tmax_update: str | None = None,
+        replay_tmax: str | None = None, inside: str | None = None, sh_dir: str | None = None,
+        instance_bounds: str | None = None, layout: str | None = None, bvh_width: int | None = None,
+        mapping: str | None = None, warp_size: int | None = None, secondary: str | None = None,
+        glass: Sequence[float] | None = None, mirror: Sequence[float] | None = None, glass_index: float | None = None,
+        secondary_seed: int | None = None, secondary_bounces: int | None = None, tracing: str | None = None,
+        list_capacity: int | None = None, triangle_test: str | None = None, box_bits: int | None = None,
+        response_precision: str | None = None, program: StrPath | None = None) -> Results:
+    """``grtx run``: the designs on a view, as Results.
+
+    ``settings``: {key: value} of the configuration. ``output``: the folder; without it the files are dropped. The others are
+    the command's options, with _ for -; None takes the program's default. Raises ProgramError.
+    """
+    options = _given(locals(), "scene", "cameras", "settings", "output", "program")
     with tempfile.TemporaryDirectory() as folder:
-        call("run", "--scene", scene, "-o", os.path.join(folder, "run"), *_options(options), program=program)
-        return read_results(os.path.join(folder, "run"))
+        output = os.path.join(folder, "run") if output is None else output
+        grtx.call("run", "--scene", scene, "--cameras", cameras, "--output", output, *grtx.settings(settings),
+                  *grtx.options(options), program=program)
+        return read_results(output)
 
 
-def simulate_all(traces, settings=None, values=None, jobs=1, program=None, **options):
+def _traces(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath]) -> dict[str, StrPath]:
+    """Traces by name: of the file, or its path where two files have one name."""
+    if isinstance(traces, Mapping):
+        return dict(traces)
+    paths = list(traces) if grtx.is_list(traces) else [traces]
+    names = Counter(os.path.basename(os.fspath(path)) for path in paths)
+    return {os.fspath(path) if names[os.path.basename(os.fspath(path))] > 1 else os.path.basename(os.fspath(path)): path
+            for path in paths}
+
+
+def _axis(name: str, value: Any) -> list[Any]:
+    values = [grtx.plain(one) for one in value] if grtx.is_list(value) else [grtx.plain(value)]
+    if not values:
+        raise ValueError(f"{name}: an axis needs a value")
+    if any(grtx.is_list(one) or isinstance(one, Mapping) for one in values):
+        raise ValueError(f"{name}: an axis is a value, or a list of one dimension")
+    return values
+
+
+def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], settings: Settings | None = None,
+                 values: str | Iterable[str] | None = None, jobs: int = 1, *, machine: Any = None, config: Any = None,
+                 mode: Any = None, target_error: Any = None, share: Any = None, seed: Any = None, warm: Any = None,
+                 warm_state: Any = None, strict: Any = False, watchdog: Any = None, construction_order: Any = None,
+                 no_idle_skip: Any = False, program: StrPath | None = None) -> pd.DataFrame:
     """Every trace with every combination of settings: a frame of one row a run.
 
-    ``traces``: paths, or {name: path}. ``settings``: {key: value or list of values}. ``options``: as of simulate(), each a
-    value or a list of values. Columns: ``trace``, what varies, then the statistics, integers as integers. ``values``: names
-    of those wanted (default: all but host.*). ``jobs``: runs at a time.
+    ``traces``: a path, several, or {name: path}. ``settings``: {key: value}. Options are simulate()'s. Each value may be a
+    list, a range, an array or a series: an axis. Columns: ``trace``, what was given, then the statistics, integers as
+    integers. ``values``: names of those wanted (default: all but host.*). ``jobs``: runs at a time. The first run that the
+    program refuses ends all. Raises ProgramError; StatisticsError for an unknown name in ``values``.
     """
-    named = dict(traces) if isinstance(traces, dict) else {os.path.basename(os.fspath(t)): t for t in traces}
-    axes = {**(settings or {}), **options}
-    axes = {name: value if isinstance(value, (list, tuple)) else [value] for name, value in axes.items()}
-    points = [dict(zip(axes, chosen)) for chosen in itertools.product(*axes.values())]
-    jobs_of = [(name, point) for name in named for point in points]
+    given = _given(locals(), "traces", "settings", "values", "jobs", "program")
+    if settings is not None and not isinstance(settings, Mapping):
+        raise TypeError(f"settings: must be {{key: value or list of values}}, not {settings!r}")
+    axes = {name: _axis(name, value) for name, value in {**(settings or {}), **given}.items()}
+    wanted = None if values is None else named(values)
+    paths = _traces(traces)
 
-    def row(job):
-        name, point = job
-        frame = simulate(named[name], {k: v for k, v in point.items() if k not in options}, program=program,
-                         **{k: v for k, v in point.items() if k in options})
-        wanted = [s for s in frame.index if not s.startswith("host.")] if values is None else list(values)
-        return {"trace": name, **point, **frame.loc[wanted, "value"].to_dict()}
+    def row(name: str, point: dict[str, Any]) -> dict[str, Any]:
+        own = {key: value for key, value in point.items() if key not in given}
+        options = {key: value for key, value in point.items() if key in given}
+        statistics = _simulated(paths[name], own, options, program)["stats"]
+        for asked in wanted or ():
+            if asked not in statistics:
+                raise StatisticsError(paths[name], "values", unknown(asked, statistics))
+        names = [s for s in statistics if not s.startswith("host.")] if wanted is None else wanted
+        return {"trace": name, **point, **{s: statistics[s]["value"] for s in names}}
 
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
-        return pd.DataFrame(list(pool.map(row, jobs_of))).rename_axis("run")
+        runs = [pool.submit(row, name, dict(zip(axes, chosen)))
+                for name in paths for chosen in itertools.product(*axes.values())]
+        try:
+            rows = [one.result() for one in runs]
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    columns = {name: None for one in rows for name in one}  # a dict keeps their order
+    return table({name: [one.get(name) for one in rows] for name in columns}).rename_axis("run")

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Traces (``.grtx``) as numpy arrays: what ``grtx trace-dump --json`` prints."""
 import json
+import operator
 import os
-import shutil
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, SupportsIndex, overload
 
 import numpy as np
 
-from .errors import TraceError
+from .errors import StrPath, TraceError
+from .program import find_program
 
 EVENT_KINDS = ("visit_internal", "visit_instance", "visit_leaf", "cull", "replay_take", "replay_forward")
 #: What the test of a leaf gave, by number.
@@ -26,7 +29,7 @@ BIN = np.dtype([("lane", "u1"), ("bin", "u1")])
 PROCESSED = np.dtype([("lane", "u1"), ("round", "u4"), ("gaussian", "u4"), ("blended", "?")])
 
 
-@dataclass
+@dataclass(repr=False, eq=False)
 class RayGroup:
     """The rays of one warp, as structured arrays of one dimension (``pandas.DataFrame(group.events)`` is a table).
 
@@ -57,6 +60,10 @@ class RayGroup:
     processed: np.ndarray
     bins: np.ndarray
 
+    def __repr__(self) -> str:
+        return (f"<RayGroup {self.index}: {self.kind}, {len(self.rays)} rays, {len(self.rounds)} rounds, "
+                f"{len(self.events)} events>")
+
 
 class Trace:
     """A trace file, read by the program ``grtx``.
@@ -67,48 +74,69 @@ class Trace:
 
     - ``version``: of the format. ``header``, ``totals``: dicts as in docs/model/trace-format.md.
     - ``content_hash``: 16 hex digits that name the trace in results.
-    - ``len(trace)``: number of groups; ``trace[i]`` is the RayGroup i; ``for group in trace`` reads one at a time, in one
-      pass over the file.
+    - ``len(trace)``: number of groups; ``trace[i]`` is the RayGroup i, ``trace[-1]`` the last, ``trace[2:8]`` a list of
+      them; ``for group in trace`` reads one at a time, in one pass over the file.
     - ``verify()``: hashes, every group, totals (``grtx trace-check``).
 
     Use it in a ``with`` statement or not: it holds nothing open.
     """
 
-    def __init__(self, path, program=None):
-        self.path, self.program = os.fspath(path), program or os.environ.get("GRTX", "grtx")
-        if shutil.which(self.program) is None:
-            raise FileNotFoundError(f"{self.program}: no program; name it by the environment's GRTX")
+    def __init__(self, path: StrPath, program: StrPath | None = None) -> None:
+        self.path, self.program = os.fspath(path), find_program(program)
         with open(self.path, "rb"):
             pass
         about = json.loads(next(self._lines("trace-dump", "--json", "--lane", "0")))
-        self.version, self.header, self.totals = about["version"], about["header"], about["totals"]
-        self.content_hash = about["content_hash"]
+        self.version: int = about["version"]
+        self.header: dict[str, Any] = about["header"]
+        self.totals: dict[str, int] = about["totals"]
+        self.content_hash: str = about["content_hash"]
 
-    def __enter__(self):
+    def __repr__(self) -> str:
+        of = self.header
+        return (f"<Trace {self.path}: {of['width']} x {of['height']} pixels, {len(self)} groups, {self.totals['rays']} rays, "
+                f"{of['accel']}, k = {of['k']}>")
+
+    def __enter__(self) -> "Trace":
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         pass
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.header["groups"]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[RayGroup]:
+        return (group_of(json.loads(line)) for line in self._all())
+
+    @overload
+    def __getitem__(self, index: SupportsIndex) -> RayGroup: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[RayGroup]: ...
+
+    def __getitem__(self, index: SupportsIndex | slice) -> RayGroup | list[RayGroup]:
+        if isinstance(index, slice):
+            wanted = range(*index.indices(len(self)))
+            if 4 * len(wanted) < len(self):
+                return [self[i] for i in wanted]
+            found = {i: group_of(json.loads(line)) for i, line in enumerate(self._all()) if i in wanted}
+            return [found[i] for i in wanted]
+        place = operator.index(index)
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"{self.path}: group {place} of {len(self)}")
+        return group_of(json.loads(list(self._lines("trace-dump", "--json", "--warp", str(place % len(self))))[1]))
+
+    def _all(self) -> Iterator[str]:
+        """The groups' lines, in one pass."""
         lines = self._lines("trace-dump", "--json")
         next(lines)
-        return (group_of(json.loads(line)) for line in lines)
+        return lines
 
-    def __getitem__(self, index):
-        if not 0 <= index < len(self):
-            raise IndexError(f"{self.path}: group {index} of {len(self)}")
-        return group_of(json.loads(list(self._lines("trace-dump", "--json", "--warp", str(index)))[1]))
-
-    def verify(self):
+    def verify(self) -> None:
         """Reads everything. Raises TraceError."""
         for _ in self._lines("trace-check", "--quiet"):
             pass
 
-    def _lines(self, command, *options):
+    def _lines(self, command: str, *options: str) -> Iterator[str]:
         """The lines that the program prints; it is ended when they are no longer wanted."""
         process = subprocess.Popen([self.program, command, self.path, *options], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
@@ -126,12 +154,12 @@ class Trace:
             process.stderr.close()
 
 
-def read_trace(path, **options):
-    """Opens a trace: ``Trace(path, **options)``."""
-    return Trace(path, **options)
+def read_trace(path: StrPath, program: StrPath | None = None) -> Trace:
+    """Opens a trace: ``Trace(path, program)``."""
+    return Trace(path, program)
 
 
-def group_of(line):
+def group_of(line: dict[str, Any]) -> RayGroup:
     """The RayGroup of a line of ``trace-dump --json`` (dict; docs/model/trace-format.md, "As JSON")."""
     nodes = [(n[0], n[1], len(n) - 2, n[2:] + [0] * (SLOTS + 2 - len(n))) for n in line["nodes"]]
     rays, rounds, events, processed, bins = [], [], [], [], []

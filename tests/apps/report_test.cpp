@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx report through the program: what it reads, what it refuses, what a page holds without JavaScript.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,6 +47,32 @@ TEST(Report, ASweepHasItsPointsInATable) {
   EXPECT_THAT(page, HasSubstr("<dt>Least time</dt><dd>1,475 µs</dd>"));
   EXPECT_THAT(page, HasSubstr("<td class=\"n\">17.36</td>"));
   EXPECT_THAT(page, HasSubstr("2,658 B"));  // checkpoint storage of 20 warps: 132 x 20 + 18
+}
+
+// Those of gautracer stood apart, and the page of a run priced its machine without its own units.
+TEST(Report, StatisticsOfTwoDesignsStandSideBySideEachOnItsMachine) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset object --count 400 --seed 1 -o s.ply --quiet").code, 0);
+  ASSERT_EQ(folder
+                .run("run --scene s.ply --cameras s.cameras.json --width 8 --height 8 --mode cycle --designs "
+                     "baseline,gautracer -o out --quiet")
+                .code,
+            0);
+  const auto results = nlohmann::json::parse(folder.read("out/results.json"));
+  std::string keys;
+  for (const auto& [key, value] : results.at("design_config").at("gautracer").items()) {
+    keys += " --set " + key + "=" + value.get<std::string>();
+  }
+  ASSERT_EQ(folder.run("sim out/baseline.grtx --stats b.json --quiet").code, 0);
+  ASSERT_EQ(folder.run("sim out/gautracer.grtx --stats g.json --quiet" + keys).code, 0);
+  ASSERT_EQ(folder.run("report g.json b.json -o r.html").code, 0);
+  const std::string speedup = fmt::format("{:.2f}×", results.at("speedup").at("gautracer").get<double>());
+  for (const char* file : {"out/report.html", "r.html"}) {
+    EXPECT_THAT(folder.read(file), AllOf(HasSubstr("Speed-up over baseline by design"), HasSubstr(speedup),
+                                         HasSubstr(">ray_gaussian</span>"), HasSubstr(">any_hit_unit</span>"),
+                                         Not(HasSubstr("In what the runs differ"))))
+        << file;
+  }
 }
 
 TEST(Report, TheSameInputsGiveTheSameBytes) {

@@ -10,7 +10,7 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_version.py")
 TREE = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(grtx_tlm VERSION 1.2.0 LANGUAGES CXX)\n",
-    "python/pyproject.toml": '[project]\nversion = "1.2.0"\n',
+    "python/grtx_tlm/__init__.py": '__version__ = "1.2.0"\n',
     "CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.0\ndate-released: 2027-01-02\n",
     "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.0] - 2027-01-02\n\n* A thing.\n\n## [1.1.0] - 2026-12-01\n\n"
                     "[Unreleased]: ../../c\n\n[1.2.0]: ../../b\n\n[1.1.0]: ../../a\n",
@@ -36,8 +36,8 @@ class CheckVersion(unittest.TestCase):
         self.assertEqual(self.faults({}, "--tag", "v1.2.0"), [])
 
     def test_each_place_of_another_version(self):
-        self.assertEqual(self.faults({"python/pyproject.toml": 'version = "1.1.0"\n'}),
-                         ["python/pyproject.toml: version 1.1.0, CMakeLists.txt has 1.2.0"])
+        self.assertEqual(self.faults({"python/grtx_tlm/__init__.py": '__version__ = "1.1.0"\n'}),
+                         ["python/grtx_tlm/__init__.py: version 1.1.0, CMakeLists.txt has 1.2.0"])
         self.assertEqual(self.faults({"CITATION.cff": "version: 1.0.0\ndate-released: 2027-01-02\n"}),
                          ["CITATION.cff: version 1.0.0, CMakeLists.txt has 1.2.0"])
         self.assertEqual(self.faults({"CITATION.cff": "version: 1.2.0\ndate-released: 2027-01-03\n"}),

@@ -15,6 +15,7 @@ import unittest
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 sys.path.insert(0, os.path.join(ROOT, "python"))
 try:
+    import numpy as np
     import grtx_tlm
 except ImportError as error:
     print(f"skipped: {error}; Debian packages: python3-numpy python3-pandas")
@@ -117,8 +118,31 @@ class Reads(unittest.TestCase):
         with self.assertRaisesRegex(FileNotFoundError, "no program"):
             grtx_tlm.read_trace(ARCHIVED[0], program=self.path("grtx"))
         trace = grtx_tlm.read_trace(ARCHIVED[0], program=PROGRAM)
-        with self.assertRaises(IndexError):
-            trace[len(trace)]
+        for place in (len(trace), -len(trace) - 1):
+            with self.assertRaisesRegex(IndexError, f"group {place} of {len(trace)}"):
+                trace[place]
+        with self.assertRaises(TypeError):
+            trace["0"]
+
+    def test_indices_and_slices_are_those_of_a_list(self):
+        with grtx_tlm.read_trace(ARCHIVED[1], program=PROGRAM) as trace:
+            numbers = list(range(len(trace)))
+            self.assertGreater(len(numbers), 4)
+            for place in (0, -1, 2, -len(trace), np.int64(3)):
+                self.assertEqual(trace[place].index, numbers[place])
+            for part in (slice(None), slice(1, 2), slice(-2, None), slice(None, None, -1), slice(1, 100, 3), slice(3, 1)):
+                self.assertEqual([group.index for group in trace[part]], numbers[part], part)
+            self.assertEqual(as_dumped(trace[:][-1]), as_dumped(trace[-1]))
+            self.assertEqual([group.index for group in reversed(trace)], numbers[::-1])
+
+    def test_what_is_shown_of_a_trace(self):
+        trace = grtx_tlm.read_trace(ARCHIVED[1], program=PROGRAM)
+        header = trace.header
+        self.assertEqual(repr(trace), f"<Trace {ARCHIVED[1]}: {header['width']} x {header['height']} pixels, {len(trace)} groups, "
+                                      f"{trace.totals['rays']} rays, {header['accel']}, k = {header['k']}>")
+        group = trace[0]
+        self.assertEqual(repr(group), f"<RayGroup 0: primary, {len(group.rays)} rays, {len(group.rounds)} rounds, "
+                                      f"{len(group.events)} events>")
 
 
 def as_dumped(group):

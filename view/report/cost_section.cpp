@@ -142,8 +142,14 @@ std::string configuration_section(const std::vector<ReportRun>& runs, const std:
     std::vector<std::string> names;
     std::vector<const ordered_json*> configs;
     for (const ReportRun& run : runs) {
-      names.push_back(run.title());
-      configs.push_back(&run.results.config);
+      const std::size_t first = configs.size();
+      for (const DesignResult& design : run.results.designs) {
+        const auto same = [&](const ordered_json* config) { return *config == design.config; };
+        const auto own = configs.begin() + static_cast<std::ptrdiff_t>(first);
+        if (std::any_of(own, configs.end(), same)) continue;
+        names.push_back(run.title() + (configs.size() == first ? "" : ": " + design.name));
+        configs.push_back(&design.config);
+      }
     }
     out += details(runs.size() == 1 ? "Configuration of the run" : "Configurations of the runs",
                    configuration_table("Every key of the runs", names, configs));

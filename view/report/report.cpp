@@ -3,13 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <utility>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/view/report/html.h"
 #include "grtx/view/report/page.h"
 #include "grtx/view/report/sections.h"
@@ -34,11 +37,31 @@ ordered_json machine_inputs(const std::string& design, const ordered_json& input
   return all;
 }
 
-/// Whether statistics of another design can be added to a run: same view and machine, so ratios are speed-ups.
+/// Whether statistics of another design can be added to a run: same view and machine but for what the designs bring, so
+/// ratios are speed-ups.
 bool joins(const RunResults& run, const RunResults& other) {
   if (run.has_verdict || other.has_verdict || run.design(other.designs.front().name) != nullptr) return false;
   if (!run.subject.unknown().empty() || !other.subject.unknown().empty()) return false;
-  return run.subject.differences(other.subject, MayDiffer::designs).empty();
+  return std::all_of(run.designs.begin(), run.designs.end(), [&](const DesignResult& design) {
+    return design.subject.differences(other.subject, MayDiffer::designs).empty();
+  });
+}
+
+/// Position of a design in tables.
+std::ptrdiff_t place(const DesignResult& design) {
+  return std::find(lab::design_names().begin(), lab::design_names().end(), design.name) - lab::design_names().begin();
+}
+
+/// Adds statistics of another design. The run is described by the design that tables have first.
+void join(RunResults& run, RunResults other) {
+  if (place(other.designs.front()) < place(run.designs.front())) std::swap(run, other);
+  run.designs.insert(run.designs.end(), other.designs.begin(), other.designs.end());
+  std::stable_sort(run.designs.begin(), run.designs.end(),
+                   [](const DesignResult& a, const DesignResult& b) { return place(a) < place(b); });
+  run.file += ", " + other.file;
+  run.hash += ", " + other.hash;
+  run.bytes += other.bytes;
+  run.over_time = ordered_json();  // dropped: it would not be clear which design the lines belong to
 }
 
 void price_machines(ReportSweep& sweep) {
@@ -80,17 +103,13 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
     if (same == nullptr) {
       inputs.runs.emplace_back().results = std::move(results);
     } else {
-      same->results.designs.push_back(std::move(results.designs.front()));
-      same->results.file += ", " + results.file;
-      same->results.hash += ", " + results.hash;
-      same->results.bytes += results.bytes;
-      same->results.over_time = ordered_json();  // dropped: it would not be clear which design the lines belong to
+      join(same->results, std::move(results));
     }
   }
   name_runs(inputs.runs);
   for (ReportRun& run : inputs.runs) {
     for (const DesignResult& design : run.results.designs) {
-      run.machines.push_back(machine_figures(run.results.config, machine_inputs(design.name, design.inputs),
+      run.machines.push_back(machine_figures(design.config, machine_inputs(design.name, design.inputs),
                                              design.statistics, run.results.file));
     }
   }

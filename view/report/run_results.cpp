@@ -81,9 +81,13 @@ std::map<std::string, Interval> intervals(const ordered_json& document, const ch
 void read_run(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json all_inputs =
       document.contains("inputs") ? object(document, "inputs", path) : ordered_json::object();
+  const ordered_json brought =
+      document.contains("design_config") ? object(document, "design_config", path) : ordered_json::object();
   for (const auto& [name, statistics] : object(document, "designs", path).items()) {
     const ordered_json inputs = all_inputs.value(name, ordered_json::object());
     run.designs.push_back(design_result(name, statistics, inputs, path));
+    run.designs.back().config = run.config;
+    if (brought.contains(name)) run.designs.back().config.update(object(brought, name.c_str(), path));
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
     if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
       run.designs.back().notes = sim::notes_from(notes->at(name), path);
@@ -102,9 +106,10 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
 
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json& inputs = object(document, "inputs", path);
-  std::string name = design_name(text(inputs, "accel"), text(inputs, "checkpoint"));
+  std::string name = design_name(inputs, run.config);
   if (name.empty()) name = "run";
   run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
+  run.designs.back().config = run.config;
   if (document.contains("notes")) run.designs.back().notes = sim::notes_from(document.at("notes"), path);
   run.over_time = document.value("over_time", ordered_json());
   run.program = text(inputs, "program");
@@ -141,14 +146,6 @@ const DesignResult* RunResults::design(const std::string& name) const {
   return nullptr;
 }
 
-std::string design_name(const std::string& accel, const std::string& checkpoint) {
-  if (accel.empty() || (checkpoint != "on" && checkpoint != "off")) return "";
-  const bool checkpoints = checkpoint == "on";
-  if (accel == "tri20") return checkpoints ? "hw" : "baseline";
-  if (accel == "tlas-tri20") return checkpoints ? "grtx" : "sw";
-  return accel + (checkpoints ? "+checkpoint" : "");  // not a design of the paper
-}
-
 RunResults read_run_results(const std::string& path) {
   RunResults run;
   const std::string bytes = read_file(path);
@@ -167,13 +164,13 @@ RunResults read_run_results(const std::string& path) {
     read_simulation(document, path, run);
   }
   if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
-  const ordered_json& inputs = run.designs.front().inputs;
   std::map<std::string, std::string> more;  // recorded once for all designs of a run
   if (schema == "grtx.run/1") more["machine"] = text(document, "machine");
   if (const auto version = document.find("model_version"); version != document.end()) {
     more["model_version"] = version->dump();
   }
-  run.subject = Subject(inputs, run.config, more);
+  for (DesignResult& design : run.designs) design.subject = Subject(design.inputs, design.config, more);
+  run.subject = run.designs.front().subject;
   run.label = run.subject.scene().empty() ? run.file : "";
   if (const std::string of = run.subject.text(); !of.empty()) run.label += (run.label.empty() ? "" : ", ") + of;
   return run;

@@ -29,11 +29,13 @@ std::optional<Interval> cycles_interval(Value&& value) {
 }
 
 struct DesignResult {
-  std::string name;                   ///< baseline, sw, hw or grtx
+  std::string name;                   ///< as design_name()
   nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
   nlohmann::ordered_json inputs;      ///< name -> text
-  std::string binding_bound;          ///< "" when not recorded
-  sim::ResultNotes notes;             ///< limitations of its results
+  nlohmann::ordered_json config;      ///< resolved, with the design's own keys
+  Subject subject;
+  std::string binding_bound;  ///< "" when not recorded
+  sim::ResultNotes notes;     ///< limitations of its results
 
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
@@ -42,12 +44,12 @@ struct DesignResult {
 
 struct RunResults {
   std::string label;  ///< one-line description of scene, machine and mode
-  Subject subject;    ///< common to all its designs
+  Subject subject;    ///< of its first design
   std::string file;   ///< without its folder
   std::string hash;   ///< XXH3 of the file
   std::uint64_t bytes = 0;
   std::string program;
-  nlohmann::ordered_json config;
+  nlohmann::ordered_json config;  ///< without keys that a design brings, if it is of grtx run
   std::vector<DesignResult> designs;
   nlohmann::ordered_json over_time;       ///< of a single simulation, if recorded
   std::string picture;                    ///< path of the picture named in results.json; "" if there is none
@@ -66,8 +68,5 @@ struct RunResults {
 
 /// Throws Error if the file is neither grtx.run/1 nor grtx.stats/1, or is incomplete.
 RunResults read_run_results(const std::string& path);
-
-/// Name of the design with this structure and checkpointing, e.g. tlas-tri20 and "on": grtx.
-std::string design_name(const std::string& accel, const std::string& checkpoint);
 
 }  // namespace grtx::view

@@ -11,6 +11,7 @@
 
 #include "grtx/base/json.h"
 #include "grtx/lab/sweep/axis.h"
+#include "grtx/lab/sweep/designs.h"
 
 namespace grtx::view {
 namespace {
@@ -73,12 +74,44 @@ void add_differences(const std::map<std::string, std::string>& own, const std::m
   }
 }
 
+bool has(const ordered_json& config, const std::string& key, const std::string& value) {
+  return config.is_object() && config.contains(key) && lab::text_of(config.at(key)) == value;
+}
+
+/// A key that says whether the design's hardware is there or how it works, not how much of it.
+bool is_switch(const std::string& value) { return value.find_first_not_of("0123456789.") != std::string::npos; }
+
+/// The machine's name without what says that keys of it were changed.
+std::string unchanged(const std::string& machine) { return machine.substr(0, machine.find(", changed")); }
+
 std::string size_of(const Subject& subject) {
   const std::string width = subject.setting("width");
   return width.empty() ? "" : width + " × " + subject.setting("height");
 }
 
 }  // namespace
+
+std::string design_name(const ordered_json& inputs, const ordered_json& config) {
+  const auto input = [&](const char* name) {
+    return inputs.is_object() && inputs.contains(name) ? lab::text_of(inputs.at(name)) : "";
+  };
+  const std::string accel = input("accel"), checkpoint = input("checkpoint");
+  if (accel.empty() || (checkpoint != "on" && checkpoint != "off")) return "";
+  std::string name = accel + (checkpoint == "on" ? "+checkpoint" : "");
+  std::ptrdiff_t most = -1;
+  for (const lab::Design& design : lab::designs()) {
+    if (design.accel != accel || design.checkpoint != (checkpoint == "on")) continue;
+    const auto switches = [](const auto& key) { return is_switch(key.second); };
+    const std::ptrdiff_t own = std::count_if(design.keys.begin(), design.keys.end(), switches);
+    const bool all = std::all_of(design.keys.begin(), design.keys.end(), [&](const auto& key) {
+      return !is_switch(key.second) || has(config, key.first, key.second);
+    });
+    if (!all || own <= most) continue;
+    name = design.name;
+    most = own;
+  }
+  return name;
+}
 
 Subject::Subject(const ordered_json& inputs, const ordered_json& config,
                  const std::map<std::string, std::string>& more) {
@@ -100,6 +133,16 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
   for (const auto& [name, value] : all) {
     if (is_no_fact(name)) continue;
     (is_of_the_view(name) ? view_ : is_of_checkpoints(name) ? checkpoint_settings_ : settings_)[name] = value;
+  }
+  design_ = design_name(inputs, config);
+  for (const lab::Design& design : lab::designs()) {
+    if (design.name != design_) continue;
+    for (const auto& [name, value] : design.tracer) {
+      if (setting(name) == value) of_design_.insert(name);
+    }
+    for (const auto& [key, value] : design.keys) {
+      if (has(config_, key, value)) of_design_.insert(key);
+    }
   }
 }
 
@@ -126,6 +169,18 @@ std::string Subject::machine_text() const {
 
 std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) const {
   std::vector<Fact> facts;
+  const bool designs = may == MayDiffer::designs && design_ != other.design_;
+  const auto brought = [&](const Fact& fact) {
+    return designs && (of_design_.contains(fact.name) || other.of_design_.contains(fact.name));
+  };
+  std::vector<Fact> keys;
+  if (config_ != other.config_) {
+    std::map<std::string, std::string> own, its;
+    for (const auto& [key, value] : config_.items()) own[key] = lab::text_of(value);
+    for (const auto& [key, value] : other.config_.items()) its[key] = lab::text_of(value);
+    add_differences(own, its, keys);
+    std::erase_if(keys, brought);
+  }
   if (may == MayDiffer::designs) {
     // Reports the name if names differ, else the hash (an edited file, or two cameras of one name).
     const auto add = [&](const char* name, const std::string& own, const std::string& its, const char* hash) {
@@ -147,17 +202,18 @@ std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) cons
   if (size_of(*this) != size_of(other)) facts.push_back({"size", size_of(*this)});
   const std::size_t before = facts.size();
   add_differences(settings_, other.settings_, facts);
-  std::erase_if(facts, [](const Fact& fact) { return is_one_of(fact.name, {"width", "height"}); });
+  const std::string machine = setting("machine"), its_machine = other.setting("machine");
+  // Keys of the design change the machine's name, too.
+  const bool one_machine = designs && keys.empty() && unchanged(machine) == unchanged(its_machine);
+  std::erase_if(facts, [&](const Fact& fact) {
+    return is_one_of(fact.name, {"width", "height"}) || brought(fact) || (one_machine && fact.name == "machine");
+  });
   std::stable_partition(facts.begin() + static_cast<std::ptrdiff_t>(before), facts.end(), [](const Fact& fact) {
     return std::find(kMachineFacts.begin(), kMachineFacts.end(), fact.name) != kMachineFacts.end();
   });
   if (checkpoint_ && other.checkpoint_) add_differences(checkpoint_settings_, other.checkpoint_settings_, facts);
   // If the machines' names differ, their keys are not listed.
-  if (setting("machine") != other.setting("machine") || config_ == other.config_) return facts;
-  std::map<std::string, std::string> own, its;
-  for (const auto& [key, value] : config_.items()) own[key] = lab::text_of(value);
-  for (const auto& [key, value] : other.config_.items()) its[key] = lab::text_of(value);
-  add_differences(own, its, facts);
+  if (machine == its_machine) facts.insert(facts.end(), keys.begin(), keys.end());
   return facts;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The subject of a result: machine, view, options, mode and model version. Results may be compared or averaged only if
-// their subjects match; this class decides that, for runs and for points of sweeps.
+// their subjects match; this class decides that, for runs and for points of sweeps. What a design brings with it
+// (options and keys of lab/sweep/designs.h) is part of the design.
 #pragma once
 
 #include <map>
@@ -13,9 +14,14 @@ namespace grtx::view {
 
 /// Differences that are allowed between two results.
 enum class MayDiffer {
-  designs,  ///< acceleration structure and checkpointing; ratios are speed-ups
+  designs,  ///< acceleration structure, checkpointing, and what a design brings; ratios are speed-ups
   views     ///< scene and camera at the same resolution; means are over views
 };
+
+/// Name of the design of these inputs (of grtx.stats/1) and this configuration: its structure, checkpointing, and those
+/// of its keys that are no number; of several the one with most of them. A structure's name, as in
+/// "ellipsoid+checkpoint", if no design has it; "" if unknown.
+std::string design_name(const nlohmann::ordered_json& inputs, const nlohmann::ordered_json& config);
 
 /// A property in which results differ, for display: "ert", "0.01".
 struct Fact {
@@ -41,7 +47,8 @@ class Subject {
   std::string machine_text() const;
 
   /// Facts of this subject that differ from the other's, except allowed ones; empty if comparable. Ignores accel and
-  /// checkpoint, and options of checkpointing unless both use it.
+  /// checkpoint, and options of checkpointing unless both use it. Between two designs, ignores what either of them
+  /// brings and has at the value that it brings.
   std::vector<Fact> differences(const Subject& other, MayDiffer may) const;
   /// Value of a fact by its name in differences(); "" if missing.
   std::string fact(const std::string& name) const;
@@ -56,6 +63,8 @@ class Subject {
   std::map<std::string, std::string> settings_, view_, checkpoint_settings_;
   nlohmann::ordered_json config_ = nlohmann::ordered_json::object();
   std::string scene_, camera_;
+  std::string design_;               ///< as design_name()
+  std::set<std::string> of_design_;  ///< options and keys that the design brings, at the values that it brings
   bool checkpoint_ = false;
 };
 

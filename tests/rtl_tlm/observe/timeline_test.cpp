@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 #include <set>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/modules/simt/simt_counters.h"
+#include "grtx/rtl_tlm/observe/timeline_size.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
@@ -156,6 +158,24 @@ TEST_F(TimelineTest, AWindowCutsSlices) {
     EXPECT_LE(slice.end, 3000);
   }
   for (const auto& [name, values] : file.counters) EXPECT_GE(values.front().first, 2000) << name;
+}
+
+// 539 MB were written without a word. The file here is sparse: it has that size, and takes no room.
+TEST(TimelineSize, ATimelineAboveHundredMegabytesIsNamedWithItsSizeAndTheRemedy) {
+  const traces::testing::TemporaryFile file("large");
+  const auto warning_at = [&](std::uintmax_t bytes) {
+    std::filesystem::resize_file(file.path(), bytes);
+    return large_timeline_warning(file.path());
+  };
+  write_file(file.path(), "{}");
+  EXPECT_EQ(warning_at(100'000'000), "");
+  EXPECT_EQ(warning_at(100'000'001),
+            file.path() + " has 100 MB; --timeline-window A:B keeps the cycles that you look at");
+  EXPECT_EQ(warning_at(539'000'000),
+            file.path() + " has 539 MB; --timeline-window A:B keeps the cycles that you look at");
+  EXPECT_EQ(large_timeline_warning(""), "");           // no timeline was asked for
+  EXPECT_EQ(large_timeline_warning("/dev/null"), "");  // written, but no file
+  EXPECT_EQ(large_timeline_warning(file.path() + ".no"), "");
 }
 
 TEST(TraceEventWriter, EndsWhatIsOpenAndQuotesNames) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/view/report/report.h"
 #include "grtx/view/report/sections.h"
@@ -42,6 +43,22 @@ ordered_json results(const std::string& machine, const std::string& scene, doubl
   return document;
 }
 
+/// Statistics of one grtx sim of a design.
+ordered_json statistics(const std::string& name, double cycles, const std::string& k = "8") {
+  const lab::Design& design = lab::design_of(name);
+  const sim::GpuConfig machine = sim::load_config("", {}), own = lab::with_keys_of(design, machine, {});
+  ordered_json inputs = inputs_of("hall", "0", "baseline");
+  inputs.update({{"accel", design.accel}, {"checkpoint", design.checkpoint ? "on" : "off"}, {"k", k}});
+  inputs["machine"] = design.keys.empty() ? "paper" : "paper, changed";
+  for (const auto& [option, value] : design.tracer) inputs[option] = value;
+  const ordered_json all = {{"value", cycles}, {"unit", "cycles"}, {"description", "of the run"}};
+  return {{"schema", "grtx.stats/1"},
+          {"model_version", 7},
+          {"config", sim::config_json(own)},
+          {"stats", {{"gpu.cycles", all}}},
+          {"inputs", inputs}};
+}
+
 class RunsApart : public testing::Test {
  protected:
   std::string write(const std::string& name, const ordered_json& document) {
@@ -77,6 +94,33 @@ TEST_F(RunsApart, ScenesOfOneMachineHaveAGeometricMean) {
                                  write("c.json", results("modern", "room", 9000, 1000))});
   EXPECT_THAT(html, HasSubstr(">geometric mean of 2 views, paper</th>"));
   EXPECT_THAT(html, HasSubstr("4.00× <span class=\"share\">0.92</span>"));  // of 8 and 2
+}
+
+TEST_F(RunsApart, StatisticsOfAllDesignsJoinInWhateverOrder) {
+  const std::string html =
+      page({write("g.json", statistics("gautracer", 500)), write("x.json", statistics("grtx", 1000)),
+            write("b.json", statistics("baseline", 4000)), write("w.json", statistics("walk", 400))});
+  EXPECT_THAT(html, Not(HasSubstr("In what the runs differ")));
+  EXPECT_THAT(html, AllOf(HasSubstr("Speed-up over baseline by design, and what binds it; machine paper, mode cycle"),
+                          HasSubstr("hall, view 0, 64 × 64, k = 8, machine paper"), HasSubstr("4.00×"),
+                          HasSubstr("8.00×"), HasSubstr("10.00×")));
+  std::size_t at = 0;  // columns in the order of the other tables
+  for (const char* design : {"baseline", "grtx", "gautracer", "walk"}) {
+    const std::size_t next = html.find(std::string("<th scope=\"row\">") + design + "</th>", at);
+    ASSERT_NE(next, std::string::npos) << design;
+    at = next;
+  }
+  // Each machine that differs has a column of the configuration.
+  EXPECT_THAT(html, AllOf(HasSubstr("model version 7: gautracer</th>"), HasSubstr("model version 7: walk</th>"),
+                          Not(HasSubstr("model version 7: grtx</th>"))));
+}
+
+// Each design is held against all others, not against the first file alone.
+TEST_F(RunsApart, ADesignThatBringsItsKDoesNotJoinTwoOthersOfDifferentK) {
+  const std::string html =
+      page({write("g.json", statistics("gautracer", 500)), write("b.json", statistics("baseline", 4000, "8")),
+            write("s.json", statistics("sw", 2000, "12"))});
+  EXPECT_THAT(html, AllOf(HasSubstr("In what the runs differ"), HasSubstr("8.00×"), Not(HasSubstr("2.00×"))));
 }
 
 // Two copies of one file are one view: their mean would count it twice.
@@ -135,14 +179,6 @@ TEST_F(RunsApart, WhatLimitsAFigureStandsWhereTheFigureStands) {
     ASSERT_NE(begin, std::string::npos) << section;
     EXPECT_THAT(html.substr(begin, html.find("</section>", begin) - begin), HasSubstr(note)) << section;
   }
-}
-
-// Statistics of structures that the paper does not have were called baseline or sw.
-TEST(DesignName, IsThePapersOfThePapersStructuresAlone) {
-  EXPECT_EQ(design_name("tri20", "off"), "baseline");
-  EXPECT_EQ(design_name("tlas-tri20", "on"), "grtx");
-  EXPECT_EQ(design_name("ellipsoid", "off"), "ellipsoid");
-  EXPECT_EQ(design_name("tlas-sphere", "on"), "tlas-sphere+checkpoint");
 }
 
 }  // namespace

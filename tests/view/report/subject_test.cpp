@@ -90,6 +90,57 @@ TEST(Subject, OptionsOfCheckpointsAreComparedWhereBothHaveThem) {
   EXPECT_THAT(names(subject(fewer).differences(grtx, MayDiffer::designs)), ElementsAre("checkpoint_capacity: 1"));
 }
 
+const ordered_json kGauTracer = {{"accel", "ellipsoid"}, {"trace.accel", "ellipsoid"}, {"k", "16"},
+                                 {"trace.k", "16"},      {"trace.sort_key", "peak"},   {"trace.tmax_update", "kth"},
+                                 {"trace_hash", "3"},    {"machine", "paper, changed"}};
+
+/// The configuration of GauTracer's units, or the same keys at rest.
+ordered_json units(bool on, unsigned registers = 32, unsigned l1_bytes = 1) {
+  return {{"l1.bytes", l1_bytes},
+          {"rt.gaussian.enabled", on},
+          {"rt.any_hit_unit.enabled", on},
+          {"simt.registers_per_thread", on ? registers : 0},
+          {"simt.payload_registers", on ? 48 : 0}};
+}
+
+// Statistics of gautracer stood apart from those of the other designs: k, its order of hits and its units differ.
+TEST(Subject, WhatADesignBringsIsNoDifference) {
+  const Subject baseline = subject(ordered_json::object(), units(false)), gautracer = subject(kGauTracer, units(true));
+  EXPECT_THAT(names(gautracer.differences(baseline, MayDiffer::designs)), IsEmpty());
+  EXPECT_THAT(names(baseline.differences(gautracer, MayDiffer::designs)), IsEmpty());
+  // Another value than the one that it brings, or another key.
+  ordered_json wide = kGauTracer;
+  wide["k"] = wide["trace.k"] = "32";
+  EXPECT_THAT(names(subject(wide, units(true)).differences(baseline, MayDiffer::designs)), ElementsAre("k: 32"));
+  EXPECT_THAT(names(subject(kGauTracer, units(true, 40)).differences(baseline, MayDiffer::designs)),
+              ElementsAre("machine: paper, changed"));
+  EXPECT_THAT(names(subject(kGauTracer, units(true, 32, 2)).differences(baseline, MayDiffer::designs)),
+              ElementsAre("machine: paper, changed"));
+  // Of two results of one design, all of it is a difference.
+  EXPECT_THAT(names(subject(wide, units(true)).differences(gautracer, MayDiffer::designs)), ElementsAre("k: 32"));
+  EXPECT_THAT(names(subject(kGauTracer, units(true, 40)).differences(gautracer, MayDiffer::designs)),
+              ElementsAre("simt.registers_per_thread: 40"));
+}
+
+// Statistics of structures that the paper does not have were called baseline or sw.
+TEST(DesignName, IsOfTheStructureTheCheckpointsAndTheUnits) {
+  const auto name = [](const char* accel, const char* checkpoint, const ordered_json& config) {
+    return design_name({{"accel", accel}, {"checkpoint", checkpoint}}, config);
+  };
+  EXPECT_EQ(name("tri20", "off", {}), "baseline");
+  EXPECT_EQ(name("tri20", "on", {}), "hw");
+  EXPECT_EQ(name("tlas-tri20", "off", {}), "sw");
+  EXPECT_EQ(name("tlas-tri20", "on", {}), "grtx");
+  EXPECT_EQ(name("tlas-sphere", "on", {}), "tlas-sphere+checkpoint");
+  EXPECT_EQ(name("ellipsoid", "off", units(false)), "ellipsoid");
+  EXPECT_EQ(name("ellipsoid", "off", units(true)), "gautracer");
+  EXPECT_EQ(name("ellipsoid", "off", units(true, 40)), "gautracer");  // its own number of registers
+  ordered_json together = units(true);
+  together["rt.traversal"] = "warp";
+  EXPECT_EQ(name("ellipsoid", "off", together), "walk");
+  EXPECT_EQ(name("ellipsoid", "", units(true)), "");
+}
+
 TEST(Subject, ViewsOfOneResolutionShareAMean) {
   const ordered_json other = {{"trace.scene_hash", "400"}, {"trace.camera", "9"}, {"trace.camera_hash", "ca9"}};
   EXPECT_THAT(names(subject(other).differences(subject(), MayDiffer::views)), IsEmpty());

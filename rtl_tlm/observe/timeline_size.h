@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// A viewer takes long for a large timeline, and `grtx ray` needs one warp of it.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace grtx::sim {
+
+constexpr std::uintmax_t kLargeTimeline = 100'000'000;  ///< bytes
+
+/// What to say of a timeline of more bytes; "" of a smaller one, and of what is no file.
+inline std::string large_timeline_warning(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return "";
+  const std::uintmax_t bytes = std::filesystem::file_size(path);
+  if (bytes <= kLargeTimeline) return "";
+  return fmt::format("{} has {:.0f} MB; --timeline-window A:B keeps the cycles that you look at", path,
+                     static_cast<double>(bytes) * 1e-6);
+}
+
+}  // namespace grtx::sim
