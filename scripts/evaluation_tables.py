@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of pages from docs/results/data/evaluation.csv, which bench/evaluate writes; readme_tables.py puts them into pages. A table says
+"""Tables of pages from evaluation.csv in docs/results/data, which bench/evaluate writes; readme_tables.py puts them into pages. A table says
 under itself of which scenes, machine, mode, interval and version it is. A page with such tables has a row `scenes` in its stamp: the
 hash of configs/scenes/evaluation.toml as it was. When the file is another, the page is a fault.
 """
@@ -11,15 +11,14 @@ import re
 
 import model_version
 
-DATA = "docs/results/data/evaluation.csv"
+DATA = os.path.join("docs", "results", "data", "evaluation.csv")
 SET = "configs/scenes/evaluation.toml"
 COLUMNS = ("part", "machine", "mode", "view", "class", "generated", "took_part", "design", "k", "cycles", "half_interval", "energy_nj_per_ray",
-           "rt_unit_mm2", "chip_mm2", "bound", "bound_cycles", "l2_accesses", "node_latency", "node_fetches", "node_visits", "node_hit_rate",
-           "rays", "model", "set", "date")
+           "rt_unit_mm2", "chip_mm2", "bound", "bound_cycles", "l2_accesses", "node_latency", "node_fetches", "node_visits", "instructions",
+           "dram_bytes", "node_hit_rate", "rays", "model", "set", "date")
 PAPER = (2.00, 1.94, 4.36, 4.75, 1.77, 3.03)
 CLASSES = {"rooms": lambda row: row["generated"] == "0" and row["class"] != "object",
            "objects": lambda row: row["generated"] == "0" and row["class"] == "object", "generated": lambda row: row["generated"] == "1"}
-LINES = {"who-128": "128 × 128", "who-full": "1,080 lines"}
 
 
 def hash_of_set(top):
@@ -146,6 +145,19 @@ def cards(rows):
     return table(head, lines) + caption([row for row in rows if row["part"] == "cards"])
 
 
+def steps(rows):
+    """GauTracer's steps over its own baseline: speed of each view, and how many times fewer instructions and so on, means of all views."""
+    of = part(rows, "steps")
+    if not of:
+        return None
+    columns = {"instructions ÷": "instructions", "visits ÷": "node_visits", "DRAM bytes ÷": "dram_bytes", "energy ÷": "energy_nj_per_ray"}
+    base, lines = "boxes, both shaders", []
+    for design, k in of.designs:
+        over = lambda column, design=design, k=k: [of.ratio(column, design, k, view, base, 16) for view in of.views]
+        lines.append([design, str(k), *map(shown, over("cycles")), *(shown(mean(over(column))) for column in columns.values())])
+    return table(["step", "k", *of.views, *columns], lines) + caption(of.rows)
+
+
 def winners(rows):
     """README's: the designs that have a name there, the fastest in rooms in bold."""
     near, full = part(rows, "who-128"), part(rows, "who-full")
@@ -236,7 +248,7 @@ def binds(rows, name):
 
 
 MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
-        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "winners": winners, "headline": headline, "classes": classes,
+        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
 PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
@@ -268,6 +280,9 @@ def renew_stamps(top):
         fresh = {"command": "`scripts/scenes.sh scenes`, `python3 bench/evaluate --scenes scenes`", "date": max(row["date"] for row in own),
                  "model version": ", ".join(sorted({row["model"] for row in own})),
                  "scenes": f"[evaluation.toml](../../{SET}), {', '.join(sorted({row['set'] for row in own}))}"}
+        command = model_version.stamp(text).get("command", "")
+        if "bench/evaluate" not in command:
+            fresh["command"] = f"{command}; {fresh['command']}"
         for name, value in fresh.items():
             line, there = f"| {name} | {value} |\n", re.compile(rf"^\| {name} \| .* \|\n", re.M)
             text = there.sub(lambda _, line=line: line, text, 1) if there.search(text) else re.sub(

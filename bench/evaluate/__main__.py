@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures every figure of the pages that rest on configs/scenes/evaluation.toml, and writes them: databases of `grtx sweep`,
-docs/results/data/evaluation.csv, the tables and stamps of the pages and README's, and a report of each database.
+evaluation.csv in docs/results/data, the tables and stamps of the pages and README's, and a report of each database.
 
     python3 bench/evaluate [--only PART ...] [--plan] [--quick]
 
@@ -149,7 +149,8 @@ class Sweeps:
         values = {"cycles": int(v["gpu.cycles"]), "half_interval": half, "energy_nj_per_ray": v["gpu.energy_nj_per_ray"],
                   "rt_unit_mm2": v["cost.rt_unit_mm2"], "chip_mm2": v["cost.mm2"], "bound_cycles": v[f"gpu.bound.{bound}"],
                   "l2_accesses": v["gpu.l2.accesses"], "node_latency": v["gpu.rt.node_fetch_latency"], "node_fetches": v["gpu.rt.node_fetches"],
-                  "node_visits": v["gpu.rt.node_visits"], "node_hit_rate": v["gpu.l1.node.hit_rate"],
+                  "node_visits": v["gpu.rt.node_visits"], "instructions": v["gpu.simt.instructions.total"], "dram_bytes": v["gpu.dram.bytes"],
+                  "node_hit_rate": v["gpu.l1.node.hit_rate"],
                   "rays": round(v["gpu.energy_nj"] / v["gpu.energy_nj_per_ray"])}
         took = "; ".join([f"tuned: {what}" for what in view.get("tuned", [])] + [f"fitted: {what}" for what in view.get("fitted", [])])
         return {"part": part.name, "machine": machine, "mode": mode, "view": plans.label(view), "class": view["class"],

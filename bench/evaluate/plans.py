@@ -26,6 +26,11 @@ class Part:
     lines: int
     seconds: float
     keys: dict = field(default_factory=dict)
+    designs: str = ""  # table of designs.toml, if it is not that of the views
+
+    @property
+    def rows(self):
+        return self.designs or self.table
 
 
 CARDS = ("ada-share", "blackwell-share", "rdna4-share", "rtx2060-share")
@@ -34,6 +39,7 @@ PARTS = {part.name: part for part in (
     Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 3, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
     Part("cards", "cards", CARDS, "sampled", 64, 128, 50),
+    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 50, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 15, QUARTER),
     Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 5, QUARTER))}
 
@@ -56,14 +62,14 @@ def points(part, machine, quick):
     plan = read(os.path.join(HERE, "designs.toml"))
     found = {}
     for design in plan["design"]:
-        if part.table not in design["tables"]:
+        if part.rows not in design["tables"]:
             continue
-        sizes = design["k"] if part.table == "who" else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
+        sizes = design["k"] if part.rows in ("who", "steps") else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
             keys = {"tracer.checkpoint": "off", "tracer.k": k}
             for name in design.get("parts", []):
                 keys |= plan["part"][name]
-            keys |= design["keys"]
+            keys |= design.get("keys", {})
             found[design["name"], k] = {key: 3 * k if value == "3 k" else value for key, value in keys.items()}
     return found
 
