@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """bench/evaluate on its tiny set: pages are well formed and pass the check of their tables, a second run simulates nothing and changes
-nothing, a part alone replaces its rows alone, and bad requests are one line.
+nothing, a part alone keeps the rows of the others, and bad requests are one line.
 
     evaluate_test.py GRTX
 """
 import csv
+import json
 import os
 import re
 import sqlite3
@@ -94,11 +95,9 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
         self.assertEqual((self.written(), ended()), before)
         self.assertNotIn("points each", again.stderr)
 
-    def test_a_part_alone(self):
+    def test_a_part_alone_keeps_the_rows_of_the_others(self):
         before = self.rows()
         self.assertEqual(self.evaluate("--only", "secondary").returncode, 0)
-        self.assertEqual(self.rows(), [row for row in before if row["part"] == "secondary"])  # --quick begins a tree of its own
-        self.assertEqual(self.evaluate().returncode, 0)
         self.assertEqual(self.rows(), before)
 
     def test_the_plan_runs_nothing(self):
@@ -107,6 +106,21 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
         self.assertEqual(plan.returncode, 0, plan.stderr)
         self.assertRegex(plan.stdout, r"who-128 +paper-charged +(\d+) +\1 +0\.00\ntogether +0\.00\n$")
         self.assertEqual(os.listdir(self.work), before)
+
+    def test_the_set_of_scenes(self):
+        with open(os.path.join(ROOT, "configs", "scenes", "evaluation.toml"), "rb") as file:
+            scenes = tomllib.load(file)
+        with open(os.path.join(ROOT, "configs", "scenes", "scenes.txt"), encoding="utf-8") as file:
+            public = {line.split()[0] for line in file if line[0] != "#"}
+        views = scenes["view"] + scenes["quick"]
+        self.assertEqual({view["scene"] for view in views if "preset" not in view}, public)
+        seeds = [view["seed"] for view in views if "preset" in view]
+        self.assertEqual(len(set(seeds)), len(seeds))
+        for view in views:
+            self.assertIn(view["class"], ("room", "building", "object"))
+            if "preset" not in view:
+                with open(os.path.join(ROOT, "configs", "scenes", view["scene"] + ".cameras.json"), encoding="utf-8") as file:
+                    self.assertLess(view["view"], len(json.load(file)))
 
     def test_bad_requests_are_one_line(self):
         for arguments, rule in ((("--only", "everything"), "invalid choice"), (("--program", "/no/grtx"), "no program")):
