@@ -8,6 +8,7 @@ import hashlib
 import math
 import os
 import re
+import textwrap
 
 import model_version
 
@@ -52,8 +53,9 @@ def caption(rows):
     unique = lambda name: sorted({row[name] for row in rows})
     half = max(float(row["half_interval"]) for row in rows)
     widest = f", half of an interval at most {100 * half:.1f} %" if half else ", no interval"
-    return (f"\n(Scenes `{', '.join(unique('set'))}`; machine {', '.join(f'`{machine}`' for machine in unique('machine'))}; "
-            f"mode {', '.join(unique('mode'))}{widest}; version {', '.join(unique('model'))} of the model.)\n")
+    said = (f"(Scenes `{', '.join(unique('set'))}`; machine {', '.join(f'`{machine}`' for machine in unique('machine'))}; "
+            f"mode {', '.join(unique('mode'))}{widest}; version {', '.join(unique('model'))} of the model.)")
+    return f"\n{textwrap.fill(said, 120)}\n"
 
 
 class Part:

@@ -21,9 +21,10 @@ import sys
 import plans
 from plans import PARTS, TOP
 
-sys.path.append(os.path.join(TOP, "scripts"))
+sys.path += [os.path.join(TOP, "scripts"), os.path.join(TOP, "bench")]
 import evaluation_tables as tables  # noqa: E402
 import readme_tables  # noqa: E402
+from paper.runs import die_with_parent  # noqa: E402
 
 BOUNDS = ("dram_bandwidth", "l2_port", "l1_miss_port", "l1_port", "rt_port", "simt_issue", "unit.box", "unit.gaussian", "longest_warp")
 PAGES = ("README.md", "docs/results/*.md", "docs/results/data/model_versions.csv", "rtl_tlm/run/model_version.h", plans.SET)
@@ -82,7 +83,8 @@ class Sweeps:
         return os.path.join(self.options.work, part.name, machine + ".sqlite")
 
     def call(self, *arguments, accept=(0,)):
-        run = subprocess.run([self.options.program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        run = subprocess.run([self.options.program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                             preexec_fn=die_with_parent)
         if run.returncode not in accept:
             raise Failed(f"grtx {arguments[0]}: {(run.stderr.strip().splitlines() or ['no word'])[-1]}", 2 if run.returncode == 2 else 1)
         return run.stdout

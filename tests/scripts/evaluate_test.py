@@ -79,7 +79,10 @@ class Evaluate(unittest.TestCase):
         check = subprocess.run([sys.executable, "-B", "-c", f"""
 import sys
 sys.path.insert(0, {os.path.join(ROOT, 'scripts')!r})
-import evaluation_tables, readme_tables
+import docs_prose, evaluation_tables, readme_tables
+for page in ("README", "rivals", "bounds", "scene-classes"):
+    with open({self.path('tree')!r} + "/docs/results/" + page + ".md", encoding="utf-8") as file:
+        print(*docs_prose.breaches(file.read()))
 print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tables.faults({self.path('tree')!r})]))"""],
                                capture_output=True, text=True, check=True)
         self.assertEqual(check.stdout.strip(), "")
