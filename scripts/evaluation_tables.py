@@ -9,6 +9,7 @@ import math
 import os
 import re
 import textwrap
+import tomllib
 
 import model_version
 
@@ -183,8 +184,8 @@ def winners(rows):
 
 def readme_names():
     """{design: its name in README}, in the order of bench/evaluate/designs.toml."""
-    text = model_version.read(model_version.TOP, "bench/evaluate/designs.toml")
-    return dict(re.findall(r'^name = "(.*)"\nreadme = "(.*)"$', text, flags=re.M))
+    with open(os.path.join(model_version.TOP, "bench", "evaluate", "designs.toml"), "rb") as file:
+        return {design["name"]: design["readme"] for design in tomllib.load(file)["design"] if "readme" in design}
 
 
 def headline(rows):
