@@ -35,13 +35,13 @@ class Part:
 
 CARDS = ("ada-share", "blackwell-share", "rdna4-share", "rtx2060-share")
 PARTS = {part.name: part for part in (
-    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 9, QUARTER),
-    Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 3, QUARTER),
+    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
+    Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 8, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
-    Part("cards", "cards", CARDS, "sampled", 64, 128, 50),
-    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 50, designs="steps"),
-    Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 15, QUARTER),
-    Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 5, QUARTER))}
+    Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
+    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
+    Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
+    Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER))}
 
 
 def read(path):
