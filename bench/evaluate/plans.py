@@ -36,7 +36,7 @@ class Part:
 CARDS = ("ada-share", "blackwell-share", "rdna4-share", "rtx2060-share")
 PARTS = {part.name: part for part in (
     Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
-    Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 8, QUARTER),
+    Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
     Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
