@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What checkpoints cost, from databases of configs/sweeps/checkpoints.toml, checkpoint_parts.toml and rivals.toml.
+"""What checkpoints cost, from databases of configs/sweeps/checkpoints.toml and checkpoint_parts.toml.
 
     python3 bench/checkpoints.py checkpoints.sqlite [parts.sqlite ...] [--over free] [--counts SCENE]
 

@@ -8,7 +8,8 @@
 * Pages of docs/ that share a name.
 * Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
 * Figures of an older model that do not say so, and golden records that are not those of the model's version
-  (model_version.py); tables that are not those of their data (readme_tables.py).
+  (model_version.py); of other scenes than those of evaluation.toml (evaluation_tables.py); tables that are not those of
+  their data (readme_tables.py).
 * With --program: commands and options of `grtx` in Markdown.
 
 Usage: check_docs.py [--program GRTX] [FOLDER]   (default: the folder above this script)
@@ -22,6 +23,7 @@ import subprocess
 import sys
 
 import docs_prose
+import evaluation_tables
 import model_version
 import readme_tables
 
@@ -188,7 +190,7 @@ class Checker:
                     self.prose(file)
             elif not re.search(r"check_(docs|arrows)(_test)?\.py$", file):  # their own faults
                 self.source(file)
-        self.faults += [*model_version.faults(self.top), *readme_tables.faults(self.top)]
+        self.faults += [*model_version.faults(self.top), *evaluation_tables.faults(self.top), *readme_tables.faults(self.top)]
         return self.faults
 
 

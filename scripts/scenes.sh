@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Brings the public whole scenes of configs/scenes/scenes.txt as .ply with their cameras into a folder: each from its
-# repository at a pinned commit, one level of detail, and only if the result has the SHA-256 on record.
+# Brings the public scenes of configs/scenes/scenes.txt as .ply with their cameras into a folder: each from its
+# repository at a pinned commit, one level of detail where it has several, and only if the result has the SHA-256 on record.
 # Usage: scripts/scenes.sh FOLDER [--clones FOLDER] [--only NAME] [--program GRTX] [--list FILE]
 #   --clones   clones lie here as OWNER/NAME or NAME, bare or not; what is missing comes from the network
 #   --only     this scene alone
@@ -29,12 +29,12 @@ mkdir -p "$into"
 work=$(mktemp -d "$into/.scenes.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 
-# The files of a level and what describes them, from a clone (first argument) at a commit, into $work/source.
+# The files of a scene, or of one level and what describes it, from a clone (first argument) at a commit, into $work/source.
 extract() {  # CLONE COMMIT FOLDER LEVEL
-  local names
+  local names tree=$2:${3#.}
   mkdir -p "$work/source"
-  names=$(git -C "$1" ls-tree -r --name-only "$2" -- "$3" | grep -E "(^|/)(lod-meta\.json|$4_[0-9]+/[^/]+)\$" || true)
-  [ -n "$names" ] && printf '%s\n' "$names" | tr '\n' '\0' | xargs -0 git -C "$1" archive "$2" -- | tar -x -C "$work/source"
+  names=$(git -C "$1" ls-tree -r --name-only "$tree" | grep -E "$([ "$4" = - ] && echo . || echo "^(lod-meta\.json|$4_[0-9]+/[^/]+)\$")" || true)
+  [ -n "$names" ] && printf '%s\n' "$names" | tr '\n' '\0' | xargs -0 git -C "$1" archive "$tree" -- | tar -x -C "$work/source"
 }
 
 found=0
@@ -56,11 +56,15 @@ while read -r name repository commit folder level sha; do
     git clone -q --no-checkout --filter=blob:none "https://github.com/$repository" "$clone" ||
       fail 1 "$name: https://github.com/$repository could not be cloned; a clone of yours is taken with --clones"
     # Checking out brings all files of a partial clone at once, an archive one by one.
-    git -C "$clone" sparse-checkout set --no-cone "/${folder#.}/lod-meta.json" "/${folder#.}/${level}_*/"
+    wanted=("/${folder#.}/lod-meta.json" "/${folder#.}/${level}_*/")
+    [ "$level" != - ] || wanted=("/${folder#.}/")
+    git -C "$clone" sparse-checkout set --no-cone "${wanted[@]}"
     git -C "$clone" checkout -q "$commit" || fail 1 "$name: $repository has no commit $commit"
   fi
   extract "$clone" "$commit" "$folder" "$level" || fail 1 "$name: $clone lacks files of level $level in $folder at $commit"
-  "$grtx" convert "$work/source/$folder/lod-meta.json" "$work/$name.ply" --lod "$level" --quiet
+  meta=(lod-meta.json --lod "$level")
+  [ "$level" != - ] || meta=(meta.json)
+  "$grtx" convert "$work/source/${meta[0]}" "$work/$name.ply" "${meta[@]:1}" --quiet
   is=$(sha256sum <"$work/$name.ply")
   [ "$is" = "$sha  -" ] || fail 1 "$name: SHA-256 is ${is%% *}, on record is $sha"
   cp "${list%/*}/$name.cameras.json" "$into/"

@@ -98,7 +98,7 @@ def main():
             expected.values.pop(study.name, None)  # claims and machines that are no more
         expected.record(study.name, found)
     os.makedirs(options.output, exist_ok=True)
-    command = "scripts/reproduce.sh" + (" --quick" if options.quick else "")
+    command = "scripts/reproduce.sh" + (" --quick" if options.quick else "") + (" --scenes scenes" if options.scenes else "")
     page.write_pages(options.output, pages, command, results.model)
     if not options.only:
         page.write_index(options.output, study, pages, claims, study.values["machines"], command, results.model)

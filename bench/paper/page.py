@@ -88,15 +88,19 @@ class Page:
                 "direction", "why they differ"]
 
     def unlike_record(self):
-        """Claims whose value is not as recorded."""
-        return [f"`{name}` on `{machine}`" for name, machines in self.rows.items() for machine in machines
-                if self.verdict(name, machine)[1] == "**no**"]
+        """{machine: claims whose value there is not as recorded}."""
+        found = {}
+        for name, machines in self.rows.items():
+            for machine in machines:
+                if self.verdict(name, machine)[1] == "**no**":
+                    found.setdefault(machine, []).append(f"`{name}`")
+        return found
 
     def claim_table(self):
         block = Page(self.item, "", self.claims, self.which)
         block.table(self.claim_head(), list(self.claim_rows()))
-        if self.unlike_record():
-            block.text("**Not as recorded**: " + ", ".join(self.unlike_record()) + ".")
+        for machine, names in self.unlike_record().items():
+            block.text(f"**Not as recorded** on `{machine}`: {', '.join(names)}.")
         return block.body
 
     def section(self):

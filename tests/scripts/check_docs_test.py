@@ -11,21 +11,30 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_docs.py")
 sys.path.insert(0, os.path.dirname(SCRIPT))
 import docs_prose  # noqa: E402
-import readme_tables  # noqa: E402
-TABLE = """
-| machine | sw | hw | grtx | L2 accesses ÷ | node latency ÷ | node fetches ÷ |
-|---|---|---|---|---|---|---|
-| the paper's text (mean of its six scenes) | 2.00 | 1.94 | 4.36 | 4.75 | 1.77 | 3.03 |
-| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.00 | 5.00 | 2.00 | 3.00 |
-| `paper-charged`: every byte of it is charged | 1.50 | 2.00 | 4.00 | 5.00 | 2.00 | 3.00 |
-
-"""
+import evaluation_tables  # noqa: E402
+SCENES = "# views\n"
+HASH = hashlib.sha256(SCENES.encode()).hexdigest()[:8]
 TREE = {
     "modules/cache/l1_cache.h": "// Timing: docs/model/l1_cache.md.\n",
     "docs/model/l1_cache.md": "# L1 cache\n\n## What it costs\n",
     "docs/start.md": "[L1](model/l1_cache.md#what-it-costs), `modules/cache/l1_cache.{h,md}`, `l1_cache.h`, `build/x.h`\n",
 }
 EXCEPTED = "docs/results/readings.md,2,2026-11-22,host is gone\n"
+
+
+def evaluation(cycles=100, model=2, scenes=HASH):
+    """Text of evaluation.csv: a room and an object in the paper's four designs, three times; grtx takes 1/4 of the baseline's cycles."""
+    usual = {name: 1 for name in evaluation_tables.COLUMNS} | {
+        "part": "paper-128", "mode": "cycle", "half_interval": 0, "generated": 0, "took_part": "", "k": 8, "model": model, "set": scenes,
+        "date": "2026-11-22"}
+    rows = [usual | {"machine": machine, "view": view, "class": view, "design": design, "cycles": count}
+            for view in ("room", "object") for machine in ("paper", "paper-charged", "paper-lean")
+            for design, count in {"baseline": 4 * cycles, "sw": 200, "hw": 200, "grtx": 100}.items()
+            if machine == "paper" or design in ("hw", "grtx")]
+    return "\n".join(",".join(map(str, row)) for row in [evaluation_tables.COLUMNS, *(row.values() for row in rows)]) + "\n"
+
+
+HEADLINE = "docs/results/README.md"
 
 
 class CheckDocs(unittest.TestCase):
@@ -58,10 +67,7 @@ class CheckDocs(unittest.TestCase):
             "docs/results/readings.md": f"# R\n\n| | |\n|---|---|\n| command | x |\n| date | y |\n| model version | {cell} |\n| machine | any |\n"
                                         f"{changes.get('assumes', '| assumes | z |')}\n",
             "docs/results/data/older_pages.csv": "page,model,date,reason\n" + changes.get("excepted", ""),
-            "docs/results/data/readings.csv": "reading,scene,view,sw,hw,grtx,L2 accesses,latency,node fetches\n" + "".join(
-                f"`rt.checkpoint.traffic` = {t},hall,0,1.5,2,{changes.get('grtx', '4')},5,2,3\n" for t in ("charged", "uncharged")),
-            "README.md": "<!-- generated: scripts/readme_tables.py headline -->\n" + changes.get("table", TABLE) +
-                         f"<!-- end of generated -->\n\n* A room gains 3.4 ([r](docs/results/readings.md)){changes.get('said', '')}.\n",
+            "README.md": f"# G\n\n* A room gains 3.4 ([r](docs/results/readings.md)){changes.get('said', '')}.\n",
         }
         hashed = "data/traces/records.tsv sw.sampled gpu.cycles 7\ntests/rtl_tlm/run/golden.tsv sw gpu.cycles 100"
         tree["docs/results/data/model_versions.csv"] = tree["docs/results/data/model_versions.csv"].replace(
@@ -78,14 +84,14 @@ class CheckDocs(unittest.TestCase):
 
     def test_a_page_of_an_older_model_that_does_not_say_so(self):
         fault = "docs/results/readings.md:1: model version 1: must be 2, 'measured with version N', or 'none' and why"
-        said = dict(table=TABLE + "(Measured with version 1 of the model.)\n\n", said=", measured with version 1")
+        said = dict(said=", measured with version 1")
         self.assertEqual(self.faults(self.results(cell="1", excepted=EXCEPTED, **said)), [fault])
         self.assertEqual(self.faults(self.results(cell="measured with version 1", excepted=EXCEPTED, **said)), [])
         self.assertEqual(self.faults(self.results(cell="none: images alone")), [])
         self.assertEqual(self.faults(self.results(assumes="")), ["docs/results/readings.md:1: its stamp lacks assumes (scripts/model_version.py)"])
 
     def test_a_page_of_an_older_model_fails_unless_a_dated_line_says_why_it_stays(self):
-        said = dict(table=TABLE + "(Measured with version 1 of the model.)\n\n", said=", measured with version 1")
+        said = dict(said=", measured with version 1")
         stale = ("docs/results/readings.md:1: is of version 1, the model has 2: measure again, move its figures to docs/notes, "
                  "or say in docs/results/data/older_pages.csv why it stays")
         line = "docs/results/data/older_pages.csv:2: docs/results/readings.md: "
@@ -102,44 +108,48 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(self.faults(self.results(excepted=EXCEPTED)), [line + "is not older than the model, or not there: the line goes"])
 
     def test_readme_quotes_an_older_page(self):
-        table = TABLE + "(Measured with version 1 of the model.)\n\n"
-        self.assertEqual(self.faults(self.results(cell="measured with version 1", table=table, excepted=EXCEPTED)),
-                         ["README.md:13: quotes docs/results/readings.md: must say 'measured with version 1'"])
-        [fault] = self.faults(self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED))
-        self.assertIn("is not what scripts/readme_tables.py makes of docs/results/data", fault)
+        self.assertEqual(self.faults(self.results(cell="measured with version 1", excepted=EXCEPTED)),
+                         ["README.md:3: quotes docs/results/readings.md: must say 'measured with version 1'"])
+        self.assertEqual(self.faults(self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED)), [])
 
     def test_the_page_of_results_quotes_an_older_page(self):
-        tree = self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED,
-                            table=TABLE + "(Measured with version 1 of the model.)\n\n")
+        tree = self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED)
         page = "# R\n\n* A room gains 3.4 ([r](readings.md)){}.\n"
-        self.assertEqual(self.faults(tree | {"docs/results/README.md": page.format("")}),
+        self.assertEqual(self.faults(tree | {HEADLINE: page.format("")}),
                          ["docs/results/README.md:3: quotes docs/results/readings.md: must say 'measured with version 1'"])
-        self.assertEqual(self.faults(tree | {"docs/results/README.md": page.format(", measured with version 1")}), [])
+        self.assertEqual(self.faults(tree | {HEADLINE: page.format(", measured with version 1")}), [])
 
-    def test_a_figure_of_readme_that_is_not_the_datas(self):
-        [fault] = self.faults(self.results(grtx="4.5"))
-        self.assertEqual(fault, "README.md:6: is not what scripts/readme_tables.py makes of docs/results/data or of headers: "
-                                "| `paper`: checkpoint traffic costs nothing | 1.50 | 2.00 | 4.50 | 5.00 | 2.00 | 3.00 |")
-
-    def test_the_table_of_winners_is_that_of_the_page(self):
-        rivals = ("# W\n\n| | |\n|---|---|\n| command | x |\n| date | y |\n| model version | 2 |\n| machine | any |\n| assumes | z |\n\n"
-                  "| design | k | **rooms** | **objects** | RT unit, mm² | energy of a ray |\n|---|---|---|---|---|---|\n" +
-                  "".join(f"| {name} | 16 | **{number}.25** | 2 | 0.7 | 1 |\n" for number, (name, _) in enumerate(readme_tables.CONTENDERS)) +
-                  "\n| speed over the baseline, k = 16 | grtx |\n|---|---|\n| hall | 1.45 |\n| room | 3 |\n")
-        tree = self.results() | {"docs/results/rivals.md": rivals}
-        readme = "# R\n\n<!-- generated: scripts/readme_tables.py winners -->\n\n{}\n<!-- end of generated -->\n"
-        [fault] = self.faults(tree | {"README.md": readme.format("")})
-        self.assertIn("README.md:5: is not what", fault)
+    # README of the results with the table of the evaluation.
+    def evaluated(self, **changes):
+        tree = {**self.results(), evaluation_tables.SET: SCENES, evaluation_tables.DATA: evaluation(**changes)}
         with tempfile.TemporaryDirectory() as top:
-            os.makedirs(os.path.join(top, "docs", "results"))
-            os.makedirs(os.path.join(top, "rtl_tlm", "run"))
-            for name in ("docs/results/rivals.md", "rtl_tlm/run/model_version.h"):
-                with open(os.path.join(top, name), "w", encoding="utf-8") as file:
-                    file.write(tree[name])
-            made = readme_tables.winners(top, "README.md")
-        self.assertIn("| GRTX: shared tree, checkpoints | 1.3 | 2.0 | 1.5 to 3.0 | 0.7 | 1 |", made)
-        self.assertRegex(made, r"\*\*.*: the fastest of these\*\* \| \*\*6\.3\*\*")
-        self.assertEqual(self.faults(tree | {"README.md": readme.format(made)}), [])
+            os.makedirs(os.path.join(top, "docs", "results", "data"))
+            with open(os.path.join(top, evaluation_tables.DATA), "w", encoding="utf-8") as file:
+                file.write(tree[evaluation_tables.DATA])
+            made = evaluation_tables.made(top, "headline")
+        return tree | {HEADLINE: f"# R\n\n<!-- generated: scripts/readme_tables.py headline -->\n\n{made}\n<!-- end of generated -->\n"}
+
+    def test_a_table_is_that_of_its_data(self):
+        tree = self.evaluated()
+        self.assertIn("| `paper-lean` | objects, 1 | 2.00 | 2.00 | 4.00 | 1.00 | 1.00 | 1.00 |", tree[HEADLINE])
+        self.assertEqual(self.faults(tree), [])
+        [fault] = self.faults(tree | {HEADLINE: tree[HEADLINE].replace("| 4.00 |", "| 4.50 |", 1)})
+        self.assertTrue(fault.startswith("docs/results/README.md:8: is not what scripts/readme_tables.py makes of docs/results/data"), fault)
+        unmeasured = {name: text for name, text in tree.items() if name != evaluation_tables.DATA}
+        self.assertEqual(self.faults(unmeasured), [])  # stays as it is
+
+    def test_figures_of_other_scenes_or_of_another_model(self):
+        rule = f"{evaluation_tables.DATA}:1: paper-128: of another "
+        self.assertEqual(self.faults(self.evaluated() | {evaluation_tables.SET: "# others\n"}),
+                         [rule + f"scenes, {evaluation_tables.SET} is {hashlib.sha256(b'# others' + bytes([10])).hexdigest()[:8]}: python3 bench/evaluate"])
+        self.assertEqual(self.faults(self.evaluated(model=1)), [rule + "version of the model, it has 2: python3 bench/evaluate"])
+
+    def test_a_page_whose_scenes_changed_after_its_figures(self):
+        page = self.results()["docs/results/readings.md"].rstrip("\n")
+        for stamp, faults in ((HASH, []), ("0123abcd", [
+                f"docs/results/readings.md:1: its figures are of scenes 0123abcd, {evaluation_tables.SET} is {HASH}: python3 bench/evaluate"])):
+            tree = self.evaluated() | {"docs/results/readings.md": f"{page}\n| scenes | evaluation.toml, {stamp} |\n"}
+            self.assertEqual(self.faults(tree), faults)
 
     def test_a_header_that_its_readme_does_not_name(self):
         tree = {"base/README.md": "# base\n\n[a.h](a.h)\n\n<!-- generated: scripts/readme_tables.py headers -->\n\n| header | holds |\n"

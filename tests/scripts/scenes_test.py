@@ -52,10 +52,10 @@ class Scenes(unittest.TestCase):
     def git(self, folder, *arguments):
         return subprocess.run(["git", "-C", folder, *arguments], capture_output=True, text=True, check=True).stdout
 
-    def scenes(self, *more, sha=None, environment=None):
+    def scenes(self, *more, sha=None, environment=None, folder="lod_output", level="1"):
         sha = sha or hashlib.sha256(self.bytes).hexdigest()
         with open(self.path("lists", "scenes.txt"), "w", encoding="utf-8") as file:
-            file.write(f"# name ...\nhall  somebody/hall  {self.commit}  lod_output  1  {sha}\n")
+            file.write(f"# name ...\nhall  somebody/hall  {self.commit}  {folder}  {level}  {sha}\n")
         return subprocess.run([SCRIPT, self.path("out"), "--program", PROGRAM, "--list", self.path("lists", "scenes.txt"), *more],
                               capture_output=True, text=True, check=False, env={**os.environ, **(environment or {})})
 
@@ -76,6 +76,15 @@ class Scenes(unittest.TestCase):
                        "GIT_CONFIG_VALUE_0": "https://github.com/"}
         done = self.scenes(environment=environment)
         self.assertEqual(done.returncode, 0, done.stderr)
+        self.check_result()
+
+    def test_a_plain_scene_has_no_level(self):
+        plain = os.path.join(self.path("clones", "somebody", "hall"), "lod_output", "1_0")
+        subprocess.run([PROGRAM, "convert", plain, self.path("plain.ply"), "--quiet"], check=True)
+        with open(self.path("plain.ply"), "rb") as file:
+            self.bytes = file.read()
+        done = self.scenes("--clones", self.path("clones"), folder="lod_output/1_0", level="-")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.check_result()
 
     def test_another_sum_is_refused_and_leaves_nothing(self):

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is simulated: parts of the evaluation, each a plan of `grtx sweep` on each of its machines."""
+import json
+import os
+import tomllib
+from dataclasses import dataclass, field
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOP = os.path.normpath(os.path.join(HERE, "..", ".."))
+SET = "configs/scenes/evaluation.toml"
+LIMITS = {"seconds": 3600, "memory_mb": 9000}
+QUARTER = {"gpu.sms": 2, "l2.bytes": 1048576, "l2.slices": 1}  # of the paper's GPU
+PAPER = {"baseline": ("tri20", "off"), "sw": ("tlas-tri20", "off"), "hw": ("tri20", "on"), "grtx": ("tlas-tri20", "on")}
+FULL = 1080  # lines of a frame at full density
+
+
+@dataclass(frozen=True)
+class Part:
+    """Views and designs of a table, at one density. lines: of the whole view whose rays are as dense; pixels: an edge of its middle
+    that is simulated. seconds: of a point and its trace, mean on one core of class H, for --plan while none is done."""
+    name: str
+    table: str
+    machines: tuple
+    mode: str
+    pixels: int
+    lines: int
+    seconds: float
+    keys: dict = field(default_factory=dict)
+    designs: str = ""  # table of designs.toml, if it is not that of the views
+
+    @property
+    def rows(self):
+        return self.designs or self.table
+
+
+CARDS = ("ada-share", "blackwell-share", "rdna4-share", "rtx2060-share")
+PARTS = {part.name: part for part in (
+    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
+    Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
+    Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
+    Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
+    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
+    Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
+    Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER))}
+
+
+def read(path):
+    with open(path, "rb") as file:
+        return tomllib.load(file)
+
+
+def views(part, quick):
+    return [view for view in read(os.path.join(TOP, SET))["quick" if quick else "view"] if part.table in view["tables"]]
+
+
+def points(part, machine, quick):
+    """{(design, k): keys and tracer options}, in the order of the tables."""
+    if part.table == "paper":
+        # Without checkpoints the three machines are one.
+        return {(name, 8): {"tracer.accel": accel, "tracer.checkpoint": checkpoint, "tracer.k": 8}
+                for name, (accel, checkpoint) in PAPER.items() if machine == "paper" or checkpoint == "on"}
+    plan = read(os.path.join(HERE, "designs.toml"))
+    found = {}
+    for design in plan["design"]:
+        if part.rows not in design["tables"]:
+            continue
+        sizes = design["k"] if part.rows in ("who", "steps") else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
+        for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
+            keys = {"tracer.checkpoint": "off", "tracer.k": k}
+            for name in design.get("parts", []):
+                keys |= plan["part"][name]
+            keys |= design.get("keys", {})
+            found[design["name"], k] = {key: 3 * k if value == "3 k" else value for key, value in keys.items()}
+    return found
+
+
+def text(part, machine, scenes, quick):
+    """The plan; scenes: the folder of the public ones."""
+    lines = [f"mode = {json.dumps(part.mode)}"]
+    pixels, fov = (8, 1.0) if quick else (part.pixels, part.pixels / part.lines)
+    for view in views(part, quick):
+        lines += ["[[scene]]", f"name = {json.dumps(label(view))}", f"view = {view['view']}", f"width = {pixels}", f"height = {pixels}",
+                  f"fov_scale = {fov:.6g}"]
+        if "preset" in view:
+            lines += [f"{key} = {json.dumps(view[key])}" for key in ("preset", "count", "seed")]
+        else:
+            stem = os.path.join(os.path.abspath(scenes), view["scene"])
+            lines += [f"file = {json.dumps(stem + '.ply')}", f"cameras = {json.dumps(stem + '.cameras.json')}"]
+    shared = {key: value for key, value in part.keys.items() if not key.startswith("tracer.")}
+    for table, entries in (("[set]", shared), ("[limits]", LIMITS)):
+        lines += [table] + [f"{key} = {json.dumps(value)}" for key, value in entries.items()]
+    for own in points(part, machine, quick).values():
+        lines += ["[[point]]"] + [f"{key} = {json.dumps(value)}" for key, value in whole(part, own).items()]
+    return "\n".join(lines) + "\n"
+
+
+def whole(part, own):
+    """Keys of a point: its own and the part's options of the tracer."""
+    return own | {key: value for key, value in part.keys.items() if key.startswith("tracer.")}
+
+
+def label(view):
+    return f"{view['scene']}-{view['view']}"
+
+
+def views_of(parts):
+    """Of all of them, without --quick."""
+    return [view for part in parts for view in views(part, False)]

@@ -1,0 +1,309 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of pages from evaluation.csv in docs/results/data, which bench/evaluate writes; readme_tables.py puts them into pages. A table says
+under itself of which scenes, machine, mode, interval and version it is. A page with such tables has a row `scenes` in its stamp: the
+hash of configs/scenes/evaluation.toml as it was. When the file is another, the page is a fault.
+"""
+import csv
+import hashlib
+import math
+import os
+import re
+import textwrap
+import tomllib
+
+import model_version
+
+DATA = os.path.join("docs", "results", "data", "evaluation.csv")
+SET = "configs/scenes/evaluation.toml"
+COLUMNS = ("part", "machine", "mode", "view", "class", "generated", "took_part", "design", "k", "cycles", "half_interval", "energy_nj_per_ray",
+           "rt_unit_mm2", "chip_mm2", "bound", "bound_cycles", "l2_accesses", "node_latency", "node_fetches", "node_visits", "instructions",
+           "dram_bytes", "node_hit_rate", "rays", "model", "set", "date")
+PAPER = (2.00, 1.94, 4.36, 4.75, 1.77, 3.03)
+CLASSES = {"rooms": lambda row: row["generated"] == "0" and row["class"] != "object",
+           "objects": lambda row: row["generated"] == "0" and row["class"] == "object", "generated": lambda row: row["generated"] == "1"}
+
+
+def hash_of_set(top):
+    with open(os.path.join(top, SET), "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()[:8]
+
+
+def load(top):
+    path = os.path.join(top, DATA)
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def mean(values):
+    values = list(values)
+    return math.exp(sum(map(math.log, values)) / len(values)) if values and None not in values else None
+
+
+def shown(value, digits=2):
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def table(head, rows):
+    return "".join("| " + " | ".join(row) + " |\n" for row in [head, ["---"] * len(head), *rows]).replace(" --- ", "---")
+
+
+def caption(rows):
+    """Whatever a figure of these rows needs to be quoted."""
+    unique = lambda name: sorted({row[name] for row in rows})
+    half = max(float(row["half_interval"]) for row in rows)
+    widest = f", half of an interval at most {100 * half:.1f} %" if half else ", no interval"
+    said = (f"(Scenes `{', '.join(unique('set'))}`; machine {', '.join(f'`{machine}`' for machine in unique('machine'))}; "
+            f"mode {', '.join(unique('mode'))}{widest}; version {', '.join(unique('model'))} of the model.)")
+    return f"\n{textwrap.fill(said, 120)}\n"
+
+
+class Part:
+    """Rows of one part on one machine: cycles and the rest of each design and view."""
+
+    def __init__(self, rows):
+        self.rows = rows
+        self.at = {(row["design"], int(row["k"]), row["view"]): row for row in rows}
+        self.designs = list(dict.fromkeys((row["design"], int(row["k"])) for row in rows))
+        first = {row["view"]: row for row in rows}
+        self.views = list(first)
+        self.of_class = {name: [view for view, row in first.items() if inside(row)] for name, inside in CLASSES.items()}
+        self.first = {}  # of each design: its first k
+        for design, k in self.designs:
+            self.first.setdefault(design, k)
+
+    def ratio(self, column, design, k, view, base, base_k):
+        """What the base has of it over what the design has; None where one is not there."""
+        own, other = self.at.get((design, k, view)), self.at.get((base, base_k, view))
+        return float(other[column]) / float(own[column]) if own and other else None
+
+    def speed(self, design, k, view):
+        return self.ratio("cycles", design, k, view, "baseline", self.first["baseline"])
+
+    def mean(self, design, k, name):
+        return mean(self.speed(design, k, view) for view in self.of_class[name])
+
+    def energy(self, design, k):
+        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in self.views)
+        return None if over is None else 1 / over
+
+    def best(self, design):
+        """The k with the largest mean over all views."""
+        return max((k for name, k in self.designs if name == design),
+                   key=lambda k: mean(self.speed(design, k, view) for view in self.views) or 0)
+
+    def shown(self):
+        """(design, k, what k is called): each design with its first k and its best."""
+        for design, first in self.first.items():
+            best = self.best(design)
+            yield design, first, str(first)
+            if best != first:
+                yield design, best, f"best: {best}"
+
+
+def part(rows, name, machine=None):
+    """None where the part has no figures."""
+    own = [row for row in rows if row["part"] == name and machine in (None, row["machine"])]
+    return Part(own) if own else None
+
+
+def who(rows, name):
+    """A row a design and k, a column a view: speed over the baseline with its first k."""
+    of = part(rows, name)
+    if not of:
+        return None
+    costs = name == "who-128"
+    kinds = [kind for kind, views in of.of_class.items() if views]
+    head = ["design", "k", *of.views, *(f"**{kind}**" for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
+    lines = []
+    for design, k, called in of.shown():
+        any_row = next(row for (d, size, _), row in of.at.items() if (d, size) == (design, k))
+        lines.append([design, called, *(shown(of.speed(design, k, view)) for view in of.views),
+                      *(f"**{shown(of.mean(design, k, kind))}**" for kind in kinds),
+                      *([shown(float(any_row["rt_unit_mm2"])), shown(float(any_row["chip_mm2"]), 1)] if costs else []),
+                      shown(of.energy(design, k))])
+    return table(head, lines) + caption(of.rows)
+
+
+def cards(rows):
+    """Shares of cards beside each other: speed over the baseline on each, and energy."""
+    machines = list(dict.fromkeys(row["machine"] for row in rows if row["part"] == "cards"))
+    if not machines:
+        return None
+    parts = {machine: part(rows, "cards", machine) for machine in machines}
+    kinds = [kind for kind in CLASSES if any(of.of_class[kind] for of in parts.values())]
+    lines = []
+    for design in next(iter(parts.values())).first:
+        for best in (False, True):
+            cells, called = [], set()
+            for of in parts.values():
+                k = of.best(design) if best else of.first[design]
+                called.add(k)
+                cells += [shown(of.mean(design, k, kind)) for kind in kinds] + [shown(of.energy(design, k))]
+            text = ", ".join(map(str, sorted(called)))
+            if not best or text != str(next(iter(parts.values())).first[design]):
+                lines.append([design, f"best: {text}" if best else text, *cells])
+    head = ["design", "k", *(f"`{machine}`: {kind}" if kind == kinds[0] else kind for machine in machines for kind in [*kinds, "energy"])]
+    return table(head, lines) + caption([row for row in rows if row["part"] == "cards"])
+
+
+def steps(rows):
+    """GauTracer's steps over its own baseline: speed of each view, and how many times fewer instructions and so on, means of all views."""
+    of = part(rows, "steps")
+    if not of:
+        return None
+    columns = {"instructions ÷": "instructions", "visits ÷": "node_visits", "DRAM bytes ÷": "dram_bytes", "energy ÷": "energy_nj_per_ray"}
+    base, lines = "boxes, both shaders", []
+    for design, k in of.designs:
+        over = lambda column, design=design, k=k: [of.ratio(column, design, k, view, base, 16) for view in of.views]
+        lines.append([design, str(k), *map(shown, over("cycles")), *(shown(mean(over(column))) for column in columns.values())])
+    return table(["step", "k", *of.views, *columns], lines) + caption(of.rows)
+
+
+def winners(rows):
+    """README's: the designs that have a name there, the fastest in rooms in bold."""
+    near, full = part(rows, "who-128"), part(rows, "who-full")
+    if not near or not full:
+        return None
+    kind = "rooms" if near.of_class["rooms"] else "generated"
+    other = "objects" if near.of_class["objects"] else "generated"
+    lines = []
+    for design, label in readme_names().items():
+        if design not in near.first:
+            continue
+        k, best, dense = near.first[design], near.best(design), full.best(design)
+        row = next(row for row in near.rows if (row["design"], int(row["k"])) == (design, best))
+        values = [near.mean(design, k, kind), near.mean(design, best, kind), near.mean(design, best, other), full.mean(design, dense, kind)]
+        lines.append([label, *(shown(value, 1) for value in values), shown(float(row["rt_unit_mm2"])), shown(near.energy(design, best))])
+    fastest = max(range(len(lines)), key=lambda at: float(lines[at][2].replace("–", "0")))
+    lines[fastest] = [f"**{cell}**" for cell in [lines[fastest][0] + ": the fastest", *lines[fastest][1:]]]
+    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, 1,080 lines, best k", "RT unit, mm²", "energy"]
+    return table(head, lines) + caption(near.rows + full.rows)
+
+
+def readme_names():
+    """{design: its name in README}, in the order of bench/evaluate/designs.toml."""
+    with open(os.path.join(model_version.TOP, "bench", "evaluate", "designs.toml"), "rb") as file:
+        return {design["name"]: design["readme"] for design in tomllib.load(file)["design"] if "readme" in design}
+
+
+def headline(rows):
+    """The paper's six ratios: means of each class of views."""
+    columns = ("l2_accesses", "node_latency", "node_fetches")
+    lines = [["the paper's text (mean of its six scenes)", "", *map(shown, PAPER)]]
+    base = part(rows, "paper-128", "paper")
+    if not base:
+        return None
+    apart = {view for view in base.views if not base.at["baseline", 8, view]["took_part"]}
+    groups = {"rooms": base.of_class["rooms"], "rooms that took no part": [view for view in base.of_class["rooms"] if view in apart],
+              "objects": base.of_class["objects"], "generated": base.of_class["generated"]}
+    for machine in ("paper", "paper-charged", "paper-lean"):
+        both = Part(base.rows + [row for row in rows if row["part"] == "paper-128" and row["machine"] == machine])
+        for name, views in groups.items():
+            if views:
+                cells = [mean(both.speed(design, 8, view) for view in views) for design in ("sw", "hw", "grtx")]
+                cells += [mean(both.ratio(column, "grtx", 8, view, "baseline", 8) for view in views) for column in columns]
+                lines.append([f"`{machine}`", f"{name}, {len(views)}", *map(shown, cells)])
+    return table(["machine", "views", "sw", "hw", "grtx", "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines) + caption(
+        [row for row in rows if row["part"] == "paper-128"])
+
+
+def classes(rows):
+    """A row a view: what it took part in, what its rays visit, and speeds of the paper's designs free, charged and lean."""
+    near = {machine: part(rows, "paper-128", machine) for machine in ("paper", "paper-charged", "paper-lean")}
+    full = {machine: part(rows, "paper-full", machine) for machine in ("paper", "paper-charged")}
+    if None in [*near.values(), *full.values()]:
+        return None
+    base, dense = near["paper"], full["paper"]
+
+    def over(of, design, view, start):
+        row, own = start.at.get(("baseline", 8, view)), of.at.get((design, 8, view))
+        return shown(float(row["cycles"]) / float(own["cycles"]) if row and own else None)
+
+    lines = []
+    for view in base.views:
+        row = base.at.get(("baseline", 8, view)) or next(row for row in base.rows if row["view"] == view)
+        visits = [float(own["node_visits"]) / float(own["rays"]) if (own := base.at.get((design, 8, view))) else None
+                  for design in ("baseline", "sw", "grtx")]
+        lines.append([f"{view}{', generated' if row['generated'] == '1' else ''}", row["class"], row["took_part"] or "nothing",
+                      " / ".join(shown(value, 0) for value in visits), f"{100 * float(row['node_hit_rate']):.0f} %",
+                      " / ".join(over(base, design, view, base) for design in ("sw", "hw", "grtx")),
+                      *(" / ".join(over(near[machine], design, view, base) for design in ("hw", "grtx"))
+                        for machine in ("paper-charged", "paper-lean")),
+                      *(over(full[machine], "grtx", view, dense) for machine in ("paper", "paper-charged"))])
+    head = ["view", "class", "took part in", "visits a ray: baseline / sw / grtx", "L1 hits of the baseline", "free: sw / hw / grtx",
+            "charged: hw / grtx", "lean: hw / grtx", "1,080 lines: grtx free", "charged"]
+    return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
+
+
+def binds(rows, name):
+    """What each design waits for: the largest lower bound over its cycles, and of which resource it is."""
+    of = part(rows, name)
+    if not of:
+        return None
+    lines = []
+    for design, k in of.first.items():
+        own = [of.at.get((design, k, view)) for view in of.views]
+        lines.append([design, str(k), *(f"{row['bound']} {float(row['bound_cycles']) / float(row['cycles']):.2f}" if row else "–"
+                                        for row in own)])
+    return table(["design", "k", *of.views], lines) + caption(of.rows)
+
+
+MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
+        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
+        "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
+PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
+            "binds-128": {"who-128"}, "binds-full": {"who-full"}}
+
+
+def made(top, name):
+    """The table; None while nothing of it is measured."""
+    return MADE[name](load(top))
+
+
+def tables_of(text):
+    return set(re.findall(r"<!-- generated: scripts/readme_tables\.py (\S+) -->", text)) & set(MADE)
+
+
+def rows_of_page(text, rows):
+    """Rows behind the tables of a page."""
+    parts = set().union(*(PARTS_OF.get(name, {name}) for name in tables_of(text)))
+    return [row for row in rows if row["part"] in parts]
+
+
+def renew_stamps(top):
+    """Date, version and scenes of each page of results that has such tables and nothing else in it that a model gave."""
+    rows = load(top)
+    for page in model_version.pages(top):
+        text = model_version.read(top, page)
+        own = rows_of_page(text, rows)
+        if not own:
+            continue
+        fresh = {"command": "`scripts/scenes.sh scenes`, `python3 bench/evaluate --scenes scenes`", "date": max(row["date"] for row in own),
+                 "model version": ", ".join(sorted({row["model"] for row in own})),
+                 "scenes": f"[evaluation.toml](../../{SET}), {', '.join(sorted({row['set'] for row in own}))}"}
+        command = model_version.stamp(text).get("command", "")
+        if "bench/evaluate" not in command:
+            fresh["command"] = f"{command}; {fresh['command']}"
+        for name, value in fresh.items():
+            line, there = f"| {name} | {value} |\n", re.compile(rf"^\| {name} \| .* \|\n", re.M)
+            text = there.sub(lambda _, line=line: line, text, 1) if there.search(text) else re.sub(
+                r"^(\| machine \| .* \|\n)", lambda found, line=line: line + found.group(1), text, count=1, flags=re.M)
+        model_version.write(top, page, text)
+
+
+def faults(top):
+    """Pages and data whose figures are of other scenes than those of SET, and data of another version of the model."""
+    if not os.path.exists(os.path.join(top, SET)):
+        return
+    present, now = hash_of_set(top), str(model_version.current(top))
+    for page in model_version.pages(top):
+        of = model_version.stamp(model_version.read(top, page)).get("scenes", "")
+        for old in re.findall(r"(?<=, )[0-9a-f]{8}\b", of):
+            if old != present:
+                yield f"{page}:1: its figures are of scenes {old}, {SET} is {present}: python3 bench/evaluate"
+    for name, value, what in (("set", present, f"scenes, {SET} is"), ("model", now, "version of the model, it has")):
+        for old in sorted({row[name] for row in load(top)} - {value}):
+            parts = sorted({row["part"] for row in load(top) if row[name] == old})
+            yield f"{DATA}:1: {', '.join(parts)}: of another {what} {value}: python3 bench/evaluate"

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""bench/evaluate on its tiny set: pages are well formed and pass the check of their tables, a second run simulates nothing and changes
+nothing, a part alone keeps the rows of the others, and bad requests are one line.
+
+    evaluate_test.py GRTX
+"""
+import csv
+import json
+import os
+import re
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unittest
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+PROGRAM = ""
+PARTS = ("who-128", "who-full", "secondary", "cards", "steps", "paper-128", "paper-full")
+
+
+def tables(text):
+    return [block.splitlines() for block in re.findall(r"(?:^\|.*\n)+", text, re.M)]
+
+
+class Evaluate(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.work = folder.name
+        cls.first = cls.evaluate()
+
+    @classmethod
+    def evaluate(cls, *more):
+        return subprocess.run([sys.executable, "-B", os.path.join(ROOT, "bench", "evaluate"), "--quick", "--work", cls.work, "--program", PROGRAM,
+                               *more], capture_output=True, text=True, check=False)
+
+    def path(self, *names):
+        return os.path.join(self.work, *names)
+
+    def read(self, *names):
+        with open(self.path(*names), encoding="utf-8") as file:
+            return file.read()
+
+    def written(self):
+        return {os.path.join(folder, name): self.read(folder, name) for folder, _, names in os.walk(self.path("tree")) for name in names}
+
+    def rows(self):
+        with open(self.path("tree", "docs", "results", "data", "evaluation.csv"), encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_every_point_of_every_part_is_a_row_that_says_what_it_is_of(self):
+        self.assertEqual(self.first.returncode, 0, self.first.stderr)
+        rows = self.rows()
+        self.assertEqual({row["part"] for row in rows}, set(PARTS))
+        for row in rows:
+            self.assertTrue(int(row["cycles"]) > 0 and float(row["energy_nj_per_ray"]) > 0 and row["mode"] and row["machine"], row)
+            self.assertRegex(row["set"] + row["model"], r"^[0-9a-f]{8}\d+$")
+        with open(os.path.join(ROOT, "bench", "evaluate", "designs.toml"), "rb") as file:
+            designs = tomllib.load(file)["design"]
+        self.assertEqual({row["design"] for row in rows if row["part"] == "who-128"}, {design["name"] for design in designs if "who" in design["tables"]})
+        base, walk = ([int(row["cycles"]) for row in rows if (row["part"], row["design"], row["k"]) == ("who-128", name, "16")]
+                      for name in ("baseline", "walk"))
+        self.assertTrue(all(one > other for one, other in zip(base, walk)))
+
+    def test_pages_are_well_formed(self):
+        made = 0
+        for name, text in self.written().items():
+            for part in re.findall(r"<!-- generated: scripts/readme_tables\.py \S+ -->\n(.*?)<!-- end of generated -->", text, re.S):
+                for table in tables(part):
+                    self.assertEqual(len({line.count("|") for line in table}), 1, f"{name}: {table[0]}")
+                    self.assertTrue(set(table[1]) <= set("|-"), table[1])
+                made += "(Scenes `" in part
+            self.assertNotIn("nan", text)
+        self.assertGreaterEqual(made, 5)
+        check = subprocess.run([sys.executable, "-B", "-c", f"""
+import sys
+sys.path.insert(0, {os.path.join(ROOT, 'scripts')!r})
+import docs_prose, evaluation_tables, readme_tables
+for page in ("README", "rivals", "bounds", "scene-classes"):
+    with open({self.path('tree')!r} + "/docs/results/" + page + ".md", encoding="utf-8") as file:
+        print(*docs_prose.breaches(file.read()))
+print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tables.faults({self.path('tree')!r})]))"""],
+                               capture_output=True, text=True, check=True)
+        self.assertEqual(check.stdout.strip(), "")
+        self.assertRegex(self.read("tree", "docs", "results", "rivals.md"), r"\n\| scenes \| \[evaluation\.toml\]\([./\w]+\), [0-9a-f]{8} \|\n")
+
+    def test_a_second_run_simulates_nothing_and_changes_nothing(self):
+        def ended():
+            with sqlite3.connect(self.path("who-128", "paper-charged.sqlite")) as database:
+                return database.execute("SELECT id, key, seconds FROM point ORDER BY id").fetchall()
+        before = self.written(), ended()
+        again = self.evaluate()
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual((self.written(), ended()), before)
+        self.assertNotIn("points each", again.stderr)
+
+    def test_a_part_alone_keeps_the_rows_of_the_others(self):
+        before = self.rows()
+        self.assertEqual(self.evaluate("--only", "secondary").returncode, 0)
+        self.assertEqual(self.rows(), before)
+
+    def test_the_plan_runs_nothing(self):
+        before = os.listdir(self.work)
+        plan = self.evaluate("--plan", "--only", "who-128")
+        self.assertEqual(plan.returncode, 0, plan.stderr)
+        self.assertRegex(plan.stdout, r"who-128 +paper-charged +(\d+) +\1 +0\.00\ntogether +0\.00\n$")
+        self.assertEqual(os.listdir(self.work), before)
+
+    def test_the_set_of_scenes(self):
+        with open(os.path.join(ROOT, "configs", "scenes", "evaluation.toml"), "rb") as file:
+            scenes = tomllib.load(file)
+        with open(os.path.join(ROOT, "configs", "scenes", "scenes.txt"), encoding="utf-8") as file:
+            public = {line.split()[0] for line in file if line[0] != "#"}
+        views = scenes["view"] + scenes["quick"]
+        self.assertEqual({view["scene"] for view in views if "preset" not in view}, public)
+        seeds = [view["seed"] for view in views if "preset" in view]
+        self.assertEqual(len(set(seeds)), len(seeds))
+        for view in views:
+            self.assertIn(view["class"], ("room", "building", "object"))
+            if "preset" not in view:
+                with open(os.path.join(ROOT, "configs", "scenes", view["scene"] + ".cameras.json"), encoding="utf-8") as file:
+                    self.assertLess(view["view"], len(json.load(file)))
+
+    def test_bad_requests_are_one_line(self):
+        for arguments, rule in ((("--only", "everything"), "invalid choice"), (("--program", "/no/grtx"), "no program")):
+            bad = self.evaluate(*arguments)
+            self.assertEqual(bad.returncode, 2)
+            self.assertIn(rule, bad.stderr.splitlines()[-1])
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
