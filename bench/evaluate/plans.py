@@ -62,7 +62,7 @@ def points(part, machine, quick):
     plan = read(os.path.join(HERE, "designs.toml"))
     found = {}
     for design in plan["design"]:
-        if part.rows not in design["tables"]:
+        if not {part.rows, part.name} & set(design["tables"]):
             continue
         sizes = design["k"] if part.rows in ("who", "steps") else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
