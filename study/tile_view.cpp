@@ -8,7 +8,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
-#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
