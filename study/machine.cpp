@@ -49,12 +49,12 @@ std::string meant(const std::string& name) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0) word += static_cast<char>(std::tolower(c));
   }
   static const std::map<std::string, std::array<const char*, 2>> products = {
-      {"rtx4090", {"ada", "an RTX 4090"}},         {"4090", {"ada", "an RTX 4090"}},
-      {"rtx6000ada", {"ada", "an RTX 4090"}},      {"lovelace", {"ada", "an RTX 4090"}},
-      {"rtx5090", {"blackwell", "an RTX 5090"}},   {"5090", {"blackwell", "an RTX 5090"}},
-      {"rx9070xt", {"rdna4", "an RX 9070 XT"}},    {"9070xt", {"rdna4", "an RX 9070 XT"}},
-      {"2060", {"rtx2060", "an RTX 2060"}},        {"turing", {"rtx2060", "an RTX 2060"}},
-      {"table1", {"paper-charged", "Table I"}},    {"default", {"paper", "what every command takes"}}};
+      {"rtx4090", {"ada", "an RTX 4090"}},       {"4090", {"ada", "an RTX 4090"}},
+      {"rtx6000ada", {"ada", "an RTX 4090"}},    {"lovelace", {"ada", "an RTX 4090"}},
+      {"rtx5090", {"blackwell", "an RTX 5090"}}, {"5090", {"blackwell", "an RTX 5090"}},
+      {"rx9070xt", {"rdna4", "an RX 9070 XT"}},  {"9070xt", {"rdna4", "an RX 9070 XT"}},
+      {"2060", {"rtx2060", "an RTX 2060"}},      {"turing", {"rtx2060", "an RTX 2060"}},
+      {"table1", {"paper-charged", "Table I"}},  {"default", {"paper", "what every command takes"}}};
   const auto product = products.find(word);
   if (product == products.end()) return "";
   return fmt::format("did you mean {}, which is like {}?", product->second[0], product->second[1]);

@@ -70,8 +70,9 @@ MachineKeys machine_keys(const std::string& machine, const std::string& config,
   const std::set<std::string> set = lab::keys_of(settings);
   MachineKeys all;
   for (const modules::Parameter& parameter : sim::config_keys(resolved)) {
-    MachineKey key{parameter.name, sim::value_json(parameter), parameter.unit, "default", parameter.origin.source,
-                   std::string(1, static_cast<char>(parameter.origin.confidence))};
+    MachineKey key{parameter.name,          sim::value_json(parameter),
+                   parameter.unit,          "default",
+                   parameter.origin.source, std::string(1, static_cast<char>(parameter.origin.confidence))};
     put_place(key, places);
     if (set.contains(key.name)) key = {key.name, key.value, key.unit, "--set", "", ""};
     all.keys.push_back(std::move(key));

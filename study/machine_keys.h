@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a machine resolves to: every key with its value, where that comes from and on whose word, and figures that follow.
+// What a machine resolves to: every key with its value, where that comes from and on whose word, and figures that
+// follow.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -24,7 +24,7 @@
 namespace grtx::study {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};                    ///< polling interval of the parent
+constexpr std::chrono::milliseconds kLook{200};  ///< polling interval of the parent
 /// Memory of the largest simulation.
 std::uint64_t largest_simulation(const std::map<std::string, TracedDesign>& traced, const sim::GpuConfig& config) {
   std::uint64_t groups = 0;

@@ -16,8 +16,8 @@ namespace grtx::study {
 sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
                                     const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
 
-/// Says on stderr what simulating takes if that is more than a minute. visits: of nodes, in all traces. jobs: traces that
-/// are simulated at a time.
+/// Says on stderr what simulating takes if that is more than a minute. visits: of nodes, in all traces. jobs: traces
+/// that are simulated at a time.
 void say_simulation_time(const std::string& command, sim::SimulationMode mode, std::uint64_t visits, double share,
                          std::uint64_t bytes, unsigned jobs);
 

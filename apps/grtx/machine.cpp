@@ -36,7 +36,7 @@ void print_text(const study::MachineKeys& machine) {
   }
   fmt::print("\n");
   for (const study::MachineFigure& figure : machine.figures) {
-    fmt::print("{:<31} {:<17} from {}\n", figure.name, fmt::format("{:.5g} {}", figure.value, figure.unit),
+    fmt::print("{:<31} {:<17} from {}\n", figure.name, fmt::format("{:.6g} {}", figure.value, figure.unit),
                figure.follows);
   }
 }

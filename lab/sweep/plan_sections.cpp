@@ -86,8 +86,8 @@ void PlanSections::unknown(const toml::node& node, const std::string& name,
 
 void PlanSections::refuse_machine(const toml::node& node, const std::string& name) const {
   if (name != "machine" && !name.ends_with(".machine")) return;
-  fail(node, fmt::format("machine: a plan has none, the command names it: --machine {}",
-                         node.value_or(std::string("NAME"))));
+  fail(node,
+       fmt::format("machine: a plan has none, the command names it: --machine {}", node.value_or(std::string("NAME"))));
 }
 
 std::string PlanSections::text(const toml::node& node, const std::string& name) const {

@@ -89,7 +89,9 @@ void GpuConfig::parameters(modules::ParameterList& list) {
       "is of the built-in DRAM, but dram.model is another, whose own file says its bandwidth");
   list.rule(
       "dram.bandwidth_gb_s",
-      [this] { return dram_gb_s == 0.0 || (clock_of_bandwidth(*this) >= kMinMhz && clock_of_bandwidth(*this) <= kMaxMhz); },
+      [this] {
+        return dram_gb_s == 0.0 || (clock_of_bandwidth(*this) >= kMinMhz && clock_of_bandwidth(*this) <= kMaxMhz);
+      },
       "needs a memory clock beyond 100 to 10000 MHz: that is the bandwidth times dram.timing.ccd over dram.burst_bytes "
       "and the channels (l2.slices or dram.channels)");
   const auto by_file = [this] {
@@ -158,7 +160,9 @@ GpuConfig GpuConfig::at_bandwidth() const {
   return same;
 }
 
-double GpuConfig::peak_dram_gb_s() const { return dram_gb_s != 0.0 ? dram_gb_s : 1e-3 * memory_mhz * bytes_a_clock(*this); }
+double GpuConfig::peak_dram_gb_s() const {
+  return dram_gb_s != 0.0 ? dram_gb_s : 1e-3 * memory_mhz * bytes_a_clock(*this);
+}
 
 void check_config(const GpuConfig& config, const std::string& origin) { ConfigTrial(config).check(origin); }
 

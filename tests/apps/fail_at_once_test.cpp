@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cannot work is refused before a scene is read or a structure built: outputs, modes, options. A refused run leaves
-// no folder. The scene of these commands is garbage: an error that is not about it came first.
+// What cannot work is refused before a scene is read or a structure built: outputs, modes, options. A refused run
+// leaves no folder. The scene of these commands is garbage: an error that is not about it came first.
 #include <gmock/gmock.h>
 
 #include "apps/program.h"
@@ -64,6 +64,7 @@ TEST_F(FailAtOnce, ARunThatIsRefusedLeavesNoFolder) {
   const Outcome outcome = folder_.run("run" + view_ + "-o deep/er/out");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_FALSE(folder_.has("deep"));
+  std::filesystem::create_directory(folder_.path("mine"));
   folder_.write("mine/note.txt", "kept");
   EXPECT_EQ(folder_.run("run" + view_ + "-o mine").code, 2);
   EXPECT_TRUE(folder_.has("mine/note.txt"));

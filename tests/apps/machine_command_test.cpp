@@ -62,8 +62,9 @@ TEST_F(MachineCommand, ShowsOneBandwidthForFourWaysToDoubleIt) {
 
 TEST_F(MachineCommand, TheBandwidthKeyIsAFasterClockWhoseTimesStay) {
   ASSERT_EQ(folder_.run("synth --preset flat --count 2000 --seed 1 -o s.ply --quiet").code, 0);
-  ASSERT_EQ(folder_.run("trace --scene s.ply --cameras s.cameras.json --width 16 --height 16 --accel tlas-tri20 "
-                        "--checkpoint on -o t.grtx --quiet")
+  ASSERT_EQ(folder_
+                .run("trace --scene s.ply --cameras s.cameras.json --width 16 --height 16 --accel tlas-tri20 "
+                     "--checkpoint on -o t.grtx --quiet")
                 .code,
             0);
   const auto cycles = [&](const std::string& settings) {
@@ -82,8 +83,8 @@ TEST_F(MachineCommand, TheBandwidthKeyIsAFasterClockWhoseTimesStay) {
 
 TEST_F(MachineCommand, TwoKeysForOneClockAreRefusedInALine) {
   folder_.write("both.toml", "[dram]\nmhz = 1000\nbandwidth_gb_s = 50\n");
-  for (const char* arguments : {"both.toml", "paper --config both.toml",
-                                "paper --set dram.mhz=1000 --set dram.bandwidth_gb_s=50"}) {
+  for (const char* arguments :
+       {"both.toml", "paper --config both.toml", "paper --set dram.mhz=1000 --set dram.bandwidth_gb_s=50"}) {
     const Outcome outcome = folder_.run(std::string("machine ") + arguments);
     EXPECT_EQ(outcome.code, 2);
     EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;

@@ -181,8 +181,7 @@ std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& c
 bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options,
                  std::uint64_t many) {
   return reader.totals().visits() >= many && reader.header().frame_groups.empty() &&
-         !unmodelled(config, SimulationMode::windows) &&
-         unsuited_to_windows(reader, config, options).empty();
+         !unmodelled(config, SimulationMode::windows) && unsuited_to_windows(reader, config, options).empty();
 }
 
 void check_windows(const WindowOptions& options) {
