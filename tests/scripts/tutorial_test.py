@@ -85,8 +85,8 @@ class Tutorial(unittest.TestCase):
 
 def record():
     Tutorial.setUpClass()
-    text = RUN.sub(lambda _: Tutorial.printed["run"], Tutorial.text)
-    text = TABLE.sub(lambda _: table(Tutorial.points), text)
+    text = RUN.sub(lambda _: Tutorial.printed["run"], Tutorial.text, count=1)
+    text = TABLE.sub(lambda _: table(Tutorial.points), text, count=1)
     with open(PAGE, "w", encoding="utf-8") as file:
         file.write(text)
 
