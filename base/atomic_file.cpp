@@ -184,6 +184,12 @@ void AtomicFile::commit() {
   if (regular) sync_folder_of(target_);
 }
 
+void check_writable(const std::string& path) {
+  struct stat status {};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (!exists || S_ISREG(status.st_mode) || S_ISDIR(status.st_mode)) const AtomicFile probe(path);
+}
+
 void write_file(const std::string& path, std::string_view content) {
   AtomicFile file(path);
   file.write(content);

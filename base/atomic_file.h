@@ -40,6 +40,9 @@ class AtomicFile {
   std::size_t size_ = 0;
 };
 
+/// Throws the Error of writing `path`, before there is anything to write. Devices and FIFOs are not opened.
+void check_writable(const std::string& path);
+
 /// Writes a whole file atomically.
 void write_file(const std::string& path, std::string_view content);
 

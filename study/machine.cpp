@@ -5,7 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <filesystem>
+#include <map>
 
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
@@ -36,6 +39,27 @@ fs::path machines_folder() {
   return fs::is_directory(folders.front(), failed) ? folders.front() : folders.back();
 }
 
+/// What people call a machine: products, and files without their ending. "" if it is neither.
+std::string meant(const std::string& name) {
+  std::error_code failed;
+  if (fs::is_regular_file(name + ".toml", failed)) return fmt::format("did you mean the file {}.toml?", name);
+  if (fs::is_regular_file(name, failed)) return "it is a file, but a machine's file ends in .toml";
+  std::string word;
+  for (const char c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) word += static_cast<char>(std::tolower(c));
+  }
+  static const std::map<std::string, std::array<const char*, 2>> products = {
+      {"rtx4090", {"ada", "an RTX 4090"}},       {"4090", {"ada", "an RTX 4090"}},
+      {"rtx6000ada", {"ada", "an RTX 4090"}},    {"lovelace", {"ada", "an RTX 4090"}},
+      {"rtx5090", {"blackwell", "an RTX 5090"}}, {"5090", {"blackwell", "an RTX 5090"}},
+      {"rx9070xt", {"rdna4", "an RX 9070 XT"}},  {"9070xt", {"rdna4", "an RX 9070 XT"}},
+      {"2060", {"rtx2060", "an RTX 2060"}},      {"turing", {"rtx2060", "an RTX 2060"}},
+      {"table1", {"paper-charged", "Table I"}},  {"default", {"paper", "what every command takes"}}};
+  const auto product = products.find(word);
+  if (product == products.end()) return "";
+  return fmt::format("did you mean {}, which is like {}?", product->second[0], product->second[1]);
+}
+
 std::string path_of(const std::string& machine) {
   if (machine.ends_with(".toml")) return machine;
   const std::vector<std::string> names = machine_names();
@@ -45,9 +69,12 @@ std::string path_of(const std::string& machine) {
                             machines_folders().front().string(), machines_folders().back().string()));
   }
   if (std::find(names.begin(), names.end(), machine) == names.end()) {
+    const std::string hint = meant(machine);
     throw Error("--machine", machine,
-                fmt::format("is none of {}; the nearest is {}; a file of your own ends in .toml",
-                            fmt::join(names, ", "), nearest_name(machine, names)));
+                fmt::format("is none of {}; {}", fmt::join(names, ", "),
+                            hint.empty() ? fmt::format("the nearest is {}; a file of your own ends in .toml",
+                                                       nearest_name(machine, names))
+                                         : hint));
   }
   return (machines_folder() / (machine + ".toml")).string();
 }
@@ -62,13 +89,14 @@ void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::st
 }
 
 /// Loads `paper`, then the file on top: hardware keys into `config`; returns the tracer options by name.
-std::map<std::string, std::string> read_machine(const std::string& path, sim::GpuConfig& config) {
+std::map<std::string, std::string> read_machine(const std::string& path, sim::GpuConfig& config,
+                                                sim::KeyPlaces* places = nullptr) {
   std::map<std::string, std::string> tracer;
   modules::ParameterList list;
   config.parameters(list);
   add_tracer_keys(list, tracer);
-  sim::load_config_file(path_of(kDefaultMachine), list.items());
-  sim::load_config_file(path, list.items());
+  sim::load_config_file(path_of(kDefaultMachine), list.items(), places);
+  sim::load_config_file(path, list.items(), places);
   std::erase_if(tracer, [](const auto& entry) { return entry.second.empty(); });
   return tracer;
 }
@@ -89,9 +117,22 @@ void set_machines_folder(const std::string& folder) { folder_of_program() = fold
 
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                                    const std::vector<std::string>& settings) {
+  const auto named = [&settings](const char* key) {
+    return std::any_of(settings.begin(), settings.end(), [&](const std::string& s) { return s.starts_with(key); });
+  };
+  const std::string both = sim::contradiction(named("dram.mhz="), named("dram.bandwidth_gb_s="));
+  if (!both.empty()) throw Error("--set", "dram.bandwidth_gb_s", both);
   sim::GpuConfig resolved;
   if (!machine.empty()) read_machine(path_of(machine), resolved);
   return sim::load_config(std::move(resolved), machine, config, settings);
+}
+
+sim::KeyPlaces machine_places(const std::string& machine, const std::string& config) {
+  sim::KeyPlaces places;
+  sim::GpuConfig unused;
+  if (!machine.empty()) read_machine(path_of(machine), unused, &places);
+  if (!config.empty()) sim::load_config_file(config, sim::config_keys(unused), &places);
+  return places;
 }
 
 std::string describe_machine(const std::string& machine, const std::string& config,

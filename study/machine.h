@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/study/machines_folder.h"
@@ -30,6 +31,9 @@ std::vector<std::string> machine_names();
 /// Error for unknown names, keys and values.
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                                    const std::vector<std::string>& settings);
+
+/// Where files set each key, and each tracer option as "tracer.NAME"; keys of defaults are missing.
+sim::KeyPlaces machine_places(const std::string& machine, const std::string& config);
 
 /// Line printed before results: "machine: NAME", the changes made on the command line, mode and model version.
 std::string describe_machine(const std::string& machine, const std::string& config,

@@ -26,6 +26,7 @@
 namespace grtx::study {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr const char* kLock = "run.lock";
@@ -51,7 +52,9 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   for (const ComparedDesign& design : comparison.designs()) {
     tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
     sim::check_config(design_config(plan, design), "design " + design.name);
+    sim::check_mode(design_config(plan, design), plan.mode.value_or(sim::SimulationMode::cycle));
   }
+  check_secondary(plan.tracer.secondary);
   check_one_k(plan, comparison);
   if (!plan.view.views.empty() && plan.mode == sim::SimulationMode::windows) {
     throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
@@ -70,6 +73,28 @@ std::vector<sim::IdleKey> idle_in_all(const RunPlan& plan, const DesignCompariso
   }
   return idle;
 }
+
+/// Makes a folder and those above it; removes what it made when nothing was written there: a refused run leaves none.
+class MadeFolder {
+ public:
+  explicit MadeFolder(const std::string& path) {
+    std::error_code failed;
+    for (fs::path at = fs::absolute(path).lexically_normal(); !fs::exists(at, failed); at = at.parent_path()) {
+      if (at.has_filename()) made_.push_back(at);
+    }
+    fs::create_directories(path, failed);
+    if (failed) throw Error(path, "", "cannot be made a folder: " + failed.message());
+  }
+  ~MadeFolder() {
+    std::error_code not_empty;
+    for (const fs::path& folder : made_) fs::remove(folder, not_empty);
+  }
+  MadeFolder(const MadeFolder&) = delete;
+  MadeFolder& operator=(const MadeFolder&) = delete;
+
+ private:
+  std::vector<fs::path> made_;  ///< the innermost first
+};
 
 /// Removes results.json, report.html and the pictures of an earlier run. Pictures go only if its results name them and
 /// they are unchanged since.
@@ -121,9 +146,7 @@ DesignResults run_designs(RunPlan plan) {
   const DesignComparison comparison(plan.designs, objects);
   check_plan(plan, comparison);
   sim::warn_of(idle_in_all(plan, comparison));
-  std::error_code failed;
-  std::filesystem::create_directories(plan.output, failed);
-  if (failed) throw Error(plan.output, "", "cannot be made a folder: " + failed.message());
+  const MadeFolder folder(plan.output);
   const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
 
   const TracedDesigns traced = trace_designs(

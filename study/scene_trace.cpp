@@ -25,7 +25,7 @@ void load_scene(frontend::SceneTracer& scene, const std::string& path, bool seve
   const frontend::Kernel kernel = kernel_of(settings.kernel_radius, settings.kernel_degree);
   if (!several_objects) return scene.load(path, cameras, kernel, files, quiet);
   check_object_options(path, settings);
-  scene.load_objects(path, cameras, accel_options(settings, accel), kernel, files);
+  scene.load_objects(path, cameras, accel_options(settings, accel), kernel, files, quiet);
 }
 
 frontend::TracedView trace_scene(frontend::SceneTracer& scene, const TracerSettings& settings, bool checkpoint,

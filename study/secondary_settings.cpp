@@ -10,11 +10,23 @@ namespace grtx::study {
 
 using namespace frontend;
 
+namespace {
+
+bool has_glass(const SecondarySettings& settings) { return settings.what == "glass" || settings.what == "both"; }
+bool has_mirror(const SecondarySettings& settings) { return settings.what == "mirror" || settings.what == "both"; }
+
+}  // namespace
+
+void check_secondary(const SecondarySettings& settings) {
+  if (!settings.glass.empty() && !has_glass(settings)) throw Error("--glass", "", "needs --secondary glass or both");
+  if (!settings.mirror.empty() && !has_mirror(settings)) {
+    throw Error("--mirror", "", "needs --secondary mirror or both");
+  }
+}
+
 OpticalObjects optical_objects(const SecondarySettings& settings, const Scene& scene, const Camera& camera) {
-  const bool glass = settings.what == "glass" || settings.what == "both";
-  const bool mirror = settings.what == "mirror" || settings.what == "both";
-  if (!settings.glass.empty() && !glass) throw Error("--glass", "", "needs --secondary glass or both");
-  if (!settings.mirror.empty() && !mirror) throw Error("--mirror", "", "needs --secondary mirror or both");
+  check_secondary(settings);
+  const bool glass = has_glass(settings), mirror = has_mirror(settings);
   OpticalObjects objects;
   if ((glass && settings.glass.empty()) || (mirror && settings.mirror.empty())) {
     objects = place_at_random(scene, camera, glass, mirror, settings.glass_index, settings.seed);

@@ -36,6 +36,8 @@ void visit_secondary(Settings& settings, Visit&& visit) {
   visit("secondary-bounces", settings.bounces, "Surfaces that the light of a pixel may meet", InRange{1U, 64U});
 }
 
+/// Throws Error for --glass or --mirror without a --secondary that has them.
+void check_secondary(const SecondarySettings& settings);
 /// The requested objects, in file coordinates; those without a position are placed by the seed. Throws Error for
 /// impossible values.
 frontend::OpticalObjects optical_objects(const SecondarySettings& settings, const frontend::Scene& scene,

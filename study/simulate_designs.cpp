@@ -24,20 +24,22 @@
 namespace grtx::study {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};                    ///< polling interval of the parent
-constexpr std::uint64_t kMachineBytes = std::uint64_t{512} << 20;  ///< memory of one simulation, without decoded groups
-
-/// Number of parallel simulations: one per core, fewer if free memory does not suffice.
-unsigned default_jobs(const std::map<std::string, TracedDesign>& traced, const sim::GpuConfig& config) {
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  const std::optional<std::uint64_t> free = free_memory();
-  if (!free) return cores;
+constexpr std::chrono::milliseconds kLook{200};  ///< polling interval of the parent
+/// Memory of the largest simulation.
+std::uint64_t largest_simulation(const std::map<std::string, TracedDesign>& traced, const sim::GpuConfig& config) {
   std::uint64_t groups = 0;
   for (const auto& [name, design] : traced) {
     const std::uint64_t resident = std::uint64_t{config.sms} * config.resident() * design.file.largest_group;
     groups = std::max(groups, std::min(design.file.decoded_bytes, resident + sim::kDecodeAheadBytes));
   }
-  return static_cast<unsigned>(std::clamp<std::uint64_t>(*free / (kMachineBytes + groups), 1, cores));
+  return kMachineBytes + groups;
+}
+
+/// Number of parallel simulations: one per core, fewer if free memory does not suffice.
+unsigned default_jobs(std::uint64_t bytes_each) {
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const std::optional<std::uint64_t> free = free_memory();
+  return !free ? cores : static_cast<unsigned>(std::clamp<std::uint64_t>(*free / bytes_each, 1, cores));
 }
 
 /// What a child process reports for its design.
@@ -69,8 +71,8 @@ sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignCompar
 std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
                                                                const DesignComparison& comparison,
                                                                const DesignSimulation& simulation) {
-  const unsigned jobs =
-      simulation.jobs == 0 ? default_jobs(traced.designs, simulation.configs.begin()->second) : simulation.jobs;
+  const std::uint64_t bytes_each = largest_simulation(traced.designs, simulation.configs.begin()->second);
+  const unsigned jobs = simulation.jobs == 0 ? default_jobs(bytes_each) : simulation.jobs;
   std::map<std::string, nlohmann::ordered_json> documents;
   std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   std::vector<std::string> names;
@@ -78,6 +80,12 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
   for (const ComparedDesign& design : comparison.designs()) {
     names.push_back(design.name);
     warps.push_back(traces::Reader(traced.designs.at(design.name).path).group_count());
+  }
+  std::uint64_t visits = 0;
+  for (const auto& [name, design] : traced.designs) visits += design.file.visits;
+  if (!simulation.quiet) {
+    const unsigned at_a_time = std::min<unsigned>(jobs, static_cast<unsigned>(names.size()));
+    say_simulation_time("run", simulation.mode, visits, simulation.windows.share, bytes_each * at_a_time, at_a_time);
   }
   DesignProgress progress(names, warps, simulation.quiet);
   const auto collect_first = [&] {

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "grtx/base/error.h"
-#include "grtx/frontend/scene/scene_io.h"
+#include "grtx/base/progress.h"
+#include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
@@ -44,13 +47,15 @@ TileView render_tile_view(const std::string& scene_file, const ViewOptions& view
   const frontend::TracerOptions options = tile_options(settings, accel);
   FilesRead files;
   const frontend::Camera camera = select_camera(view, files);
-  const frontend::Scene scene = frontend::load_scene(scene_file, {}, files);
+  const frontend::Scene scene = frontend::load_flat_scene(scene_file, files, quiet);
   if (opened) opened(files);
   if (!optical_objects(settings.secondary, scene, camera).empty()) {
     throw Error("--tracing", "tiles", "traces camera rays only: glass and mirrors need --tracing multi");
   }
+  std::optional<Progress> progress(std::in_place, "building tiles", 0, "", quiet);
   const frontend::PreparedGaussians gaussians(scene, options.kernel);
   const frontend::TileStructure structure(scene, gaussians, frontend::proxy_of(accel));
+  progress.reset();
   TileView rendered;
   rendered.result =
       frontend::render_tiles(scene, gaussians, structure, camera, options, render_options(settings, quiet));

@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
@@ -46,6 +50,23 @@ std::vector<std::string> written(const CLI::App& command, const CLI::Option& opt
   if (name == "--image" && !views.empty()) return study::frame_paths(text, views.front());
   if (command.get_name() == "sweep" || command.get_name() == "search") return {text, text + ".lock", text + ".work"};
   return {text};
+}
+
+/// Throws Error if what the option names cannot be written: before a scene is read, not after.
+void require_writable(const CLI::App& command, const std::string& text) {
+  const std::string& name = command.get_name();
+  const bool database = name == "sweep" || name == "search";
+  if (!database && name != "run") return check_writable(text);
+  std::error_code failed;
+  fs::path folder = fs::absolute(text, failed).lexically_normal();
+  if (database) {  // a plan of many points takes a while to read
+    if (command.get_option_no_throw("--list") != nullptr && command.count("--list") > 0) return;
+    folder = folder.parent_path();
+    if (!fs::is_directory(folder, failed)) throw Error(text, "", "there is no folder " + folder.string());
+  }
+  while (!fs::exists(folder, failed) && folder.has_relative_path()) folder = folder.parent_path();
+  if (::access(folder.c_str(), W_OK) == 0) return;
+  throw Error(text, "", fmt::format("cannot be written: {}: {}", folder.string(), std::strerror(errno)));
 }
 
 /// Whether `path` may be a filter file of a waveform's save file; their names depend on the signals.
@@ -110,6 +131,12 @@ void CommandFiles::take(const CLI::App& command) {
       if (&a == &b || !same(a, b)) continue;
       const std::string rule = b.output ? "two outputs have one name: " : "is an input, too, and would be lost: ";
       throw Error(what(a), a.text, rule + what(b));
+    }
+  }
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_name() != kOutputFile) continue;
+    for (const std::string& text : option->results()) {
+      require_writable(command, option->get_name() == "--heatmap" ? study::heatmap_path(text) : text);
     }
   }
 }

@@ -21,7 +21,7 @@ inline constexpr const char* kOutputFile = "OUTPUT";
 class CommandFiles {
  public:
   /// Collects the files of a parsed command line; call before the command runs. Throws Error naming both options if an
-  /// output would overwrite another file of the command.
+  /// output would overwrite another file of the command, or if an output cannot be written.
   void take(const CLI::App& command);
   /// Checks input files that no option names directly. Throws Error if the command would overwrite one.
   void check(const FilesRead& read) const;

@@ -37,6 +37,7 @@ void add_trace_check(CLI::App& app, CommonOptions& common);
 void add_trace_dump(CLI::App& app, CommonOptions& common);
 void add_ray(CLI::App& app, CommonOptions& common);
 void add_sim(CLI::App& app, CommonOptions& common);
+void add_machine(CLI::App& app, CommonOptions& common);
 void add_cost(CLI::App& app, CommonOptions& common);
 void add_run(CLI::App& app, CommonOptions& common);
 void add_stalls(CLI::App& app, CommonOptions& common);

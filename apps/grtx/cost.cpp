@@ -161,7 +161,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
                    "Statistics of a run on this machine: prints its energy by part (default: none)")
       ->type_name(kInputFile);
   command->add_option("--dram-pj-per-bit", options->energy.dram_pj_per_bit, "Energy of the DRAM: GDDR6 7.5, HBM2E 6")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command->add_flag("--coefficients", options->coefficients,
                     "Print every coefficient with source and confidence as Markdown (default: off)");
 }

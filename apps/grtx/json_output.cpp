@@ -18,7 +18,7 @@ struct JsonForm {
   std::string_view what;
 };
 // In the order of grtx --help.
-constexpr std::array<JsonForm, 19> kForms = {{
+constexpr std::array<JsonForm, 20> kForms = {{
     {"synth", "grtx.synth/1", "the files and what is in them"},
     {"info", "grtx.info/1", "the description"},
     {"convert", "grtx.convert/1", "the file and what is in it"},
@@ -29,6 +29,7 @@ constexpr std::array<JsonForm, 19> kForms = {{
     {"trace-dump", "", "JSON Lines with every field, the file, then a line a warp"},
     {"ray", "grtx.ray/1", "the page and what is on it"},
     {"sim", "grtx.stats/1", "what --stats writes"},
+    {"machine", "grtx.machine/1", "every key and derived figure, with where it comes from"},
     {"cost", "grtx.cost/1", "the hierarchy with every item; with --stats the energy by part (grtx.energy/1)"},
     {"run", "grtx.run/1", "results.json"},
     {"stalls", "", "a list of sections with their bars"},

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -183,13 +185,15 @@ std::size_t place_of(const std::string& file, const std::vector<std::string>& ar
 
 std::string next_step(const Error& error, const std::vector<std::string>& arguments) {
   if (error.file() == "internal error" || arguments.empty()) return "";
+  if (error.rule().find(std::strerror(EACCES)) != std::string::npos) return "";  // there, but not for this user
   if (const std::size_t at = place_of(error.file(), arguments); at != 0) {
     if (std::string step = of_file(error, arguments, at); !step.empty()) return step;
   }
   // These messages already contain a hint.
   const std::string said = error.place() + " " + error.rule();
-  for (const char* words : {"nearest", "known:", "grtx ", "the file has", "needed", "needs", "ends in", "end in",
-                            "must", "gives", "takes", "in range", "cannot be written", "numbered from"}) {
+  for (const char* words :
+       {"nearest", "known:", "grtx ", "the file has", "needed", "needs", "ends in", "end in", "must", "gives", "takes",
+        "did you mean", "is given", "in range", "cannot be written", "numbered from"}) {
     if (said.find(words) != std::string::npos) return "";
   }
   const std::string& command = arguments.front();

@@ -5,31 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <utility>
 
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/base/error.h"
+#include "grtx/apps/grtx/usage_error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/study/machine.h"
 
 namespace grtx::apps {
-
-namespace {
-
-/// Refuses NaN, which would pass range checks of the form !(x < low || x > high).
-void refuse_nan(const CLI::App& command) {
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
-    for (const std::string& text : option->results()) {
-      char* end = nullptr;
-      if (std::isnan(std::strtod(text.c_str(), &end))) throw Error(option->get_name(), text, "must be a number");
-    }
-  }
-}
-
-}  // namespace
 
 CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& name, const std::string& description,
                        std::function<int()> body) {
@@ -40,7 +23,7 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
       "No progress, and no text but errors, warnings and what the command is asked to print (default: off)");
   command->add_flag("--json", common.json, json_help(name));
   command->callback([&common, command, body = std::move(body)] {
-    refuse_nan(*command);
+    refuse_odd_numbers(*command);
     common.files.take(*command);
     common.action = body;
   });
@@ -56,6 +39,16 @@ CLI::Validator one_of(std::vector<std::string> names) {
                            choices);
       },
       "{" + choices + "}");
+}
+
+CLI::Validator above_zero() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        double value = 0.0;
+        if (CLI::detail::lexical_cast(text, value) && value > 0.0) return {};
+        return fmt::format("must be above 0, not {}", text);
+      },
+      "above 0");
 }
 
 void add_view_options(CLI::App* command, study::ViewOptions& view) {

@@ -46,6 +46,9 @@ CLI::Validator in_range(Number low, Number high) {
       range);
 }
 
+/// Accepts numbers above 0.
+CLI::Validator above_zero();
+
 /// Adds an option whose value is a name of an enumeration. allowed: if given, accepts only values for which it returns
 /// true.
 template <NamedEnum Enum>

@@ -24,10 +24,10 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
+#include "grtx/apps/grtx/usage_error.h"
 #include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
 #include "grtx/base/memory_purpose.h"
-#include "grtx/base/nearest_name.h"
 #include "grtx/base/printable.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 #include "grtx/rtl_tlm/run/model_version.h"
@@ -64,39 +64,6 @@ constexpr const char* kFirstSession = R"(Five steps of a first session, minutes 
 Commands: grtx --help. Options of a command: grtx COMMAND --help.
 )";
 
-/// One-line error for an invalid command line, naming the nearest known command or option.
-grtx::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
-  const CLI::App* command = &app;
-  if (const auto chosen = app.get_subcommands(); !chosen.empty()) command = chosen.front();
-  const std::string name = command == &app ? "" : command->get_name();
-  std::vector<std::string> unknown = command->remaining();
-  if (unknown.empty()) unknown = app.remaining();
-  for (const std::string& word : unknown) {
-    std::vector<std::string> known;
-    if (word.starts_with("-")) {
-      for (const CLI::Option* option : command->get_options()) {
-        if (option->get_group().empty()) continue;  // not in --help, so not to be recommended
-        for (const std::string& flag : option->get_lnames()) known.push_back("--" + flag);
-        for (const std::string& flag : option->get_snames()) known.push_back("-" + flag);
-      }
-      const std::string flag = word.substr(0, word.find('='));
-      if (std::find(known.begin(), known.end(), flag) != known.end()) {
-        return {name, flag, "options come after the command: grtx " + name + " ... " + word};
-      }
-      return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
-    }
-    if (command == &app && word == "help")
-      return {"", "unknown command help", "must be grtx --help or grtx COMMAND --help"};
-    if (command == &app) {
-      for (const CLI::App* sub : app.get_subcommands(nullptr)) known.push_back(sub->get_name());
-      return {name, "unknown command " + word,
-              "the nearest is " + grtx::nearest_name(word, known) + "; grtx --help lists all"};
-    }
-    return {name, "unexpected argument " + word, "see grtx " + name + " --help"};
-  }
-  return {name, "", error.what()};
-}
-
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
@@ -113,6 +80,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   grtx::apps::add_trace_dump(app, common);
   grtx::apps::add_ray(app, common);
   grtx::apps::add_sim(app, common);
+  grtx::apps::add_machine(app, common);
   grtx::apps::add_cost(app, common);
   grtx::apps::add_run(app, common);
   grtx::apps::add_stalls(app, common);
@@ -127,7 +95,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   } catch (const CLI::Success& success) {  // --help, --version
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    print_error(usage_error(app, error), arguments);
+    print_error(grtx::apps::usage_error(app, error), arguments);
     return kBadInput;
   }
   if (common.list_json) {

@@ -57,6 +57,8 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
+  study::check_secondary(options.secondary);
+  frontend::check_image_name(options.output);
   FilesRead files;
   const frontend::Camera camera = study::select_camera(options.view, files);
   const frontend::Scene scene = frontend::load_flat_scene(options.scene, files, common.quiet);

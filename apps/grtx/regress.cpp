@@ -77,8 +77,7 @@ void add_regress(CLI::App& app, CommonOptions& common) {
   command->add_option("DIR", regression.folder, "Folder with NAME.case.toml files, docs/guide/regress.md (no default)")
       ->required();
   command->add_option("--cases", regression.cases, "Shell pattern of the cases to run");
-  command->add_option("--jobs", regression.jobs, "Cases at a time, each a process of its own")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--jobs", regression.jobs, "Cases at a time, each a process of its own")->check(above_zero());
   command->add_option("--each", regression.each,
                       "Print this many differing statistics of each unit, 0: all (default: those that moved most)");
   command->add_option("--junit", regression.junit, "Outcomes as JUnit XML (default: none)")->type_name(kOutputFile);

@@ -145,7 +145,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->add_option("--designs", options->plan.designs,
                    "Designs to compare, with commas; speed-ups are over the first of the table (default: all)")
       ->delimiter(',')
-      ->check(CLI::IsMember(lab::design_names()));
+      ->check(one_of(lab::design_names()));
   add_flatten_option(command, options->plan.flatten);
   add_view_options(command, options->plan.view);
   add_views_option(command, options->plan.view);

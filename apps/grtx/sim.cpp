@@ -116,6 +116,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
   const sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
   sim::warn_of_idle_keys(config, options.mode);
+  sim::check_mode(config, options.mode);
   check_estimate(options);
   if (!options.window.empty()) options.simulation.waveform.window = sim::parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
@@ -127,6 +128,10 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.price = lab::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const sim::ResultNotes notes = notes_before(options);
+  if (!common.quiet) {
+    const std::uint64_t visits = traces::Reader(options.trace).totals().visits();
+    study::say_simulation_time("sim", options.mode, visits, windows.share, study::kMachineBytes, 1);
+  }
   sim::SampledResult estimate =
       study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
@@ -205,7 +210,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("--watchdog", options->simulation.watchdog_cycles,
                    "Cycles without progress, or anything scheduled for later, that count as deadlock")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command->add_option("--construction-order", options->simulation.build.construction_order,
                       "Seed that shuffles the construction of the modules; 0 keeps the order. Results never change");
   command->add_flag("--no-idle-skip", options->no_idle_skip, "Tick every cycle. Results never change (default: off)");

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -172,6 +174,14 @@ class PointList {
   std::vector<lab::StoredPoint> earlier_;
 };
 
+/// The most frequent reason, and how many others there are.
+std::string reason_text(const std::map<std::string, std::size_t>& reasons) {
+  if (reasons.empty()) return "";
+  const auto most = std::ranges::max_element(reasons, {}, [](const auto& reason) { return reason.second; });
+  return fmt::format(": {}{}", most->first,
+                     reasons.size() == 1 ? "" : fmt::format(" (and {} other reasons)", reasons.size() - 1));
+}
+
 int print_summary(const std::vector<lab::SweepPoint>& points, lab::SweepDatabase& database, const lab::TraceWork& work,
                   const std::string& path, const CommonOptions& common) {
   const std::map<std::string, std::size_t> counts = database.summary(points);
@@ -194,7 +204,12 @@ int print_summary(const std::vector<lab::SweepPoint>& points, lab::SweepDatabase
     }
   }
   const auto done = counts.find("done");
-  return done != counts.end() && done->second == points.size() ? 0 : 1;
+  const std::size_t missing = points.size() - (done == counts.end() ? 0 : done->second);
+  if (missing == 0) return 0;
+  if (common.json || !common.quiet) std::fflush(stdout);
+  fmt::print(stderr, "grtx: sweep: {} of {} points have no result{}\n", missing, points.size(),
+             reason_text(database.reasons(points)));
+  return 1;
 }
 
 int sweep(const SweepArguments& options, const CommonOptions& common) {

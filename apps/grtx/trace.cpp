@@ -97,8 +97,11 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   }
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
+  if (!options.image.empty()) frontend::check_image_name(options.image);
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
-  study::tracer_options(options.tracer, checkpoint, kind);  // throws for invalid options before anything is read
+  // These throw for invalid options before anything is read.
+  study::tracer_options(options.tracer, checkpoint, kind);
+  study::check_secondary(options.tracer.secondary);
   frontend::RenderOptions render = study::render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;

@@ -13,7 +13,11 @@ void add_rule(CLI::Option* option, const study::InRange<Number>& rule) {
   option->check(in_range(rule.low, rule.high));
 }
 void add_rule(CLI::Option* option, const study::OneOf& rule) { option->check(one_of(rule.names)); }
-void add_rule(CLI::Option* option, const study::AnyOf& rule) { option->check(CLI::IsMember(rule.numbers)); }
+void add_rule(CLI::Option* option, const study::AnyOf& rule) {
+  std::vector<std::string> numbers;
+  for (const auto number : rule.numbers) numbers.push_back(fmt::format("{}", number));
+  option->check(one_of(std::move(numbers)));
+}
 void add_rule(CLI::Option* option, const study::ListOf& rule) {
   option->delimiter(',')->expected(static_cast<int>(rule.numbers));
 }

@@ -36,6 +36,8 @@ double clamped(float value) { return value > 0.0f ? std::min(1.0, static_cast<do
 
 }  // namespace
 
+void check_image_name(const std::string& path) { format_of(path); }
+
 void write_image(const std::string& path, const Image& image) {
   const Format format = format_of(path);
   const std::uint64_t count = std::uint64_t{image.width} * image.height;

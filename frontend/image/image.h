@@ -20,6 +20,8 @@ struct Image {
 
 /// By extension: .png (8 bit, clamped, floor(255 c + 0.5), no gamma), .exr (float RGB), .pfm (float RGB little-endian,
 /// bottom row first). Written atomically. Throws Error.
+/// Throws Error for a name that does not end in .png, .exr or .pfm.
+void check_image_name(const std::string& path);
 void write_image(const std::string& path, const Image& image);
 /// Reads the same three formats (PNG values are byte / 255). Throws Error.
 Image read_image(const std::string& path);

@@ -7,9 +7,11 @@
 #include <filesystem>
 #include <utility>
 
+#include "grtx/base/long_work.h"
 #include "grtx/base/progress.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/scene/scene_io.h"
+#include "grtx/traces/instance_levels.h"
 
 namespace grtx::frontend {
 namespace {
@@ -34,6 +36,17 @@ std::vector<Scene> scenes_of(const ObjectList& list, FilesRead& files) {
   std::vector<Scene> scenes;
   for (const std::string& file : list.files) scenes.push_back(load_scene(file, {}, files));
   return scenes;
+}
+
+/// Measured with 400,000 Gaussians on one core: 2.2 us and 85 B a primitive, and 350 B a Gaussian.
+void say_estimate(AccelKind kind, std::size_t gaussians) {
+  const bool one_blas = traces::is_two_level(kind);
+  const double each = one_blas || proxy_of(kind) == ProxyKind::sphere ? 1.0
+                      : proxy_of(kind) == ProxyKind::icosahedron20    ? 20.0
+                                                                      : 80.0;
+  const double count = static_cast<double>(gaussians), primitives = each * count;
+  say_long_work("structure", fmt::format("building {} of {:.3g} M Gaussians", accel_name(kind), 1e-6 * count),
+                2.2e-6 * primitives, static_cast<std::uint64_t>(85.0 * primitives + 350.0 * count));
 }
 
 }  // namespace
@@ -76,19 +89,22 @@ void SceneTracer::load(const std::string& path, const std::vector<Camera>& camer
   } else {
     clear();
     FilesRead read;
-    view_ = std::make_unique<ViewTracer>(load_flat_scene(path, read, quiet), cameras, kernel);
+    Scene scene = load_flat_scene(path, read, quiet);
+    const Progress progress("preparing Gaussians", 0, "", quiet);
+    view_ = std::make_unique<ViewTracer>(std::move(scene), cameras, kernel);
     note(path, read);
   }
   files.add(files_);
 }
 
 void SceneTracer::load_objects(const std::string& path, const std::vector<Camera>& cameras, const AccelOptions& accel,
-                               Kernel kernel, FilesRead& files) {
+                               Kernel kernel, FilesRead& files, bool quiet) {
   if (objects_ != nullptr && objects_->kernel() == kernel && world()->options() == accel && is_of(path)) {
     objects_->look(cameras);
   } else {
     clear();
     FilesRead read;
+    const Progress progress("building " + accel_name(accel.kind), 0, "", quiet);
     const ObjectList list = load_object_list(path, read);
     objects_ = std::make_unique<ObjectViewTracer>(path, scenes_of(list, read), list.placements, cameras, accel, kernel);
     ++work_.structures_built;
@@ -103,6 +119,7 @@ TracedStructure SceneTracer::structure() const {
 
 void SceneTracer::build(const AccelOptions& accel, bool quiet) {
   if (view_ == nullptr) return;
+  if (!quiet) say_estimate(accel.kind, view_->gaussians().size());
   Progress progress("building " + accel_name(accel.kind), 0, "", quiet);
   const unsigned before = view_->structures_built();
   view_->build(accel);

@@ -37,7 +37,7 @@ class SceneTracer {
   void load(const std::string& path, const std::vector<Camera>& cameras, Kernel kernel, FilesRead& files, bool quiet);
   /// The same for several objects, whose structure is built with them and reused if its options are the same, too.
   void load_objects(const std::string& path, const std::vector<Camera>& cameras, const AccelOptions& accel,
-                    Kernel kernel, FilesRead& files);
+                    Kernel kernel, FilesRead& files, bool quiet = true);
 
   /// The loaded scene; nullptr if several objects are loaded.
   ViewTracer* view() { return view_.get(); }

@@ -206,7 +206,7 @@ RenderResult render(const TracedStructure& structure, const Camera& camera, cons
   if (render.pixel_costs) result.pixel_costs.resize(result.image.pixels.size());
   std::vector<PixelCost> secondary_costs(render.pixel_costs ? secondary_colours.size() : 0);
   std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
-  Progress progress("tracing " + accel_name(structure.options.kind),
+  Progress progress(std::string(render.doing) + " " + accel_name(structure.options.kind),
                     result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
 
   const auto trace_group = [&](std::size_t index) {
@@ -303,6 +303,8 @@ std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera,
   rays.threads = render.threads;
   rays.linear_mapping = render.linear_mapping;
   rays.warp_size = render.warp_size;
+  rays.quiet = render.quiet;
+  rays.doing = "counting hits in";
   rays.secondary = render.secondary;
   return frontend::render(structure, camera, all, rays, nullptr).counters.processed;
 }

@@ -30,6 +30,7 @@ struct RenderOptions {
   bool keep_sequences = false;  ///< per-pixel blended ids, for tests
   bool pixel_costs = false;     ///< fill RenderResult::pixel_costs
   bool quiet = true;
+  const char* doing = "tracing";  ///< for the progress bar
   std::uint64_t first_group = 0;  ///< index of the view's first group in the trace, after those of earlier frames
   const SecondaryPlan* secondary =
       nullptr;  ///< of this view and these options (plan_secondary); null: primary rays only

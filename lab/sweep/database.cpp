@@ -324,4 +324,14 @@ std::map<std::string, std::size_t> SweepDatabase::summary(const std::vector<Swee
   return counts;
 }
 
+std::map<std::string, std::size_t> SweepDatabase::reasons(const std::vector<SweepPoint>& points) {
+  std::map<std::string, std::size_t> counts;
+  for (const SweepPoint& point : points) {
+    const std::string reason =
+        text_of("SELECT reason FROM point WHERE key = ?1 AND status <> 'done' AND reason <> ''", point.key);
+    if (!reason.empty()) ++counts[reason];
+  }
+  return counts;
+}
+
 }  // namespace grtx::lab

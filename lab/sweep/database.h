@@ -71,6 +71,8 @@ class SweepDatabase {
 
   /// Number of these points by status.
   std::map<std::string, std::size_t> summary(const std::vector<SweepPoint>& points);
+  /// Why points have no result, each reason with the number of these points.
+  std::map<std::string, std::size_t> reasons(const std::vector<SweepPoint>& points);
 
  private:
   /// First column of the query's row for a key; "" if there is no row.

@@ -80,7 +80,14 @@ void PlanSections::fail(const toml::node& node, const std::string& rule) const {
 
 void PlanSections::unknown(const toml::node& node, const std::string& name,
                            const std::vector<std::string>& known) const {
+  refuse_machine(node, name);
   fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known)));
+}
+
+void PlanSections::refuse_machine(const toml::node& node, const std::string& name) const {
+  if (name != "machine" && !name.ends_with(".machine")) return;
+  fail(node,
+       fmt::format("machine: a plan has none, the command names it: --machine {}", node.value_or(std::string("NAME"))));
 }
 
 std::string PlanSections::text(const toml::node& node, const std::string& name) const {
@@ -190,6 +197,7 @@ void PlanSections::each_name(const toml::table& table, const std::string& prefix
 
 void PlanSections::read_settings(const toml::table& table, const std::string& prefix, Coordinates& into) {
   each_name(table, prefix, [&](const std::string& name, const toml::node& node) {
+    refuse_machine(node, name);
     const SweepValue value = scalar(node, name);
     check_value(node, name, value);
     into.emplace_back(name, value);

@@ -41,6 +41,8 @@ class PlanSections {
   [[noreturn]] void fail(const toml::node& node, const std::string& rule) const;
   [[noreturn]] void unknown(const toml::node& node, const std::string& name,
                             const std::vector<std::string>& known) const;
+  /// Throws Error if `name` says "machine", which many look for in a plan.
+  void refuse_machine(const toml::node& node, const std::string& name) const;
   std::string text(const toml::node& node, const std::string& name) const;
   std::string one_of(const toml::node& node, const std::string& name, const std::vector<std::string>& known) const;
   double number(const toml::node& node, const std::string& name, double min, double max) const;

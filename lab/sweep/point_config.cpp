@@ -5,6 +5,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
+#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
 
 namespace grtx::lab {
@@ -52,6 +53,10 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   std::sort(config.changed_.begin(), config.changed_.end());
   config.changed_.erase(std::unique(config.changed_.begin(), config.changed_.end()), config.changed_.end());
   config.changed_.shrink_to_fit();
+  const auto named = [&settings](const char* key) {
+    return std::any_of(settings.begin(), settings.end(), [key](const auto& setting) { return setting.first == key; });
+  };
+  if (broken.empty()) broken = sim::contradiction(named("dram.mhz"), named("dram.bandwidth_gb_s"));
   try {
     trial_.check("configuration");
     if (const FilesRead files = sim::memory_files(trial_.config()); !files.files().empty()) {

@@ -129,6 +129,8 @@ void SweepSession::run(const SweepPoints& points, const std::string& what) {
 void SweepSession::end() {
   launcher_.reset();
   work_.remove();
+  std::error_code not_empty;
+  fs::remove(setting_.traces, not_empty);  // of a sweep that traced nothing
 }
 
 }  // namespace grtx::lab

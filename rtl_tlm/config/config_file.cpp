@@ -21,16 +21,27 @@ const modules::Parameter* find_key(const std::vector<modules::Parameter>& keys, 
 }
 
 std::string unknown_key(const std::vector<modules::Parameter>& keys, const std::string& name) {
+  if (name == "machine") return "machine: is no key: --machine names it, or the file's include = \"FILE.toml\"";
   std::vector<std::string> known;
   for (const modules::Parameter& key : keys) known.push_back(key.name);
   return fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known));
+}
+
+/// The comment behind a value on its line of `text`; "" if there is none.
+std::string comment_behind(const toml::source_position& end, const std::string& text) {
+  std::size_t begin = 0;
+  for (unsigned line = 1; line < end.line; ++line) begin = text.find('\n', begin) + 1;
+  const std::string line = text.substr(begin, text.find('\n', begin) - begin);
+  const std::size_t hash = line.find('#', std::min<std::size_t>(end.column - 1, line.size()));
+  const std::size_t first = hash == line.npos ? hash : line.find_first_not_of("# ", hash);
+  return first == line.npos ? "" : line.substr(first, line.find_last_not_of(" \r") + 1 - first);
 }
 
 std::string line_of(const toml::node& node) { return fmt::format("line {}", node.source().begin.line); }
 
 class FileReader {
  public:
-  explicit FileReader(const std::vector<modules::Parameter>& keys) : keys_(keys) {}
+  FileReader(const std::vector<modules::Parameter>& keys, KeyPlaces* places) : keys_(keys), places_(places) {}
 
   void read(const std::filesystem::path& path, const std::string& included_from) {
     const std::string name = path.string();
@@ -39,14 +50,18 @@ class FileReader {
       throw Error(included_from, "include", fmt::format("'{}' includes itself", name));
     }
     open_.push_back(canonical);
+    const std::string text = read_file(name);
     toml::table table;
     try {
-      table = toml::parse(read_file(name), name);
+      table = toml::parse(text, name);
     } catch (const toml::parse_error& error) {
       throw Error(name, fmt::format("line {}", error.source().begin.line), std::string(error.description()));
     }
     include(table, path);
-    read_table(table, name, "");
+    const toml::node* const bandwidth = table["dram"]["bandwidth_gb_s"].node();
+    const std::string both = contradiction(table["dram"]["mhz"].node() != nullptr, bandwidth != nullptr);
+    if (!both.empty()) throw Error(name, line_of(*bandwidth), both);
+    read_table(table, name, text, "");
     open_.pop_back();
   }
 
@@ -70,12 +85,13 @@ class FileReader {
     }
   }
 
-  void read_table(const toml::table& table, const std::string& file, const std::string& prefix) {
+  void read_table(const toml::table& table, const std::string& file, const std::string& text,
+                  const std::string& prefix) {
     for (const auto& [name, node] : table) {
       if (prefix.empty() && name.str() == "include") continue;
       const std::string full = prefix + std::string(name.str());
       if (const auto* inner = node.as_table(); inner != nullptr && find_key(keys_, full) == nullptr) {
-        read_table(*inner, file, full + ".");
+        read_table(*inner, file, text, full + ".");
         continue;
       }
       const auto line = fmt::format("line {}", name.source().begin.line);
@@ -83,6 +99,9 @@ class FileReader {
       if (key == nullptr) throw Error(file, line, unknown_key(keys_, full));
       const std::string broken = assign(*key, node);
       if (!broken.empty()) throw Error(file, line, full + ": " + broken);
+      if (places_ != nullptr) {
+        (*places_)[full] = {file, name.source().begin.line, comment_behind(node.source().end, text)};
+      }
     }
   }
 
@@ -95,13 +114,19 @@ class FileReader {
   }
 
   const std::vector<modules::Parameter>& keys_;
+  KeyPlaces* places_;
   std::vector<std::filesystem::path> open_;  ///< files being read, to detect circular includes
 };
 
 }  // namespace
 
-void load_config_file(const std::string& path, const std::vector<modules::Parameter>& keys) {
-  FileReader(keys).read(path, path);
+std::string contradiction(bool names_mhz, bool names_bandwidth) {
+  if (!names_mhz || !names_bandwidth) return "";
+  return "dram.bandwidth_gb_s and dram.mhz both set the memory clock: name one of them";
+}
+
+void load_config_file(const std::string& path, const std::vector<modules::Parameter>& keys, KeyPlaces* places) {
+  FileReader(keys, places).read(path, path);
 }
 
 void apply_setting(const std::string& setting, const std::vector<modules::Parameter>& keys) {

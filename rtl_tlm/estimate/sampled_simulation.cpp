@@ -91,9 +91,7 @@ SampledResult simulate_sampled(const std::string& trace_path, const GpuConfig& c
   if (!(target_error >= 0.0 && target_error < 1.0)) {
     throw Error("sampled mode", "--target-error", "must be above 0 and below 100%");
   }
-  if (const Unmodelled lack = unmodelled(config, SimulationMode::sampled)) {
-    throw Error("configuration", lack.key, lack.rule);
-  }
+  check_mode(config, SimulationMode::sampled);
   check_config(config, "configuration");
   GpuConfig own = config;
   unsigned stride = config.sample.stride;

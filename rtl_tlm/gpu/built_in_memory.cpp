@@ -8,7 +8,8 @@ namespace {
 
 /// A data bus moves one burst in CCD memory clocks. Two bursts are not counted: the first one's command may come in
 /// clock 0, and the channel may have decided on one command ahead of time.
-double busy_core_cycles_of(const GpuConfig& config, const std::vector<modules::DramChannelCounters>& channels) {
+double busy_core_cycles_of(const GpuConfig& machine, const std::vector<modules::DramChannelCounters>& channels) {
+  const GpuConfig config = machine.at_bandwidth();
   double busiest = 0.0;
   for (const modules::DramChannelCounters& channel : channels) {
     if (config.dram.perfect || channel.bursts < 2) continue;
@@ -25,7 +26,7 @@ MemoryTraffic traffic_of(const modules::DramChannelCounters& c) {
 }  // namespace
 
 BuiltInMemory::BuiltInMemory(Gpu& gpu, const BuildOptions& build)
-    : config_(gpu.config()),
+    : config_(gpu.config().at_bandwidth()),
       clock_("memory_clock", config_.memory_mhz, build.idle_skip),
       dram_("dram", config_.dram_config(gpu.memory_bytes()), clock_),
       ahead_(gpu.core(), clock_, build.run_ahead) {

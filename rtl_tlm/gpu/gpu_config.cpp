@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
@@ -25,6 +27,14 @@ std::string cell(const std::string& text) {
   }
   return escaped;
 }
+
+/// Bytes that the data buses of all channels move in a memory clock.
+double bytes_a_clock(const GpuConfig& c) {
+  return static_cast<double>(c.interleave.dram_channels()) * c.dram.channel.burst_bytes / c.dram.channel.timing.ccd;
+}
+
+/// The memory clock that gives dram.bandwidth_gb_s, MHz.
+double clock_of_bandwidth(const GpuConfig& c) { return 1e3 * c.dram_gb_s / bytes_a_clock(c); }
 
 }  // namespace
 
@@ -55,6 +65,10 @@ void GpuConfig::parameters(modules::ParameterList& list) {
              "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)")
         .came_later();
     keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
+    keys.add("bandwidth_gb_s", dram_gb_s, {0, 1e6}, "GB/s",
+             "of all channels: sets the memory clock, and the times keep their nanoseconds; 0: as dram.mhz gives",
+             kOurs)
+        .came_later();
     interleave.channel_parameters(keys);
   });
   list.part("dram", dram);
@@ -70,6 +84,16 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.rule(
       "crossbar.latency", [this] { return crossbar.latency >= links.latency; },
       "must not be shorter than crossbar.link_latency");
+  list.rule(
+      "dram.bandwidth_gb_s", [this] { return dram_gb_s == 0.0 || dram_model == kBuiltInMemory; },
+      "is of the built-in DRAM, but dram.model is another, whose own file says its bandwidth");
+  list.rule(
+      "dram.bandwidth_gb_s",
+      [this] {
+        return dram_gb_s == 0.0 || (clock_of_bandwidth(*this) >= kMinMhz && clock_of_bandwidth(*this) <= kMaxMhz);
+      },
+      "needs a memory clock beyond 100 to 10000 MHz: that is the bandwidth times dram.timing.ccd over dram.burst_bytes "
+      "and the channels (l2.slices or dram.channels)");
   const auto by_file = [this] {
     const std::vector<std::string> with_file = memory_systems_with_file();
     return std::find(with_file.begin(), with_file.end(), dram_model) != with_file.end();
@@ -115,6 +139,29 @@ modules::Dram::Config GpuConfig::dram_config(std::uint64_t bytes) const {
   config.interleave = interleave;
   config.bytes = bytes;
   return config;
+}
+
+GpuConfig GpuConfig::at_bandwidth() const {
+  GpuConfig same = *this;
+  same.dram_gb_s = 0.0;
+  if (dram_gb_s == 0.0) return same;
+  same.memory_mhz = clock_of_bandwidth(*this);
+  const double faster = same.memory_mhz / memory_mhz;
+  const auto keep_time = [faster](auto& clocks) {
+    clocks = static_cast<std::decay_t<decltype(clocks)>>(std::ceil(static_cast<double>(clocks) * faster - 1e-9));
+  };
+  modules::DramTiming& t = same.dram.channel.timing;
+  for (unsigned* clocks : {&t.rrd, &t.rrd_l, &t.rcd, &t.rcd_wr, &t.ras, &t.rp, &t.rc, &t.cl, &t.wl, &t.cdlr, &t.cdlr_l,
+                           &t.wr, &t.rtp, &t.faw, &t.refi, &t.rfc}) {
+    keep_time(*clocks);
+  }
+  keep_time(same.dram.fixed_latency);
+  keep_time(same.dram.channel.age_cap);
+  return same;
+}
+
+double GpuConfig::peak_dram_gb_s() const {
+  return dram_gb_s != 0.0 ? dram_gb_s : 1e-3 * memory_mhz * bytes_a_clock(*this);
 }
 
 void check_config(const GpuConfig& config, const std::string& origin) { ConfigTrial(config).check(origin); }

@@ -68,6 +68,7 @@ struct GpuConfig {
   unsigned rt_units = 1;         ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
+  double dram_gb_s = 0.0;  ///< bandwidth of the built-in DRAM, all channels; 0: what the other keys give
   std::string dram_model = kBuiltInMemory;  ///< name of the memory system behind the memory sockets
   DramSimulatorConfig dram_simulator;
   modules::RtUnitConfig rt;
@@ -94,6 +95,11 @@ struct GpuConfig {
   modules::Crossbar::Config crossbar_config() const;
   modules::L2Slice::Config l2_slice(unsigned slice) const;
   modules::Dram::Config dram_config(std::uint64_t bytes) const;
+  /// The same machine without dram.bandwidth_gb_s: the memory clock that gives it, and times that keep their
+  /// nanoseconds, rounded up to that clock. Times of the data bus (ccd, ccd_l, turn) stay clocks.
+  GpuConfig at_bandwidth() const;
+  /// Bandwidth of the data buses of all DRAM channels, GB/s (1e9 B/s).
+  double peak_dram_gb_s() const;
 };
 
 /// The parameters of `config`, which must outlive them.

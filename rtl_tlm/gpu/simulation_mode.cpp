@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "grtx/base/error.h"
 #include "grtx/base/json.h"
 
 namespace grtx::sim {
@@ -20,7 +21,14 @@ Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
     if (keys.at(key) == "tlm") continue;
     return {key, fmt::format("must be tlm with --mode {}: RTL is compared on whole traces", name_of(mode))};
   }
+  if (mode == SimulationMode::windows && config.dram_model != kBuiltInMemory) {
+    return {"dram.model", "must be built_in with --mode windows: the windows' bias was measured with it"};
+  }
   return {};
+}
+
+void check_mode(const GpuConfig& config, SimulationMode mode) {
+  if (const Unmodelled lack = unmodelled(config, mode)) throw Error("configuration", lack.key, lack.rule);
 }
 
 }  // namespace grtx::sim

@@ -28,7 +28,9 @@ struct Unmodelled {
   explicit operator bool() const { return !key.empty(); }
 };
 /// The first key that selects a unit in SystemVerilog, in a mode other than cycle: such a unit cannot execute an event
-/// in zero time, and is compared on whole traces.
+/// in zero time, and is compared on whole traces. In windows mode also a DRAM model other than the built-in one.
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode);
+/// Throws Error for such a key.
+void check_mode(const GpuConfig& config, SimulationMode mode);
 
 }  // namespace grtx::sim

@@ -317,7 +317,10 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   }
   check_config(config, "configuration");
   const traces::Reader reader(trace_path);
-  reader.verify_content();
+  {
+    const Progress progress("checking the trace", 0, "", options.quiet);
+    reader.verify_content();
+  }
   const traces::Header& header = reader.header();
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 const std::vector<std::string> kCommands = {"synth",       "info",       "trace", "reference", "compare",
                                             "trace-check", "trace-dump", "ray",   "sim",       "stalls",
-                                            "cost",        "run",        "sweep"};
+                                            "cost",        "run",        "sweep", "machine"};
 
 /// "=3" (CLI11 2.3) or " [3]" (2.4, which writes ranges as "in [1 - 4]"), or words of ours.
 bool states_default(const std::string& text) {

@@ -25,10 +25,10 @@ struct Outcome {
 
 class Folder : public grtx::test::TemporaryFolder {
  public:
-  /// Runs the program in this folder. `arguments` go through the shell.
-  Outcome run(const std::string& arguments) const {
+  /// Runs the program in this folder. `arguments` go through the shell, as does `before`, a program that runs it.
+  Outcome run(const std::string& arguments, const std::string& before = "") const {
     const std::string command =
-        "cd '" + path() + "' && '" + grtx::paths::program() + "' " + arguments + " >.stdout 2>.stderr";
+        "cd '" + path() + "' && " + before + " '" + grtx::paths::program() + "' " + arguments + " >.stdout 2>.stderr";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(".stdout"), read(".stderr")};
   }

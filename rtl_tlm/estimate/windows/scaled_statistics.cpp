@@ -76,7 +76,8 @@ modules::StatisticList whole_statistics(const ordered_json& sample, double facto
     } else if (name == "gpu.bound.dram_bandwidth" || name == "gpu.bound.l2_port") {
       const bool dram = name == "gpu.bound.dram_bandwidth";
       const double all = factor * value_in(sample, dram ? "gpu.dram.bursts" : "gpu.l2.accesses");
-      const double each = dram ? config.dram.channel.timing.ccd * config.core_mhz / config.memory_mhz : 1.0;
+      const double each =
+          dram ? config.dram.channel.timing.ccd * config.core_mhz / config.at_bandwidth().memory_mhz : 1.0;
       const bool none = value == 0.0;  // a perfect memory
       const unsigned ports = dram ? config.interleave.dram_channels() : config.interleave.slices;
       bounds.push_back({name, none ? 0 : whole_number(all * each / ports), unit, description});

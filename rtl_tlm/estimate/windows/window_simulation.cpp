@@ -39,9 +39,6 @@ class WindowedRun {
         latencies_(config, reader.header()) {
     reader.verify_content();
     if (!reader.header().frame_groups.empty()) throw Error(reader.path(), "", kSequence);
-    if (const Unmodelled lack = unmodelled(config, SimulationMode::windows)) {
-      throw Error("configuration", lack.key, lack.rule);
-    }
   }
 
   SampledResult run() {
@@ -184,8 +181,7 @@ std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& c
 bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options,
                  std::uint64_t many) {
   return reader.totals().visits() >= many && reader.header().frame_groups.empty() &&
-         config.dram_model == kBuiltInMemory && !unmodelled(config, SimulationMode::windows) &&
-         unsuited_to_windows(reader, config, options).empty();
+         !unmodelled(config, SimulationMode::windows) && unsuited_to_windows(reader, config, options).empty();
 }
 
 void check_windows(const WindowOptions& options) {
@@ -200,9 +196,7 @@ void check_windows(const WindowOptions& options) {
 SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options) {
   check_windows(options);
   check_config(config, "configuration");
-  if (config.dram_model != kBuiltInMemory) {
-    throw Error("windows mode", "dram.model", "must be built_in: the windows' bias was measured with it");
-  }
+  check_mode(config, SimulationMode::windows);
   const traces::Reader reader(trace_path);
   return WindowedRun(reader, config, options).run();
 }

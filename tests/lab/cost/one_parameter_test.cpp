@@ -178,6 +178,7 @@ const std::vector<Mutation>& mutations() {
       {"l2.dram_queue", "4", kBoth},
       {"l2.perfect", "true", kTiming, kLimitStudy},
       {"dram.mhz", "2800", kTiming, kClock},
+      {"dram.bandwidth_gb_s", "50", kTiming, kClock},
       {"dram.channels", "1", kBoth},
       {"dram.banks", "2", kBoth},
       {"dram.bank_groups", "4", kTiming, kDramChip, {"dram.timing.ccd_l=8"}},

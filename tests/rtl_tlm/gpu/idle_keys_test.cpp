@@ -82,8 +82,8 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
     settings = filed;
     const bool any_value = key.name != "dram.timing.refi" && key.name != "dram.bank_groups";
     settings.push_back(any_value ? setting(key.name) : key.name + (key.name == "dram.bank_groups" ? "=4" : "=1000"));
-    if (key.name == "dram.perfect") {
-      EXPECT_THROW(load_config("", settings), Error) << "a limit study that is not made";
+    if (key.name == "dram.perfect" || key.name == "dram.bandwidth_gb_s") {
+      EXPECT_THROW(load_config("", settings), Error) << "of the built-in DRAM alone";
     } else {
       EXPECT_EQ(idle(settings), std::vector<std::string>{key.name + ": dram.model = filed"});
     }

@@ -115,8 +115,9 @@ class Sm {
 inline constexpr Cycle kDrainStep = 256;
 
 /// The statistics of a run of these groups. most_evictions: of a ray, from the totals of the trace.
-inline Statistics run(const GpuConfig& config, const traces::Header& header,
+inline Statistics run(const GpuConfig& machine, const traces::Header& header,
                       const std::vector<traces::RayGroup>& groups, std::uint64_t most_evictions) {
+  const GpuConfig config = machine.at_bandwidth();
   const Clock core(config.core_mhz), memory(config.memory_mhz);
   const AddressMap map(header, config.sms, warp_slots(config), most_evictions,
                        config.rt.warp_buffer.spill ? 256 / stack_entries_of_a_sector(header) : 0,

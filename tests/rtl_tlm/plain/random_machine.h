@@ -259,6 +259,8 @@ inline GpuConfig random_machine(Random& random) {
   }
   Random walks = registers;  // likewise; for machines that walk warps (make_possible())
   rt.warp_stack = {walks.one_of({64U, 10U, 11U, 16U}), walks.one_of({1U, 2U, 3U, 8U, 32U})};
+  Random bandwidth = walks;  // likewise
+  if (bandwidth.upto(3) == 0) c.dram_gb_s = c.peak_dram_gb_s() * (bandwidth.coin() ? 0.5 : 1.3);
   check_config(c, "a random machine");
   return c;
 }

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// grtx machine: what a machine resolves to.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/json_output.h"
+#include "grtx/apps/grtx/options.h"
+#include "grtx/base/json.h"
+#include "grtx/study/machine.h"
+#include "grtx/study/machine_keys.h"
+
+namespace grtx::apps {
+namespace {
+
+struct MachineArguments {
+  std::string machine = study::kDefaultMachine;
+  std::string config;
+  std::vector<std::string> settings;
+};
+
+std::string text_of(const nlohmann::ordered_json& value) {
+  return value.is_string() ? value.get<std::string>() : json_text(value);
+}
+
+void print_text(const study::MachineKeys& machine) {
+  for (const study::MachineKey& key : machine.keys) {
+    const bool marked = key.confidence.empty() || key.source.find('[' + key.confidence + ']') != std::string::npos;
+    const std::string source = key.source + (marked ? "" : fmt::format(" [{}]", key.confidence));
+    const std::string value = text_of(key.value) + (key.unit.empty() ? "" : " " + key.unit);
+    const std::string line = fmt::format("{:<31} {:<17} {:<20} {}", key.name, value, key.from, source);
+    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
+  }
+  fmt::print("\n");
+  for (const study::MachineFigure& figure : machine.figures) {
+    fmt::print("{:<31} {:<17} from {}\n", figure.name, fmt::format("{:.6g} {}", figure.value, figure.unit),
+               figure.follows);
+  }
+}
+
+nlohmann::ordered_json json_of(const study::MachineKeys& machine, const std::string& name) {
+  nlohmann::ordered_json json = json_document("machine");
+  json["machine"] = name;
+  for (const study::MachineKey& key : machine.keys) {
+    json["keys"][key.name] = {{"value", key.value},
+                              {"unit", key.unit},
+                              {"from", key.from},
+                              {"source", key.source},
+                              {"confidence", key.confidence}};
+  }
+  for (const study::MachineFigure& figure : machine.figures) {
+    json["figures"][figure.name] = {{"value", figure.value}, {"unit", figure.unit}, {"follows", figure.follows}};
+  }
+  return json;
+}
+
+int machine(const MachineArguments& options, bool as_json) {
+  const study::MachineKeys keys = study::machine_keys(options.machine, options.config, options.settings);
+  if (as_json) {
+    print_json(json_of(keys, options.machine));
+  } else {
+    print_text(keys);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void add_machine(CLI::App& app, CommonOptions& common) {
+  const auto options = std::make_shared<MachineArguments>();
+  CLI::App* command = make_command(app, common, "machine", "Shows what a machine resolves to, key by key, and why",
+                                   [options, &common] { return machine(*options, common.json); });
+  command->add_option("MACHINE", options->machine, "Name of a machine, or a file .toml of your own");
+  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
+      ->type_name(kInputFile);
+  command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
+      ->allow_extra_args(false);
+}
+
+}  // namespace grtx::apps

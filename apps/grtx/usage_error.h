@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is wrong with a command line, in the program's words.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "grtx/base/error.h"
+
+namespace grtx::apps {
+
+/// One-line error for an invalid command line: names the option and the rule, or the nearest known command or option.
+Error usage_error(const CLI::App& app, const CLI::ParseError& error);
+
+/// Throws Error for numbers that the parser takes and no option means: NaN, and a negative one where it wraps around.
+void refuse_odd_numbers(const CLI::App& command);
+
+}  // namespace grtx::apps

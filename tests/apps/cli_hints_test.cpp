@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hints that help: what people type in place of a machine, a plan's key or a number, answered in the program's words.
+#include <gmock/gmock.h>
+
+#include "apps/program.h"
+
+namespace grtx::e2e {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+
+class CliHints : public ::testing::Test {
+ protected:
+  std::string refused(const std::string& arguments) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_TRUE(is_one_error_line(outcome.err)) << arguments << ": " << outcome.err;
+    return outcome.err;
+  }
+  Folder folder_;
+};
+
+TEST_F(CliHints, AProductIsTheMachineThatIsLikeIt) {
+  EXPECT_THAT(refused("machine rtx4090"), EndsWith("did you mean ada, which is like an RTX 4090?\n"));
+  EXPECT_THAT(refused("machine 'RTX 5090'"), EndsWith("did you mean blackwell, which is like an RTX 5090?\n"));
+  EXPECT_THAT(refused("machine papr"), HasSubstr("the nearest is paper"));
+}
+
+TEST_F(CliHints, AMachinesFileWithoutItsEnding) {
+  folder_.write("mine.toml", "[l1]\nbytes = 65536\n");
+  folder_.write("plain", "[l1]\nbytes = 65536\n");
+  EXPECT_THAT(refused("machine mine"), EndsWith("did you mean the file mine.toml?\n"));
+  EXPECT_THAT(refused("machine ./mine"), EndsWith("did you mean the file ./mine.toml?\n"));
+  EXPECT_THAT(refused("machine plain"), EndsWith("it is a file, but a machine's file ends in .toml\n"));
+  EXPECT_EQ(folder_.run("machine mine.toml").code, 0);
+}
+
+TEST_F(CliHints, AMachineInAPlanIsTheCommands) {
+  const std::string scene = "[[scene]]\npreset = \"object\"\ncount = 50\nwidth = 8\nheight = 8\n";
+  const std::string line = "machine = \"ada\"\n";
+  for (const std::string& plan : {line + scene, scene + line, scene + "[set]\n" + line, scene + "[tracer]\n" + line}) {
+    folder_.write("plan.toml", plan);
+    EXPECT_THAT(refused("sweep plan.toml -o s.sqlite"),
+                HasSubstr("machine: a plan has none, the command names it: --machine ada"))
+        << plan;
+  }
+  folder_.write("own.toml", line);
+  EXPECT_THAT(refused("machine own.toml"), HasSubstr("--machine names it, or the file's include = \"FILE.toml\""));
+}
+
+TEST_F(CliHints, AFileThatIsThereButClosedIsNotToBeMadeAnew) {
+  folder_.write("closed.ply", "ply");
+  std::filesystem::permissions(folder_.path("closed.ply"), std::filesystem::perms::none);
+  // root reads what it likes, unless it gives that up.
+  const std::string as_user = ::getuid() == 0 ? "setpriv --bounding-set=-dac_override,-dac_read_search" : "";
+  const Outcome outcome = folder_.run("info closed.ply", as_user);
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.err, "grtx: closed.ply: cannot be read: Permission denied\n");
+  EXPECT_THAT(refused("info missing.ply"), HasSubstr("make one with 'grtx synth"));
+}
+
+TEST_F(CliHints, NumbersAreAnsweredWithTheOptionAndItsRule) {
+  const std::string view = "trace --scene s.ply --cameras c.json -o t.grtx ";
+  const std::pair<std::string, std::string> cases[] = {
+      {view + "--view -1", "grtx: trace: --view: must be a whole number from 0 on, not -1\n"},
+      {"ray t.grtx -o p.html --pixel 5", "grtx: ray: --pixel: must be X,Y: 2 values, not 1\n"},
+      {"ray t.grtx -o p.html --pixel a,b", "grtx: ray: --pixel: must be X,Y, not a,b\n"},
+      {"synth -o x.ply --count 1e6", "grtx: synth: --count: must be a whole number from 0 on, as 1000000, not 1e6\n"},
+      {"synth -o x.ply --count 12.5", "grtx: synth: --count: must be a whole number from 0 on, not 12.5\n"},
+      {"synth -o x.ply --seed -5", "grtx: --seed: -5: must be a whole number from 0 on\n"},
+      {"cost --node 1x", "grtx: cost: --node: must be a whole number from 0 on, not 1x\n"},
+      {"sim t.grtx --watchdog 0", "grtx: sim: --watchdog: must be above 0, not 0\n"},
+      {view + "--k 4 --k 5", "grtx: trace: --k: is given 2 times: give it once\n"},
+      {"synth -o", "grtx: synth: --output: needs a value: OUTPUT\n"},
+  };
+  for (const auto& [arguments, line] : cases) EXPECT_EQ(refused(arguments), line) << arguments;
+  EXPECT_THAT(refused("run --scene s.ply --cameras c.json -o out --designs grtxx"), HasSubstr("the nearest is 'grtx'"));
+}
+
+}  // namespace
+}  // namespace grtx::e2e
