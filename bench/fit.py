@@ -224,14 +224,15 @@ def select(options, plan):
             path.append(best)
             at = best[0]
 
-    for left in [None, *sorted({v.rsplit("-", 1)[0] for v in seen})]:
+    for left in [None, *sorted({v.rsplit("-", 1)[0] for v in seen if "grtx" in by_view[frozenset()][v]})]:
         views = [v for v in seen if v.rsplit("-", 1)[0] != left]
         path = forward(views)
         print(f"without {left}:" if left else "all views that the search sees:")
         for key, value, outside in path:
             print(f"    {' '.join(sorted(key)) or 'paper'}: {outside} outside, objective {value:.3f}")
-        if left:
-            on = [judge(key, [v for v in seen if v not in views]) for key in (frozenset(), path[-1][0])]
+        out = [v for v in seen if v not in views]
+        if any("grtx" in by_view[path[-1][0]][v] and "grtx" in by_view[frozenset()][v] for v in out):
+            on = [judge(key, out) for key in (frozenset(), path[-1][0])]
             print(f"    on {left}: paper {on[0][1]} outside, {on[0][0]:.3f}; chosen {on[1][1]}, {on[1][0]:.3f}")
 
 
