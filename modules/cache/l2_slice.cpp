@@ -355,4 +355,8 @@ void L2Slice::dump_state(std::ostream& out) const {
   mshrs_.dump_state(out);
 }
 
+std::unique_ptr<L2SliceModule> make_l2_slice(const sc_core::sc_module_name& name, const L2SliceConfig& config, ClockDomain& clock) {
+  return std::make_unique<L2Slice>(name, config, clock);
+}
+
 }  // namespace grtx::modules

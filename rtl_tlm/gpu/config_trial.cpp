@@ -64,7 +64,7 @@ class AsAssembled {
 
  private:
   GpuConfig& config_;
-  modules::L2Slice::Config by_keys_;
+  modules::L2SliceConfig by_keys_;
 };
 
 }  // namespace

@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/modules/noc/crossbar.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {

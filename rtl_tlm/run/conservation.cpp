@@ -7,6 +7,8 @@
 #include <numeric>
 
 #include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/rt_unit/rt_scheduler.h"
 
 namespace grtx::sim {
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "modules/cache/hierarchy_bench.h"
+#include "grtx/modules/cache/l2_slice.h"
 
 namespace grtx::modules {
 namespace {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "modules/cache/l1_bench.h"
+#include "grtx/modules/cache/l1_cache.h"
 
 namespace grtx::modules {
 namespace {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "modules/cache/l1_bench.h"
+#include "grtx/modules/cache/l1_cache.h"
 
 namespace grtx::modules {
 namespace {

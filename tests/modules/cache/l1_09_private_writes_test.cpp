@@ -2,6 +2,7 @@
 // L1: private buffers by policy: written through or back, with or without a line of their own; what is dirty reaches
 // the memory when its line goes, and a fill never waits for that.
 #include "modules/cache/l1_bench.h"
+#include "grtx/modules/cache/l1_cache.h"
 
 namespace grtx::modules {
 namespace {

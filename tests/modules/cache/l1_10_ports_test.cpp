@@ -2,6 +2,7 @@
 // L1: a port as wide as it is told takes and answers that many sectors a cycle, a bank still one; refused reads may
 // wait aside, so that hits behind them go on.
 #include "modules/cache/l1_bench.h"
+#include "grtx/modules/cache/l1_cache.h"
 
 namespace grtx::modules {
 namespace {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "modules/simt/simt_bench.h"
+#include "grtx/modules/simt/simt_core.h"
 
 namespace grtx::modules {
 namespace {

@@ -12,6 +12,7 @@
 
 #include "rtl_tlm/plain/rt_unit.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
 
 namespace grtx::sim::test {
 

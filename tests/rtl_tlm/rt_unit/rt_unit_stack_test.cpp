@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "rtl_tlm/rt_unit/rt_bench.h"
+#include "grtx/modules/rt_unit/stack_unit.h"
 
 namespace grtx::sim {
 namespace {
