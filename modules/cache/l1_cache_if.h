@@ -12,7 +12,6 @@
 
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
-#include "grtx/modules/cache/cache_state.h"
 #include "grtx/modules/cache/decide/cache_geometry.h"
 #include "grtx/modules/cache/decide/write_policy.h"
 #include "grtx/modules/kernel/clocked_module.h"
@@ -45,8 +44,8 @@ class L1CacheModule : public ClockedModule {
   virtual void dump_state(std::ostream& out) const = 0;
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// cache, load() a newly constructed one.
-  virtual void save(StateWriter&) const { refuse_state(*this); }
-  virtual void load(StateReader&) { refuse_state(*this); }
+  virtual void save(StateWriter& state) const;
+  virtual void load(StateReader& state);
 
  protected:
   L1CacheModule(const char* name, ClockDomain& clock, unsigned clients) = delete;  ///< see ClockedModule
@@ -104,8 +103,7 @@ struct L1CacheConfig {
     list.add("bytes", geometry.bytes, {32, 1 << 26}, "B", "size of the L1 data cache", kTable1);
     geometry.shape_parameters(list);
     list.add("latency", latency, {1, kMaxLatency}, "cycles", "from request to response of a hit", kTable1);
-    list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache",
-             kOurs);
+    list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache", kOurs);
     list.add("banks", banks, {1, 64}, "banks", "sector-interleaved banks, one access a cycle each", kVulkanSim);
     list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding", kVulkanSim);
     list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",

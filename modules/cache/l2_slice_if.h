@@ -12,7 +12,6 @@
 
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
-#include "grtx/modules/cache/cache_state.h"
 #include "grtx/modules/cache/decide/cache_geometry.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
@@ -42,8 +41,8 @@ class L2SliceModule : public ClockedModule {
   virtual void dump_state(std::ostream& out) const = 0;
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// slice, load() a newly constructed one.
-  virtual void save(StateWriter&) const { refuse_state(*this); }
-  virtual void load(StateReader&) { refuse_state(*this); }
+  virtual void save(StateWriter& state) const;
+  virtual void load(StateReader& state);
 
  protected:
   using ClockedModule::ClockedModule;
@@ -82,7 +81,7 @@ struct L2Counters : CacheRegions {
 struct L2SliceConfig {
   unsigned slice = 0;  ///< number of this slice; set by the assembly
   AddressInterleave interleave{};
-  Sampling sampling{};                                           ///< set by the assembly
+  Sampling sampling{};                               ///< set by the assembly
   CacheGeometry geometry{1024 * 1024, 128, 32, 16};  ///< of one slice
   unsigned latency = 165;  ///< tags are probed after it, so misses pay it too, as with GPGPU-Sim's ROP delay
   unsigned queue = 64;

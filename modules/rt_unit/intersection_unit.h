@@ -89,5 +89,4 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
 Inventory intersection_inventory(const char* name, const IntersectionConfig& config, const DataPath& path,
                                  std::uint64_t lanes);
 
-
 }  // namespace grtx::modules

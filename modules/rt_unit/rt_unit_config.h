@@ -23,6 +23,10 @@
 
 namespace grtx::modules {
 
+/// Stack entries per lane without spilling: a depth-first walk of a 6-wide tree of 28 levels needs at most 28 * 5 =
+/// 140.
+inline constexpr unsigned kUnspilledStackEntries = 140;
+
 struct WarpBufferConfig {
   unsigned entries = 8;
   unsigned stack_entries = 8;

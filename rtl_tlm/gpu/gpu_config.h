@@ -78,7 +78,7 @@ struct GpuConfig {
   GpuLinks links;
   modules::AddressInterleave interleave;     ///< of addresses over L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
-  modules::L2SliceConfig l2;               ///< of a slice; l2_slice() sets its size from l2_bytes
+  modules::L2SliceConfig l2;                 ///< of a slice; l2_slice() sets its size from l2_bytes
   modules::Dram::Config dram;
   SampleKeys sample;
   modules::Sampling sampling;  ///< of this run: set from `sample` in sampled mode, else off

@@ -78,8 +78,8 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   }
   build.run_ahead = false;  // other modules share the kernel
   build.parts = options_.parts;
-  gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray,
-                               *source_, build);
+  gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
+                               build);
   memory_ = make_memory(options_.memory, *gpu_, build);
   if (!options_.waveform.path.empty()) {
     waveform_ = std::make_unique<Waveform>(options_.waveform, *gpu_, *memory_, first.header(),

@@ -175,8 +175,8 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   using Model = typename Block::Model;
 
  public:
-  IntersectionRtl(const sc_core::sc_module_name& name, const IntersectionConfig& config, DataPath path,
-                  unsigned stages, unsigned entries, unsigned children, const RtlBenchOptions& options)
+  IntersectionRtl(const sc_core::sc_module_name& name, const IntersectionConfig& config, DataPath path, unsigned stages,
+                  unsigned entries, unsigned children, const RtlBenchOptions& options)
       : IntersectionModule(name),
         config_(config),
         path_(std::move(path)),

@@ -5,8 +5,8 @@
 
 #include <sstream>
 
-#include "modules/cache/hierarchy_bench.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "modules/cache/hierarchy_bench.h"
 
 namespace grtx::modules {
 namespace {

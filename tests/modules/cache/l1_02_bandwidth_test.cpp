@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "modules/cache/l1_bench.h"
 #include "grtx/modules/cache/l1_cache.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

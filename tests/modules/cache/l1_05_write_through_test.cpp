@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: writes go through to the L2, never allocate, keep a present sector valid, and are answered when the L2 has
 // answered.
-#include "modules/cache/l1_bench.h"
 #include "grtx/modules/cache/l1_cache.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

@@ -4,8 +4,8 @@
 #include <map>
 #include <set>
 
-#include "modules/cache/l1_bench.h"
 #include "grtx/modules/cache/l1_cache.h"
+#include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {
 namespace {

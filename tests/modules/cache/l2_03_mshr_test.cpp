@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // L2 slice: merging, limits, and random traffic against every limit with conservation and idle skip on and off.
-#include "modules/cache/l2_bench.h"
 #include "grtx/modules/cache/l2_slice.h"
+#include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {
 namespace {

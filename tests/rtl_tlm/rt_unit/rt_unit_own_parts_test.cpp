@@ -6,9 +6,9 @@
 #include <ostream>
 #include <utility>
 
+#include "grtx/modules/rt_unit/intersection_unit.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "traces/random_group.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
 
 namespace grtx::sim {
 namespace {
