@@ -11,6 +11,7 @@
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 
