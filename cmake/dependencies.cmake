@@ -14,18 +14,20 @@ set(grtx_study_stands_on base traces frontend modules sim lab view)
 set(grtx_program_stands_on base traces frontend modules sim lab view study)
 
 # grtx_find(NAME [VERSION]): find_package() that must succeed; in the installed package, what a user's
-# find_package(grtx_tlm) passes on. The versions are the oldest that the tests have run with; one line says which is
-# needed and which was found.
+# find_package(grtx_tlm) passes on. One line says what is needed and what was found. The versions are the oldest that the
+# tests have run with. They are compared here: some packages (pagmo) refuse a request for an older minor version.
 macro(grtx_find name)
   if(GRTX_INSTALLED)
-    find_dependency(${name} ${ARGN})
+    find_dependency(${name})
   else()
-    find_package(${name} ${ARGN} QUIET)
+    find_package(${name} QUIET)
+    set(grtx_found "${${name}_VERSION}")
+    if(NOT grtx_found)
+      set(grtx_found "${${name}_VERSION_STRING}")
+    endif()
     if(NOT ${name}_FOUND)
-      set(grtx_found "${${name}_CONSIDERED_VERSIONS}${${name}_VERSION}")
-      if(NOT grtx_found)
-        set(grtx_found none)
-      endif()
+      message(FATAL_ERROR "${name} ${ARGN} or later is needed, found: none (docs/guide/install.md)")
+    elseif(NOT "${ARGN}" STREQUAL "" AND grtx_found AND grtx_found VERSION_LESS "${ARGN}")
       message(FATAL_ERROR "${name} ${ARGN} or later is needed, found: ${grtx_found} (docs/guide/install.md)")
     endif()
   endif()
