@@ -12,11 +12,11 @@ function(grtx_sources variable pattern)
   set(${variable} ${found} PARENT_SCOPE)
 endfunction()
 
-# grtx_library(NAME [SOURCES file...] [HEADERS file...] [PUBLIC library...] [PRIVATE library...]): the target grtx_NAME,
-# for others grtx::NAME. SOURCES, HEADERS: those in place of all .cpp files of the folder and of all headers below it. Own libraries come before those of others, and the
-# project's own warnings and flags stay inside.
+# grtx_library(NAME [SOURCES file...] [PUBLIC library...] [PRIVATE library...]): the target grtx_NAME, for others
+# grtx::NAME. SOURCES: those in place of all .cpp files of the folder. Own libraries come before those of others, and the
+# project's own warnings and flags stay inside. What is installed of its headers: install_headers.cmake.
 function(grtx_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 library "" "" "SOURCES;PUBLIC;PRIVATE;HEADERS")
+  cmake_parse_arguments(PARSE_ARGV 1 library "" "" "SOURCES;PUBLIC;PRIVATE")
   if(NOT library_SOURCES)
     grtx_sources(library_SOURCES *.cpp)
   endif()
@@ -36,16 +36,11 @@ function(grtx_library name)
   endforeach()
   target_link_libraries(grtx_${name} PUBLIC ${library_PUBLIC} PRIVATE ${library_PRIVATE})
 
-  get_filename_component(folder ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REGEX MATCH "^[^/]+" folder ${folder})
   install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
           LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  if(library_HEADERS)
-    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-    install(FILES ${library_HEADERS} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder})
-  else()
-    install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grtx/${folder}
-            FILES_MATCHING PATTERN *.h)
-  endif()
+  set_property(GLOBAL APPEND PROPERTY grtx_installed_folders ${folder})
   install(EXPORT grtx_${name} NAMESPACE grtx:: FILE grtx_tlm-${name}.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
   set_property(GLOBAL APPEND PROPERTY grtx_installed_libraries ${name})
 endfunction()

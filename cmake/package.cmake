@@ -3,6 +3,11 @@
 include(CMakePackageConfigHelpers)
 get_property(grtx_installed GLOBAL PROPERTY grtx_installed_libraries)
 list(JOIN grtx_installed ", " grtx_installed_words)
+get_property(grtx_folders GLOBAL PROPERTY grtx_installed_folders)
+install(CODE "set(SOURCE ${PROJECT_SOURCE_DIR})
+set(FOLDERS \"${grtx_folders}\")
+set(DESTINATION \${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/grtx)
+include(\${SOURCE}/cmake/install_headers.cmake)")
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/grtx_tlm-config.cmake.in
                               ${PROJECT_BINARY_DIR}/package/grtx_tlm-config.cmake
                               INSTALL_DESTINATION ${GRTX_PACKAGE_FOLDER})

@@ -17,17 +17,20 @@ namespace {
 using grtx::sim::GpuConfig;
 using grtx::sim::RegressionCase;
 
+void slow_down(grtx::sim::GpuParts& parts) {
+  parts.l2_slice = [](const char* name, const grtx::modules::L2SliceConfig& l2, grtx::modules::ClockDomain& clock) {
+    grtx::modules::L2SliceConfig slower = l2;
+    slower.latency += 10;
+    return grtx::modules::make_l2_slice(name, slower, clock);
+  };
+}
+
 grtx::sim::SimulationResult with_own_units(const RegressionCase& regression_case, const GpuConfig& config) {
   if (regression_case.mode != grtx::sim::SimulationMode::cycle) {
     throw grtx::Error(regression_case.file, "mode", "own units run in cycle mode only");
   }
   grtx::sim::SimulationOptions options;
-  options.build.parts.l2_slice = [](const char* name, const grtx::modules::L2Slice::Config& l2,
-                                    grtx::modules::ClockDomain& clock) {
-    grtx::modules::L2Slice::Config slower = l2;
-    slower.latency += 10;
-    return std::make_unique<grtx::modules::L2Slice>(name, slower, clock);
-  };
+  slow_down(options.build.parts);
   return grtx::sim::simulate(regression_case.trace, config, options);
 }
 

@@ -12,7 +12,8 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/intersection_if.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
@@ -56,7 +57,12 @@ class OwnRayBox final : public grtx::modules::IntersectionModule {
   grtx::modules::IntersectionCounters counters() const override {
     return {.operations = operations_, .tests = operations_, .busy_cycles = operations_};
   }
-  void restart() override { operations_ = 0; }
+  void restart() override {
+    block_.reset();
+    waiting_.clear();
+    due_ = grtx::modules::kNever;
+    operations_ = 0;
+  }
   grtx::modules::Inventory inventory() const override { return {name(), {}, {}}; }
   void dump_state(std::ostream& out) const override { out << name() << ": " << waiting_.size() << " lanes wait\n"; }
 

@@ -53,7 +53,7 @@ class RestingBox final : public IntersectionModule, public Probed {
     own.add("resting_box.tests", tests_, "tests", "node tests", 21.0);  // picojoules each
     own.add("resting_box.rested", rested_, "cycles", "cycles of rest after a test");
   }
-  void restart() override { tests_ = rested_ = free_from_ = 0; }
+  void restart() override { waiting_ = {}, flights_ = {}, tests_ = rested_ = free_from_ = 0, due_ = kNever; }
   Inventory inventory() const override { return {name(), {}, {{"fp_mul", 32, 6}, {"fp_add", 32, 6}}}; }
   std::vector<UnitProbe> probes() const override {
     return {{"waiting", 16, [this] { return waiting_.size(); }}, {"rested", 48, [this] { return rested_; }}};

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""One version in all places: project() of CMakeLists.txt, python/grtx_tlm/__init__.py, CITATION.cff, CHANGELOG.md.
+"""One version in all places: project() of CMakeLists.txt, python/grtx_tlm/__init__.py, CITATION.cff, packaging/, CHANGELOG.md.
 
 CHANGELOG.md has a section for it, below [Unreleased], and each of its versions has a link to compare it with the one
 before. Once released, CITATION.cff has the date of that section.
@@ -40,7 +40,9 @@ def faults(top, tag=None):
     if version is None:
         return ["CMakeLists.txt: project() has no version"]
     found = []
-    for name, pattern in (("python/grtx_tlm/__init__.py", r'^__version__ = "([^"]+)"'), ("CITATION.cff", r"^version: (\S+)")):
+    for name, pattern in (("python/grtx_tlm/__init__.py", r'^__version__ = "([^"]+)"'), ("CITATION.cff", r"^version: (\S+)"),
+                          ("packaging/vcpkg/vcpkg.json", r'"version-semver": "([^"]+)"'),
+                          ("packaging/spack/packages/grtx-tlm/package.py", r'^    version\("([^"]+)", tag="v\1"')):
         other = first(pattern, read(top, name))
         if other != version:
             found.append(f"{name}: version {other}, CMakeLists.txt has {version}")

@@ -6,7 +6,7 @@ Usage: public_headers.py [--list | --reached | --check]
 --list     the public headers
 --reached  headers that are not public and that public ones include, so that an installation needs them, too
 --check    each public header exists, once, and has a comment that says what it is; each header that an example, the test
-           of the package or a guide includes is public; they are no more than a third of all. Exit code 1 and a line a fault
+           of the package or a guide includes is public; installed are no more than MOST. Exit code 1 and a line a fault
 Without: how many there are.
 """
 import glob
@@ -16,6 +16,7 @@ import sys
 
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 LIST = "docs/api/public_headers.txt"
+MOST = 142  # of headers that are installed: a third of those that were once
 LIBRARIES = ("base", "traces", "frontend", "modules", "rtl_tlm", "lab", "view", "study")
 USERS = ("examples/*", "tests/package/outside/*", "docs/guide/*.md", "docs/add-a-module.md")
 
@@ -70,8 +71,8 @@ def faults():
                 name = os.path.relpath(path, TOP)
                 for header in sorted(set(included(read(name))) - set(headers)):
                     yield f"{name}: includes {header}, which is not public ({LIST})"
-    if 3 * len(headers) > len(all_headers()):
-        yield f"{LIST}: {len(headers)} of {len(all_headers())} headers, more than a third"
+    if (installed := len(set(headers)) + len(reached(headers))) > MOST:
+        yield f"{LIST}: with what they include {installed} headers are installed, more than {MOST}"
 
 
 def main(arguments):
@@ -87,7 +88,7 @@ def main(arguments):
         sys.exit(__doc__.strip())
     else:
         headers = public()
-        print(f"{len(headers)} public, {len(reached(headers))} reached by them, {len(all_headers())} in all")
+        print(f"{len(headers)} public, {len(reached(headers))} that they include, {len(all_headers())} in all")
     return 0
 
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/accel/accel_options.h"
 #include "grtx/lab/sweep/designs.h"
 
 namespace grtx::study {

@@ -13,6 +13,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
+#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/study/scene_trace.h"
 
 namespace grtx::study {

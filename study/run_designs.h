@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/files_read.h"
-#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
@@ -21,6 +20,10 @@
 #include "grtx/study/machine.h"
 #include "grtx/study/tracer_settings.h"
 #include "grtx/study/view_choice.h"
+
+namespace grtx {
+class FilesRead;
+}
 
 namespace grtx::study {
 

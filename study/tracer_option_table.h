@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "grtx/study/secondary_options.h"
 #include "grtx/study/tracer_settings.h"
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/modes.h"

@@ -7,8 +7,10 @@
 #include <type_traits>
 
 #include "grtx/base/error.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/study/option_text.h"
 #include "grtx/study/tracer_option_table.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::study {
 

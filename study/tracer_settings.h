@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "grtx/frontend/accel/acceleration_structure.h"
-#include "grtx/frontend/tracer/tracer.h"
+#include "grtx/frontend/accel/accel_options.h"
+#include "grtx/frontend/tracer/render_options.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/study/secondary_settings.h"
 #include "grtx/traces/modes.h"

@@ -9,6 +9,7 @@
 #include <regex>
 
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 
 namespace grtx::study {
 namespace {

@@ -6,8 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/files_read.h"
 #include "grtx/frontend/camera/camera.h"
+
+namespace grtx {
+class FilesRead;
+}
 
 namespace grtx::study {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx sim: runs a trace on the hardware model.
+#include "grtx/rtl_tlm/observe/observation.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 #include <fmt/format.h>

@@ -3,6 +3,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/study/machine.h"
+#include "grtx/study/secondary_options.h"
 #include "grtx/study/tracer_option_table.h"
 
 namespace grtx::apps {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 #include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"
 

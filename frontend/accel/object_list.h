@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/files_read.h"
+namespace grtx {
+class FilesRead;
+}
 
 namespace grtx::frontend {
 

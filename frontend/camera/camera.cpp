@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "grtx/base/error.h"
+#include "grtx/base/files_read.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
 #include "grtx/frontend/camera/json_fields.h"

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "grtx/base/files_read.h"
+namespace grtx {
+class FilesRead;
+}
 
 namespace grtx::frontend {
 

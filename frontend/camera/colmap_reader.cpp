@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/camera/readers.h"
 
 #include <algorithm>

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/files_read.h"
 #include "grtx/frontend/camera/camera.h"
 
 namespace grtx::frontend {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "grtx/base/declare/named_enum.h"
+#include "grtx/frontend/gaussian/hit_options.h"
 #include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/gaussian/slab_intersection.h"
@@ -38,14 +38,6 @@ struct UnitRay {
   float d2 = std::numeric_limits<float>::infinity();
   float length2 = 1.0f;  ///< |direction|^2
 };
-
-/// Which distance orders a ray's hits: entry into the proxy, or peak response.
-enum class SortKey : std::uint8_t { entry, peak };
-constexpr auto enum_names(SortKey) { return names_in_order<SortKey>({"entry", "peak"}); }
-
-/// What happens to a Gaussian whose proxy contains the ray origin: it is skipped, or it counts (spheres only).
-enum class InsideRule : std::uint8_t { skip, count };
-constexpr auto enum_names(InsideRule) { return names_in_order<InsideRule>({"skip", "count"}); }
 
 enum class HitKind : std::uint8_t {
   miss,

@@ -6,14 +6,10 @@
 #include <bit>
 #include <cstdint>
 
-#include "grtx/base/declare/named_enum.h"
 #include "grtx/frontend/gaussian/gaussian_math.h"
+#include "grtx/frontend/gaussian/hit_options.h"
 
 namespace grtx::frontend {
-
-/// How the response is computed: fp32, or every step rounded to a 16-bit format (a cheaper blending unit).
-enum class ResponsePrecision : std::uint8_t { fp32, fp16, bf16 };
-constexpr auto enum_names(ResponsePrecision) { return names_in_order<ResponsePrecision>({"fp32", "fp16", "bf16"}); }
 
 /// Nearest value with `kept` explicit significand bits (ties to even) of a normal fp32 number.
 constexpr float round_significand(float x, unsigned kept) {

@@ -4,11 +4,15 @@
 
 #include <string>
 
-#include "grtx/base/files_read.h"
 #include "grtx/frontend/scene/scene.h"
-#include "grtx/frontend/scene/scene_rows.h"
+
+namespace grtx {
+class FilesRead;
+}
 
 namespace grtx::frontend {
+
+struct RawRows;
 
 struct SceneReadOptions {
   /// .spz files do not say which axes they use. false: right, up, back, as the format's own library writes, turned into

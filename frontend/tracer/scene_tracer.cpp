@@ -132,4 +132,6 @@ TracedView SceneTracer::trace(const TracerOptions& options, const RenderOptions&
                : objects_->trace(options, render, trace_file, inputs);
 }
 
+std::uint64_t SceneTracer::gaussians() const { return view_ ? view_->scene().size() : world()->gaussians(); }
+
 }  // namespace grtx::frontend

@@ -46,7 +46,7 @@ class SceneTracer {
   /// The structure to trace in; for one scene, after build().
   TracedStructure structure() const;
   /// Number of Gaussians of the scene or of all placements.
-  std::uint64_t gaussians() const { return view_ ? view_->scene().size() : world()->gaussians(); }
+  std::uint64_t gaussians() const;
 
   /// Builds the structure of a scene unless the last one has these options; that of several objects exists already.
   void build(const AccelOptions& accel, bool quiet);

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/tracer/light_path.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"

@@ -6,15 +6,16 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/optics/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::frontend {
+
+class AccelerationStructure;
+class PreparedGaussians;
 
 struct SecondaryRay {
   std::uint32_t pixel = 0;

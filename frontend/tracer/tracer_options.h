@@ -7,9 +7,8 @@
 #include <map>
 #include <string>
 
-#include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/hit_options.h"
 #include "grtx/frontend/gaussian/kernel.h"
-#include "grtx/frontend/gaussian/response_precision.h"
 #include "grtx/frontend/gaussian/simd_path.h"
 #include "grtx/traces/modes.h"
 

@@ -7,7 +7,11 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
+#include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/gaussian/response_precision.h"
+#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/writer.h"
 
 namespace grtx::frontend {
@@ -93,18 +97,23 @@ ViewTracer::ViewTracer(Scene scene, Camera camera, Kernel kernel)
     : ViewTracer(std::move(scene), std::vector<Camera>{std::move(camera)}, kernel) {}
 
 ViewTracer::ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel)
-    : scene_(std::move(scene)), cameras_(checked(cameras)), kernel_(kernel), gaussians_(scene_, kernel) {}
+    : scene_(std::move(scene)),
+      cameras_(checked(cameras)),
+      kernel_(kernel),
+      gaussians_(std::make_unique<PreparedGaussians>(scene_, kernel)) {}
+
+ViewTracer::~ViewTracer() = default;
 
 void ViewTracer::look(const std::vector<Camera>& cameras) { cameras_ = checked(cameras); }
 
 const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
   if (accel_ != nullptr && accel_->options() == options) return *accel_;
   accel_.reset();
-  if (gaussians_.quantised() != is_quantised(options.layout)) {
-    gaussians_ = PreparedGaussians(scene_, kernel_, is_quantised(options.layout));
+  if (gaussians_->quantised() != is_quantised(options.layout)) {
+    gaussians_ = std::make_unique<PreparedGaussians>(scene_, kernel_, is_quantised(options.layout));
     round_sh(is_quantised(options.layout));
   }
-  accel_ = std::make_unique<AccelerationStructure>(gaussians_, options);
+  accel_ = std::make_unique<AccelerationStructure>(*gaussians_, options);
   ++structures_built_;
   return *accel_;
 }
@@ -125,7 +134,7 @@ TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& 
   TracedView view;
   std::vector<SecondaryPlan> plans;
   for (const Camera& camera : cameras_) {
-    plans.push_back(plan_secondary(scene_, gaussians_, *accel_, camera, options, objects_, render.linear_mapping,
+    plans.push_back(plan_secondary(scene_, *gaussians_, *accel_, camera, options, objects_, render.linear_mapping,
                                    render.threads, render.warp_size));
   }
   std::vector<RenderOptions> all_rays(cameras_.size(), render);
@@ -133,7 +142,7 @@ TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& 
   traces::Header header = sequence_header(cameras_, all_rays, [&](const Camera& camera, const RenderOptions& frame) {
     return trace_header(scene_, camera, *accel_, options, frame);
   });
-  trace_into(view, TracedStructure(scene_, gaussians_, *accel_), cameras_, options, std::move(all_rays),
+  trace_into(view, TracedStructure(scene_, *gaussians_, *accel_), cameras_, options, std::move(all_rays),
              std::move(header), trace_file, inputs);
   view.plan = std::move(plans.front());
   for (std::size_t i = 1; i < plans.size(); ++i) add_plan(view.plan, plans[i]);
@@ -146,7 +155,11 @@ ObjectViewTracer::ObjectViewTracer(std::string name, std::vector<Scene> scenes,
     : name_(std::move(name)),
       cameras_(checked(cameras)),
       kernel_(kernel),
-      world_(std::move(scenes), placements, options, kernel) {}
+      world_(std::make_unique<MultiObjectWorld>(std::move(scenes), placements, options, kernel)) {}
+
+ObjectViewTracer::~ObjectViewTracer() = default;
+
+void ObjectViewTracer::move(const std::vector<Placement>& placements) { world_->move(placements); }
 
 void ObjectViewTracer::look(const std::vector<Camera>& cameras) { cameras_ = checked(cameras); }
 
@@ -159,10 +172,10 @@ TracedView ObjectViewTracer::trace(const TracerOptions& options, const RenderOpt
   primary_rays.secondary = nullptr;
   traces::Header header = sequence_header(
       cameras_, std::vector(cameras_.size(), primary_rays),
-      [&](const Camera& camera, const RenderOptions& frame) { return trace_header(world_, camera, options, frame); });
+      [&](const Camera& camera, const RenderOptions& frame) { return trace_header(*world_, camera, options, frame); });
   header.inputs["scene"] = name_;
-  header.inputs["scene_hash"] = world_.hash();
-  trace_into(view, TracedStructure(world_), cameras_, options, std::vector(cameras_.size(), primary_rays),
+  header.inputs["scene_hash"] = world_->hash();
+  trace_into(view, TracedStructure(*world_), cameras_, options, std::vector(cameras_.size(), primary_rays),
              std::move(header), trace_file, inputs);
   return view;
 }

@@ -9,17 +9,21 @@
 #include <string>
 #include <vector>
 
-#include "grtx/frontend/accel/acceleration_structure.h"
-#include "grtx/frontend/accel/multi_object.h"
+#include "grtx/frontend/accel/accel_options.h"
+#include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/gaussian/prepared_gaussians.h"
+#include "grtx/frontend/gaussian/kernel.h"
 #include "grtx/frontend/optics/optical_objects.h"
 #include "grtx/frontend/scene/scene.h"
+#include "grtx/frontend/tracer/render_options.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
-#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 
 namespace grtx::frontend {
+
+class AccelerationStructure;
+class MultiObjectWorld;
+class PreparedGaussians;
 
 struct TraceFile {
   std::uint64_t bytes = 0;
@@ -44,12 +48,13 @@ class ViewTracer {
   ViewTracer(Scene scene, Camera camera, Kernel kernel = {});
   /// cameras: of the frames, one or more, all of one resolution.
   ViewTracer(Scene scene, std::vector<Camera> cameras, Kernel kernel = {});
+  ~ViewTracer();
   ViewTracer(const ViewTracer&) = delete;
   ViewTracer& operator=(const ViewTracer&) = delete;
 
   const Scene& scene() const { return scene_; }
   const Camera& camera() const { return cameras_.front(); }  ///< of the first frame
-  const PreparedGaussians& gaussians() const { return gaussians_; }
+  const PreparedGaussians& gaussians() const { return *gaussians_; }
   Kernel kernel() const { return kernel_; }
   const OpticalObjects& objects() const { return objects_; }
   /// The structure of the last build().
@@ -78,7 +83,7 @@ class ViewTracer {
   std::vector<float> full_sh_;  ///< then: as they were
   std::vector<Camera> cameras_;
   const Kernel kernel_;
-  PreparedGaussians gaussians_;  ///< in the form that the structure's layout needs
+  std::unique_ptr<const PreparedGaussians> gaussians_;  ///< in the form that the structure's layout needs
   OpticalObjects objects_;
   std::unique_ptr<AccelerationStructure> accel_;
   unsigned structures_built_ = 0;
@@ -90,12 +95,15 @@ class ObjectViewTracer {
   /// As MultiObjectWorld. name: of the list, for the inputs of results.
   ObjectViewTracer(std::string name, std::vector<Scene> scenes, const std::vector<Placement>& placements,
                    std::vector<Camera> cameras, const AccelOptions& options, Kernel kernel = {});
+  ~ObjectViewTracer();
+  ObjectViewTracer(const ObjectViewTracer&) = delete;
+  ObjectViewTracer& operator=(const ObjectViewTracer&) = delete;
 
-  const MultiObjectWorld& world() const { return world_; }
+  const MultiObjectWorld& world() const { return *world_; }
   Kernel kernel() const { return kernel_; }
   /// As ViewTracer::look().
   void look(const std::vector<Camera>& cameras);
-  void move(const std::vector<Placement>& placements) { world_.move(placements); }
+  void move(const std::vector<Placement>& placements);
   /// As ViewTracer::trace(), but without secondary rays.
   TracedView trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file = "",
                    const std::map<std::string, std::string>& inputs = {}) const;
@@ -104,7 +112,7 @@ class ObjectViewTracer {
   const std::string name_;
   std::vector<Camera> cameras_;
   const Kernel kernel_;
-  MultiObjectWorld world_;
+  const std::unique_ptr<MultiObjectWorld> world_;
 };
 
 }  // namespace grtx::frontend

@@ -46,7 +46,7 @@ class Prices {
 
   /// Energy of one test: all operators of one pipeline once, and a register per stage. The inventory is the sum over
   /// all pipelines; each uses its operators and registers `interval` times per test.
-  Range test(const std::string& module, const modules::IntersectionUnit::Config& unit) const {
+  Range test(const std::string& module, const modules::IntersectionConfig& unit) const {
     const Inventory* inventory = module_of(inventories_, module);
     if (inventory == nullptr) return {};
     Range pj;

@@ -514,4 +514,13 @@ void L1Cache::dump_state(std::ostream& out) const {
   mshrs_.dump_state(out);
 }
 
+void L1CacheModule::save(StateWriter& /*state*/) const { refuse_state(*this); }
+
+void L1CacheModule::load(StateReader& /*state*/) { refuse_state(*this); }
+
+std::unique_ptr<L1CacheModule> make_l1_cache(const sc_core::sc_module_name& name, const L1CacheConfig& config,
+                                             ClockDomain& clock) {
+  return std::make_unique<L1Cache>(name, config, clock);
+}
+
 }  // namespace grtx::modules

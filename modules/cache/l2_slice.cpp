@@ -355,4 +355,13 @@ void L2Slice::dump_state(std::ostream& out) const {
   mshrs_.dump_state(out);
 }
 
+void L2SliceModule::save(StateWriter& /*state*/) const { refuse_state(*this); }
+
+void L2SliceModule::load(StateReader& /*state*/) { refuse_state(*this); }
+
+std::unique_ptr<L2SliceModule> make_l2_slice(const sc_core::sc_module_name& name, const L2SliceConfig& config,
+                                             ClockDomain& clock) {
+  return std::make_unique<L2Slice>(name, config, clock);
+}
+
 }  // namespace grtx::modules

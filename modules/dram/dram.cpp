@@ -8,10 +8,53 @@
 #include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/tlm/origin_extension.h"
 
 namespace grtx::modules {
+
+/// Transactions in progress at a socket.
+struct Dram::Port {
+  struct Response {
+    ::tlm::tlm_generic_payload* payload = nullptr;
+    Cycle due = 0;
+  };
+  unsigned socket = 0;
+  ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
+  Cycle arrival = 0;                               ///< first clock in which `arriving` is visible
+  RingQueue<Response> responses;
+  ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
+  Cycle response_free = 0;                           ///< first clock in which the next response may begin
+  std::uint64_t outstanding = 0;
+};
+
+struct Dram::Channel {
+  Channel(const DramChannelConfig& config, std::size_t slices) : channel(config), ports(slices) {}
+  DramChannel channel;
+  std::vector<Port> ports;  ///< one per slice that shares the channel
+  std::size_t turn = 0;     ///< port with the first turn
+  bool held = false;        ///< the request of port `turn` waits for room; no other may pass it
+  Cycle due = kNever;
+  std::uint64_t responded = 0;  ///< responses begun
+  std::uint64_t refused = 0;
+  std::uint64_t full_clocks = 0;
+};
+
+Dram::~Dram() = default;
+
+Dram::Channel& Dram::channel_of(unsigned socket) { return channels_[config_.interleave.channel(socket)]; }
+
+Dram::Port& Dram::port_of(unsigned socket) { return channel_of(socket).ports[socket / channels_.size()]; }
+
+void Dram::save(StateWriter& state) const {
+  for (const Channel& channel : channels_) channel.channel.save(state);
+}
+
+void Dram::load(StateReader& state) {
+  for (Channel& channel : channels_) channel.channel.load(state);
+}
 
 Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : ClockedModule(name, clock), sockets("socket", config.interleave.slices), config_(config) {

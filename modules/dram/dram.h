@@ -13,12 +13,12 @@
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/base/state_bytes.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"
 
 namespace grtx::modules {
@@ -42,6 +42,7 @@ class Dram final : public ClockedModule {
 
   /// clock: memory domain. Throws Error for an impossible configuration.
   Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+  ~Dram() override;
 
   using Socket = tlm_utils::simple_target_socket_tagged<Dram, 32>;
   sc_core::sc_vector<Socket> sockets;  ///< [slice]; addresses are global, mapped to channel-local ones inside
@@ -52,45 +53,18 @@ class Dram final : public ClockedModule {
   std::vector<DramChannelCounters> all_channel_counters() const;
   DramChannelCounters channel_counters(unsigned channel) const;
   bool idle() const;
-  unsigned channels() const { return static_cast<unsigned>(channels_.size()); }
+  unsigned channels() const { return config_.interleave.dram_channels(); }
   std::uint64_t outstanding(unsigned channel) const;  ///< requests in flight
   void dump_state(std::ostream& out) const;
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// DRAM, load() a newly constructed one.
-  void save(StateWriter& state) const {
-    for (const Channel& channel : channels_) channel.channel.save(state);
-  }
-  void load(StateReader& state) {
-    for (Channel& channel : channels_) channel.channel.load(state);
-  }
+  void save(StateWriter& state) const;
+  void load(StateReader& state);
   const Config& config() const { return config_; }
 
  private:
-  struct Response {
-    ::tlm::tlm_generic_payload* payload = nullptr;
-    Cycle due = 0;
-  };
-  /// Transactions in progress at a socket.
-  struct Port {
-    unsigned socket = 0;
-    ::tlm::tlm_generic_payload* arriving = nullptr;  ///< in its request phase
-    Cycle arrival = 0;                               ///< first clock in which `arriving` is visible
-    RingQueue<Response> responses;
-    ::tlm::tlm_generic_payload* responding = nullptr;  ///< in its response phase
-    Cycle response_free = 0;                           ///< first clock in which the next response may begin
-    std::uint64_t outstanding = 0;
-  };
-  struct Channel {
-    Channel(const DramChannelConfig& config, std::size_t slices) : channel(config), ports(slices) {}
-    DramChannel channel;
-    std::vector<Port> ports;  ///< one per slice that shares the channel
-    std::size_t turn = 0;     ///< port with the first turn
-    bool held = false;        ///< the request of port `turn` waits for room; no other may pass it
-    Cycle due = kNever;
-    std::uint64_t responded = 0;  ///< responses begun
-    std::uint64_t refused = 0;
-    std::uint64_t full_clocks = 0;
-  };
+  struct Port;
+  struct Channel;
 
   ::tlm::tlm_sync_enum nb_transport_fw(int id, ::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
@@ -99,8 +73,8 @@ class Dram final : public ClockedModule {
   ::tlm::tlm_response_status check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const;
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;
-  Channel& channel_of(unsigned socket) { return channels_[config_.interleave.channel(socket)]; }
-  Port& port_of(unsigned socket) { return channel_of(socket).ports[socket / channels_.size()]; }
+  Channel& channel_of(unsigned socket);
+  Port& port_of(unsigned socket);
   void answer_unqueued(Channel& channel, Port& port, Cycle now);
   void take_arrival(Channel& channel, Cycle now);
   void end_request(Port& port, ::tlm::tlm_response_status status);

@@ -16,7 +16,6 @@
 #include "grtx/base/strong.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link_if.h"
-#include "grtx/modules/kernel/unit_fault.h"
 
 namespace grtx::modules {
 
@@ -42,7 +41,7 @@ class LinkObject : public sc_core::sc_object, public Restarted {
     if (!holds) [[unlikely]]
       refuse(rule);
   }
-  [[noreturn, gnu::cold, gnu::noinline]] void refuse(const char* rule) const { unit_fault(name(), rule); }
+  [[noreturn, gnu::cold]] void refuse(const char* rule) const;
 
  private:
   static std::string free_name(std::string name) {

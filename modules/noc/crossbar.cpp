@@ -183,4 +183,9 @@ void Crossbar::dump_state(std::ostream& out) const {
 template class CrossbarNetwork<MemoryRequest>;
 template class CrossbarNetwork<MemoryResponse>;
 
+std::unique_ptr<CrossbarModule> make_crossbar(const sc_core::sc_module_name& name, const CrossbarConfig& config,
+                                              ClockDomain& clock) {
+  return std::make_unique<Crossbar>(name, config, clock);
+}
+
 }  // namespace grtx::modules

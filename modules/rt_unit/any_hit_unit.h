@@ -17,24 +17,16 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
+#include "grtx/modules/rt_unit/rt_unit_config.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {
 
 class AnyHitUnit final : public AnyHitModule {
  public:
-  struct Config : HitHeap {
-    unsigned count = 32;
-    void parameters(ParameterList& list) {
-      HitHeap::parameters(list);
-      list.add("count", count, {1, kMaxLanes}, "heaps",
-               "heap logic of an RT unit: lane l of each warp uses number l mod count",
-               assumed("this project: one for each lane; GauTracer does not say"))
-          .came_later();
-    }
-  };
+  using Config = AnyHitUnitConfig;
 
   /// entries: warps of the warp buffer. k: entries of a heap. evicts: hits that fall out are stored (checkpointing).
   AnyHitUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, unsigned k, bool evicts);

@@ -21,18 +21,9 @@
 #include "grtx/modules/rt_unit/checkpoint_if.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
-
-struct CheckpointCounters {
-  std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;
-  std::uint64_t acknowledged = 0, returned = 0;  ///< responses to writes and reads
-  std::uint64_t straddling_written = 0, straddling_read = 0;
-  std::uint64_t max_entries = 0, blocked_cycles = 0;
-  static const CounterTable<CheckpointCounters>& table();
-  void add(const CheckpointCounters& other) { table().add(*this, other); }
-  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-};
 
 /// State of the project's checkpoint units (SystemC and RTL) after a cycle, for observers.
 class CheckpointState {

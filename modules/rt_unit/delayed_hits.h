@@ -15,8 +15,8 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
 #include "grtx/modules/rt_unit/any_hit_if.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
 namespace grtx::modules {

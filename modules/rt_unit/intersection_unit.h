@@ -13,15 +13,11 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/rt_unit/intersection_config.h"
 #include "grtx/modules/rt_unit/intersection_if.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
-
-/// Hardware of one pipeline.
-struct DataPath {
-  std::vector<Operators> operators;  ///< for one test per cycle
-  unsigned stage_bits = 0;           ///< mean register bits between two stages
-};
 
 /// State of the project's intersection units (SystemC and RTL) after a cycle, for observers.
 class IntersectionState {
@@ -36,31 +32,9 @@ class IntersectionState {
   ~IntersectionState() = default;
 };
 
-struct IntersectionCounters {
-  std::uint64_t operations = 0;    ///< lane operations started
-  std::uint64_t tests = 0;         ///< tests of these operations (an operation may have several, e.g. one per child)
-  std::uint64_t busy_cycles = 0;   ///< pipeline-cycles in which no further test could start: tests x interval
-  std::uint64_t queue_cycles = 0;  ///< cycles that lanes waited in the queue beyond the first
-  std::uint64_t queue_max = 0;     ///< longest queue
-  static const CounterTable<IntersectionCounters>& table();
-  void add(const IntersectionCounters& other) { table().add(*this, other); }
-  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-};
-
 class IntersectionUnit final : public IntersectionModule, public IntersectionState {
  public:
-  struct Config {
-    unsigned count = 4;
-    unsigned latency = 13;
-    unsigned interval = 1;
-    /// what: the unit's name. origin: of all three values. later: Parameter::came_later().
-    void parameters(ParameterList& list, const std::string& what, Origin origin, bool later = false) {
-      list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin).later = later;
-      list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin).later = later;
-      list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin).later =
-          later;
-    }
-  };
+  using Config = IntersectionConfig;
   using Counters = IntersectionCounters;
 
   /// entries: warps of the warp buffer. path: hardware of one pipeline.
@@ -111,26 +85,8 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Counters counters_;
 };
 
-// Defaults of the five units: number of pipelines, latency and interval (cycles between two starts of a pipeline).
-inline constexpr IntersectionUnit::Config kRayBoxUnit{4, 13, 1};
-inline constexpr IntersectionUnit::Config kRayTriangleUnit{4, 37, 1};
-inline constexpr IntersectionUnit::Config kRaySphereUnit = kRayTriangleUnit;  ///< no public source
-inline constexpr IntersectionUnit::Config kRayTransformUnit{4, 6, 1};
-inline constexpr IntersectionUnit::Config kRayGaussianUnit{4, 27, 1};
-
 /// Storage and operators of a unit. lanes: number of lanes in the warp buffer.
-Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
+Inventory intersection_inventory(const char* name, const IntersectionConfig& config, const DataPath& path,
                                  std::uint64_t lanes);
-
-// Operator counts from published data paths; register bits from synthesis with a register after each operator.
-/// Slab tests of all children and their sort by t. decoded: the unit first decodes the quantised boxes.
-DataPath ray_box_path(unsigned boxes, bool decoded = false);
-DataPath ray_triangle_path();  ///< Moeller-Trumbore
-DataPath ray_sphere_path();    ///< unit sphere at the origin
-/// Affine transform of origin and direction. coded: the unit first decodes the map (layout quantised).
-DataPath ray_transform_path(bool coded = false);
-/// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as
-/// well.
-DataPath ray_gaussian_path(bool entry);
 
 }  // namespace grtx::modules

@@ -8,7 +8,15 @@
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/any_hit_unit.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/delayed_hits.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/memory_scheduler.h"
+#include "grtx/modules/rt_unit/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/stack_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/modules/rt_unit/warp_walk_scheduler.h"
 
 namespace grtx::modules {
@@ -428,6 +436,12 @@ void RtUnit::dump_state(std::ostream& out) const {
   out << name() << ": cycle " << clock_.cycle() << ", next due "
       << (due_ == kNever ? std::string("never") : std::to_string(due_)) << '\n';
   for_each_part([&](const RtPart& part) { part.dump_state(out); });
+}
+
+std::unique_ptr<RtUnitModule> make_rt_unit(const sc_core::sc_module_name& name, const RtUnitConfig& config,
+                                           const traces::Header& header, const MemoryMap& map, ClockDomain& domain,
+                                           unsigned sm, const RtUnitParts& parts) {
+  return std::make_unique<RtUnit>(name, config, header, map, domain, sm, parts);
 }
 
 }  // namespace grtx::modules

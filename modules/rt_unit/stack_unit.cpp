@@ -52,7 +52,7 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   if (!move.any()) return false;
   lane.next = move.first;
   lane.to_spill = static_cast<std::uint8_t>(move.spills);
-  counters_.note(lane.stack, move);
+  count_move(lane.stack, move);
   if (cache_ != nullptr) lane.found = touch_move(lane, move, touch_now());
   queue_.push(id);
   return true;
@@ -62,8 +62,14 @@ void StackUnit::touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cyc
   LaneContext& lane = lanes_[id];
   const StackSpill::Move move = spill_.settle(lane.stack, depth, takes_top);
   if (!move.any()) return;
-  counters_.note(lane.stack, move);
+  count_move(lane.stack, move);
   touch_move(lane, move, at);
+}
+
+void StackUnit::count_move(const StackSpill::Lane& lane, const StackSpill::Move& move) {
+  counters_.moved_out += move.spills;
+  counters_.moved_in += move.fill ? 1 : 0;
+  counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.in_memory);
 }
 
 Touched StackUnit::touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at) {

@@ -20,27 +20,10 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/decide/stack_spill.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/stack_if.h"
 
 namespace grtx::modules {
-
-struct StackCounters {
-  std::uint64_t spills = 0;        ///< sectors written
-  std::uint64_t fills = 0;         ///< sectors read
-  std::uint64_t acknowledged = 0;  ///< write responses
-  std::uint64_t returned = 0;      ///< read responses
-  std::uint64_t max_spilled = 0;   ///< most spilled entries of a lane
-  std::uint64_t moved_out = 0;     ///< sectors spilled, timed or functional
-  std::uint64_t moved_in = 0;      ///< sectors filled, timed or functional
-  void note(const StackSpill::Lane& lane, const StackSpill::Move& move) {
-    moved_out += move.spills;
-    moved_in += move.fill ? 1 : 0;
-    if (lane.in_memory > max_spilled) max_spilled = lane.in_memory;
-  }
-  static const CounterTable<StackCounters>& table();
-  void add(const StackCounters& other) { table().add(*this, other); }
-  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-};
 
 class StackUnit final : public StackModule {
  public:
@@ -86,6 +69,7 @@ class StackUnit final : public StackModule {
   /// Sends the lane's next sector. Returns true if it was its last spill.
   bool send(Cycle now, LaneId id);
   Touched touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at);
+  void count_move(const StackSpill::Lane& lane, const StackSpill::Move& move);
 
   StackSpill spill_;
   const MemoryMap& map_;

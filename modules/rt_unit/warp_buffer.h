@@ -14,6 +14,7 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/rt_unit/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/decide/stack_spill.h"
+#include "grtx/modules/rt_unit/rt_unit_config.h"
 #include "grtx/modules/rt_unit/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_table.h"
 
@@ -21,24 +22,7 @@ namespace grtx::modules {
 
 class WarpBuffer final : public WarpBufferModule {
  public:
-  struct Config {
-    unsigned entries = 8;
-    unsigned stack_entries = 8;
-    bool spill = true;  ///< needs the StackUnit
-    unsigned on_chip_entries() const { return spill ? stack_entries : std::max(stack_entries, kUnspilledStackEntries); }
-    void parameters(ParameterList& list) {
-      list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
-      list.add("stack_entries", stack_entries, {1, 1024}, "entries",
-               "traversal stack of a lane in the warp buffer; deeper ones spill", kOurs);
-      list.add("spill", spill,
-               "stack entries beyond the warp buffer are written to memory and read back; else a stack has 140 entries "
-               "there",
-               kOurs);
-      list.rule(
-          "stack_entries", [this] { return !spill || stack_entries >= 2; },
-          "must be at least 2 with rt.warp_buffer.spill");
-    }
-  };
+  using Config = WarpBufferConfig;
   using Counters = WarpBufferCounters;
 
   /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry;

@@ -18,6 +18,7 @@
 #include "grtx/modules/messages/round_cursor.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/decide/warp_wait.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 
@@ -94,18 +95,6 @@ struct Warp {
 /// Initialises a warp for a call: lanes start at the first event of the round that `cursor` points to; lanes without
 /// events are finished. The caller sets the age.
 void begin_call(Warp& warp, const TraceCall& call, const RoundCursor& cursor, Cycle now);
-
-/// Counters of a warp buffer.
-struct WarpBufferCounters {
-  std::uint64_t calls = 0;               ///< traceRay calls accepted
-  std::uint64_t occupancy_integral = 0;  ///< warps x cycles
-  std::uint64_t max_stack_depth = 0;
-  std::array<std::uint64_t, kWarpWaits> warp_cycles{};  ///< [WarpWait] warps x cycles
-  Distribution warp_latency;                            ///< cycles from acceptance to retirement
-  static const CounterTable<WarpBufferCounters>& table();
-  void add(const WarpBufferCounters& other) { table().add(*this, other); }
-  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-};
 
 class WarpTable {
  public:

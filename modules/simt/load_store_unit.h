@@ -12,17 +12,9 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/messages/coalescer.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
-
-struct LoadStoreCounters {
-  std::array<std::uint64_t, kRegionCount> loads{};   ///< sectors
-  std::array<std::uint64_t, kRegionCount> stores{};  ///< sectors
-  std::uint64_t blocked_cycles = 0;                  ///< ticks with a request waiting but no room in the L1's link
-  std::uint64_t deepest_queue = 0;                   ///< most sectors waiting at a time
-
-  std::uint64_t sectors() const;
-};
 
 /// No SystemC process. The tag of a request is its warp slot; `write` distinguishes loads from stores.
 class LoadStoreUnit {

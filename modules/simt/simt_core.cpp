@@ -552,4 +552,10 @@ void SimtCore::dump_state(std::ostream& out) const {
   lsu_.dump_state(out);
 }
 
+std::unique_ptr<SimtCoreModule> make_simt_core(const sc_core::sc_module_name& name, ClockDomain& domain,
+                                               const SimtCoreConfig& config, const traces::Header& header,
+                                               const MemoryMap& map) {
+  return std::make_unique<SimtCore>(name, domain, config, header, map);
+}
+
 }  // namespace grtx::modules

@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/simt/decide/shader_program.h"
-#include "grtx/modules/simt/load_store_unit.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/simt/decide/shader_costs.h"
 
 namespace grtx::modules {
 
@@ -34,6 +34,15 @@ constexpr WarpActivity activity_of(PhaseKind kind) {
   if (kind == PhaseKind::node_fetch) return WarpActivity::fetch;
   return WarpActivity::raygen;
 }
+
+struct LoadStoreCounters {
+  std::array<std::uint64_t, kRegionCount> loads{};   ///< sectors
+  std::array<std::uint64_t, kRegionCount> stores{};  ///< sectors
+  std::uint64_t blocked_cycles = 0;                  ///< ticks with a request waiting but no room in the L1's link
+  std::uint64_t deepest_queue = 0;                   ///< most sectors waiting at a time
+
+  std::uint64_t sectors() const;
+};
 
 struct SimtCounters {
   std::uint64_t warps = 0;                                   ///< warps that ended

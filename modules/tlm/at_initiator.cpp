@@ -9,6 +9,7 @@
 
 #include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/tlm/at_payload_attributes.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::modules {
 namespace {
@@ -35,7 +36,10 @@ const char* status_name(::tlm::tlm_response_status status) {
 
 }  // namespace
 
-AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock) : socket(socket_name), clock_(clock) {
+AtInitiator::~AtInitiator() = default;
+
+AtInitiator::AtInitiator(const char* socket_name, ClockDomain& clock)
+    : socket(socket_name), clock_(clock), pool_(std::make_unique<AtPayloadPool>()) {
   socket.register_nb_transport_bw(this, &AtInitiator::nb_transport_bw);
 }
 
@@ -58,7 +62,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   assert(requesting_ == nullptr && std::has_single_bit(bytes) && bytes <= AtPayload::kMaxBytes);
   assert(address % bytes == 0);
   update(clock_.cycle());  // END_RESP of this cycle first, since the target may respond within the call below
-  AtPayload& payload = pool_.acquire();
+  AtPayload& payload = pool_->acquire();
   payload.context = context;
   payload.origin.origin = origin;
   set_attributes(payload, address, bytes, write);

@@ -6,13 +6,17 @@
 #include <tlm_utils/simple_initiator_socket.h>
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <tlm>
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/tlm/at_payload_pool.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
+
+class AtPayload;
+class AtPayloadPool;
 
 /// A member of a clocked module, which must call update() first in each tick. One request is in its request phase at a
 /// time; back-pressure is a withheld END_REQ. Responses are always accepted, in any order. BEGIN_RESP is answered with
@@ -33,6 +37,9 @@ class AtInitiator final {
   static constexpr const char* kReport = "/grtx/memory";
 
   AtInitiator(const char* socket_name, ClockDomain& clock);
+  ~AtInitiator();
+  AtInitiator(const AtInitiator&) = delete;
+  AtInitiator& operator=(const AtInitiator&) = delete;
   /// Must be called first in each tick: sends an END_RESP that is due.
   void update(Cycle now) {
     if (end_cycle_ <= now) end_response(now);
@@ -66,7 +73,7 @@ class AtInitiator final {
   std::size_t completions() const { return completions_.size(); }
   /// Requests sent whose response has not begun yet.
   std::uint64_t outstanding() const { return outstanding_; }
-  const AtPayloadPool& pool() const { return pool_; }
+  const AtPayloadPool& pool() const { return *pool_; }
   bool idle() const {
     return outstanding_ == 0 && completions_.empty() && requesting_ == nullptr && responding_ == nullptr;
   }
@@ -93,7 +100,7 @@ class AtInitiator final {
   ClockDomain& clock_;
   Alarm* process_ = nullptr;
   bool keeps_data_ = false;
-  AtPayloadPool pool_;
+  std::unique_ptr<AtPayloadPool> pool_;
   const AtPayload* requesting_ = nullptr;
   Cycle free_from_ = 0;
   std::uint64_t outstanding_ = 0;

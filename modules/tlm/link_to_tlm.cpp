@@ -6,8 +6,11 @@
 
 #include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/tlm/at_payload_attributes.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::modules {
+
+LinkToTlm::~LinkToTlm() = default;
 
 LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : ClockedModule(name, clock),
@@ -15,7 +18,8 @@ LinkToTlm::LinkToTlm(const sc_core::sc_module_name& name, const Config& config, 
       response("response"),
       memory("memory", clock),
       config_(config),
-      slots_(config.outstanding) {
+      slots_(config.outstanding),
+      pool_(std::make_unique<AtPayloadPool>()) {
   free_all();
   memory.keep_data();
   if (config_.blocking) SC_THREAD(call);
@@ -90,7 +94,7 @@ void LinkToTlm::call() {
   while (true) {
     wait(called_);
     const MemoryRequest& head = slots_[calling_slot_];
-    AtPayload& payload = pool_.acquire();
+    AtPayload& payload = pool_->acquire();
     set_attributes(payload, head.address, kSectorBytes, head.write);
     if (head.write) memory.fill(payload);
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <iosfwd>
 #include <map>
+#include <memory>
 #include <systemc>
 #include <tlm>
 #include <vector>
@@ -32,6 +33,7 @@ class LinkToTlm final : public ClockedModule {
 
   using SC_CURRENT_USER_MODULE = LinkToTlm;  // SC_HAS_PROCESS, which SystemC 3 deprecates
   LinkToTlm(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+  ~LinkToTlm() override;
 
   LinkIn<MemoryRequest> request;     ///< consumed here
   LinkOut<MemoryResponse> response;  ///< produced here
@@ -55,7 +57,7 @@ class LinkToTlm final : public ClockedModule {
   std::vector<MemoryRequest> slots_;
   std::vector<std::uint32_t> free_;
   // Blocking calls.
-  AtPayloadPool pool_;
+  std::unique_ptr<AtPayloadPool> pool_;
   sc_core::sc_event called_;
   bool calling_ = false;
   Cycle next_call_ = 0;

@@ -7,11 +7,14 @@
 #include <utility>
 
 #include "grtx/modules/kernel/unit_fault.h"
+#include "grtx/modules/tlm/functional_memory.h"
 
 namespace grtx::modules {
 
 using sc_core::sc_time;
 using ::tlm::tlm_generic_payload;
+
+TlmToLink::~TlmToLink() = default;
 
 TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock)
     : ClockedModule(name, clock),
@@ -24,7 +27,10 @@ TlmToLink::TlmToLink(const sc_core::sc_module_name& name, const Config& config, 
   free_all();
   socket.register_nb_transport_fw(this, &TlmToLink::nb_transport_fw);
   socket.register_b_transport(this, &TlmToLink::b_transport);
-  if (!data_) data_ = [this](tlm_generic_payload& payload) { return memory_.access(payload); };
+  if (!data_) {
+    memory_ = std::make_unique<FunctionalMemory>();
+    data_ = [this](tlm_generic_payload& payload) { return memory_->access(payload); };
+  }
   socket.register_transport_dbg(this, &TlmToLink::transport_dbg);
   if (config_.dmi) socket.register_get_direct_mem_ptr(this, &TlmToLink::get_direct_mem_ptr);
 }

@@ -10,6 +10,7 @@
 #include <deque>
 #include <functional>
 #include <iosfwd>
+#include <memory>
 #include <systemc>
 #include <tlm>
 #include <vector>
@@ -17,9 +18,10 @@
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/tlm/functional_memory.h"
 
 namespace grtx::modules {
+
+class FunctionalMemory;
 
 /// A call that takes effect at time t is seen at the first clock edge after t. The transaction is split into the 32 B
 /// sectors that it touches, one per cycle. When all are answered, BEGIN_RESP is called, or b_transport returns, in the
@@ -45,6 +47,7 @@ class TlmToLink final : public ClockedModule {
   };
 
   TlmToLink(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
+  ~TlmToLink() override;
 
   tlm_utils::simple_target_socket<TlmToLink, 32> socket;
   LinkOut<MemoryRequest> request;   ///< produced here
@@ -92,7 +95,7 @@ class TlmToLink final : public ClockedModule {
   void leave();
 
   Config config_;
-  FunctionalMemory memory_;
+  std::unique_ptr<FunctionalMemory> memory_;  ///< where Config::data is not set
   std::function<unsigned(::tlm::tlm_generic_payload&)> data_;
   std::vector<Transaction> slots_;
   std::vector<std::uint32_t> free_;

@@ -21,7 +21,7 @@ struct HostTable {
 };
 constexpr double kMostHostBytes = 2e9;
 
-double tag_bytes(const modules::SectorCacheTags::Geometry& cache) {
+double tag_bytes(const modules::CacheGeometry& cache) {
   const double line = 44.0, small_set = 128.0;
   return static_cast<double>(cache.sets()) * (cache.ways > 16 ? line * cache.ways : small_set);
 }
@@ -48,7 +48,7 @@ void require_whole_sets(const std::string& origin, const char* key, std::uint64_
 }
 
 void require_whole_sets(const GpuConfig& c, const std::string& origin) {
-  const auto set = [](const modules::SectorCacheTags::Geometry& g) { return std::uint64_t{g.ways} * g.line_bytes; };
+  const auto set = [](const modules::CacheGeometry& g) { return std::uint64_t{g.ways} * g.line_bytes; };
   require_whole_sets(origin, "l1.bytes", c.l1.geometry.bytes, set(c.l1.geometry), "l1.ways x l1.line_bytes");
   require_whole_sets(origin, "l2.bytes", c.l2_bytes, c.interleave.slices * set(c.l2.geometry),
                      "l2.slices x l2.ways x l2.line_bytes");
@@ -64,7 +64,7 @@ class AsAssembled {
 
  private:
   GpuConfig& config_;
-  modules::L2Slice::Config by_keys_;
+  modules::L2SliceConfig by_keys_;
 };
 
 }  // namespace

@@ -10,8 +10,11 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/decide/stack_entry.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {

@@ -11,11 +11,11 @@
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/noc/crossbar_if.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_parts.h"

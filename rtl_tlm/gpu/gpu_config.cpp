@@ -118,15 +118,15 @@ SmConfig GpuConfig::sm(unsigned index) const {
   return config;
 }
 
-modules::Crossbar::Config GpuConfig::crossbar_config() const {
-  modules::Crossbar::Config config = crossbar;
+modules::CrossbarConfig GpuConfig::crossbar_config() const {
+  modules::CrossbarConfig config = crossbar;
   config.sms = sms;
   config.interleave = interleave;
   return config;
 }
 
-modules::L2Slice::Config GpuConfig::l2_slice(unsigned slice) const {
-  modules::L2Slice::Config config = l2;
+modules::L2SliceConfig GpuConfig::l2_slice(unsigned slice) const {
+  modules::L2SliceConfig config = l2;
   config.slice = slice;
   config.interleave = interleave;
   config.sampling = sampling;

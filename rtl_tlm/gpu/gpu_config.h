@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/noc/crossbar_if.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
+#include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 
@@ -73,13 +73,13 @@ struct GpuConfig {
   DramSimulatorConfig dram_simulator;
   modules::RtUnitConfig rt;
   modules::SimtCoreConfig simt;
-  modules::L1Cache::Config l1;
+  modules::L1CacheConfig l1;
   SmLinks sm_links;
-  modules::Crossbar::Config crossbar;
+  modules::CrossbarConfig crossbar;
   GpuLinks links;
   modules::AddressInterleave interleave;     ///< of addresses over L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
-  modules::L2Slice::Config l2;               ///< of a slice; l2_slice() sets its size from l2_bytes
+  modules::L2SliceConfig l2;                 ///< of a slice; l2_slice() sets its size from l2_bytes
   modules::Dram::Config dram;
   SampleKeys sample;
   modules::Sampling sampling;  ///< of this run: set from `sample` in sampled mode, else off
@@ -92,8 +92,8 @@ struct GpuConfig {
 
   /// Configurations of units, with the values that the netlist decides (numbers, sizes) filled in.
   SmConfig sm(unsigned index) const;
-  modules::Crossbar::Config crossbar_config() const;
-  modules::L2Slice::Config l2_slice(unsigned slice) const;
+  modules::CrossbarConfig crossbar_config() const;
+  modules::L2SliceConfig l2_slice(unsigned slice) const;
   modules::Dram::Config dram_config(std::uint64_t bytes) const;
   /// The same machine without dram.bandwidth_gb_s: the memory clock that gives it, and times that keep their
   /// nanoseconds, rounded up to that clock. Times of the data bus (ccd, ccd_l, turn) stay clocks.

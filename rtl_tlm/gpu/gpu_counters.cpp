@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <string>
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/simt/simt_core.h"
 
 namespace grtx::sim {
 namespace {

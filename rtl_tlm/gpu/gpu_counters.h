@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"

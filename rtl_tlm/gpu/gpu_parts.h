@@ -7,12 +7,12 @@
 #include <memory>
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/noc/crossbar_if.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
+#include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/traces/header.h"
 
@@ -30,7 +30,7 @@ struct SmParts {
                                                        modules::ClockDomain& clock, unsigned sm)>
       rt_unit;
   modules::RtUnitParts rt_parts;  ///< parts of our own RT unit
-  std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1Cache::Config& config,
+  std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1CacheConfig& config,
                                                         modules::ClockDomain& clock)>
       l1_cache;
 };
@@ -41,10 +41,10 @@ struct GpuParts {
                                                                 const modules::WorkDistributorConfig& config,
                                                                 modules::GroupSource& source)>
       work_distributor;
-  std::function<std::unique_ptr<modules::CrossbarModule>(const char* name, const modules::Crossbar::Config& config,
+  std::function<std::unique_ptr<modules::CrossbarModule>(const char* name, const modules::CrossbarConfig& config,
                                                          modules::ClockDomain& clock)>
       crossbar;
-  std::function<std::unique_ptr<modules::L2SliceModule>(const char* name, const modules::L2Slice::Config& config,
+  std::function<std::unique_ptr<modules::L2SliceModule>(const char* name, const modules::L2SliceConfig& config,
                                                         modules::ClockDomain& clock)>
       l2_slice;
 };

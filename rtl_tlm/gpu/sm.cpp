@@ -7,8 +7,11 @@
 #include <ostream>
 #include <utility>
 
+#include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 #include "grtx/rtl_tlm/rtl/rtl_units.h"
 
@@ -49,7 +52,7 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   simt.resident_warps = config.resident_warps;
   simt.l1_client = clients.simt;
   simt.heap = config.rt.heaps(header);
-  modules::L1Cache::Config l1 = config.l1;
+  modules::L1CacheConfig l1 = config.l1;
   l1.sm = static_cast<std::uint8_t>(config.index);
   l1.clients = static_cast<unsigned>(clients.names.size());
   l1.widths = clients.widths;

@@ -10,14 +10,14 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l1_cache_if.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
+#include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/rtl_tlm/gpu/gpu_parts.h"
 #include "grtx/traces/header.h"
 
@@ -47,7 +47,7 @@ struct SmConfig {
   unsigned resident_warps = 32;
   modules::SimtCoreConfig simt;  ///< Sm sets sm, resident_warps and l1_client
   modules::RtUnitConfig rt;
-  modules::L1Cache::Config l1;  ///< Sm sets sm, clients and widths
+  modules::L1CacheConfig l1;  ///< Sm sets sm, clients and widths
   SmLinks links;
   modules::OwnKeys own;  ///< keys of units that not every machine has
 };

@@ -19,6 +19,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::sim {
 

@@ -8,15 +8,9 @@
 #include <systemc>
 
 #include "grtx/modules/kernel/clocked_module.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 
 namespace grtx::sim {
-
-/// A range of core cycles, both ends included.
-struct CycleWindow {
-  Cycle first = 0;
-  Cycle last = modules::kNever;
-  bool contains(Cycle cycle) const { return cycle >= first && cycle <= last; }
-};
 
 /// Parses "A:B", "A:" or ":B". option: name of the option, for the Error that is thrown for anything else.
 CycleWindow parse_window(const std::string& option, const std::string& text);

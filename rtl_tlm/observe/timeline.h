@@ -7,19 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observation.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "grtx/rtl_tlm/observe/trace_event_writer.h"
 
 namespace grtx::sim {
-
-struct TimelineOptions {
-  std::string path;  ///< empty: no timeline
-  CycleWindow window;
-  Cycle counter_cycles = 256;  ///< cycles between two values of a counter; rates are means over them
-};
 
 class Timeline final : private CycleObserver {
  public:

@@ -14,18 +14,12 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observation.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 #include "grtx/rtl_tlm/observe/unit_probes.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 
 namespace grtx::sim {
-
-struct WaveformOptions {
-  std::string path;         ///< empty: no waveform
-  std::string scope = "*";  ///< only signals whose name or enclosing scope matches (Wires)
-  CycleWindow window;
-  WaveLevel level = WaveLevel::signals;
-};
 
 /// Path of GTKWave's save file beside the waveform: F.gtkw for F.vcd.
 std::string save_file_of(const std::string& vcd_path);

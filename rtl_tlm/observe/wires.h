@@ -11,15 +11,10 @@
 #include <vector>
 
 #include "grtx/base/declare/named_enum.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 #include "grtx/rtl_tlm/observe/vcd_writer.h"
 
 namespace grtx::sim {
-
-enum class WaveLevel : std::uint8_t {
-  units,   ///< state, occupancy and queue levels of each unit
-  signals  ///< also each warp, each shader slot, each link
-};
-constexpr auto enum_names(WaveLevel) { return names_in_order<WaveLevel>({"units", "signals"}); }
 
 /// Bits that hold 0..largest.
 inline unsigned width_for(std::uint64_t largest) {

@@ -8,11 +8,18 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/observe/waveform.h"
 #include "grtx/rtl_tlm/run/conservation.h"
+#include "grtx/rtl_tlm/run/measured_source.h"
+#include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/run_report.h"
 #include "grtx/rtl_tlm/run/simulation_inputs.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
+#include "grtx/rtl_tlm/run/switched_source.h"
+#include "grtx/rtl_tlm/run/trace_source.h"
+#include "grtx/rtl_tlm/run/watchdog.h"
 
 namespace grtx::sim {
 namespace {
@@ -30,6 +37,20 @@ bool has_rtl(const modules::RtUnitConfig& rt) {
 
 }  // namespace
 
+struct GpuComponent::Launch {
+  Launch(const traces::Reader& from, const Gpu& gpu, const MemorySystem& memory, const Options& options);
+  const traces::Reader* reader;
+  TraceSource file;
+  MeasuredSource source;
+  Watchdog watchdog;
+  OccupancySeries series;
+  std::map<std::string, std::string> inputs;
+  EndOfRun end;
+  nlohmann::ordered_json over_time;
+  bool drains = false;  ///< all warps have ended
+  bool stands_still = false;
+};
+
 GpuComponent::Launch::Launch(const traces::Reader& from, const Gpu& gpu, const MemorySystem& memory,
                              const Options& options)
     : reader(&from),
@@ -39,7 +60,7 @@ GpuComponent::Launch::Launch(const traces::Reader& from, const Gpu& gpu, const M
       series(gpu, memory) {}
 
 GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& options)
-    : sc_module(name), registers("registers"), options_(options) {
+    : sc_module(name), registers("registers"), options_(options), source_(std::make_unique<SwitchedSource>()) {
   check_config(options_.machine, this->name());
   if (options_.traces.empty()) throw Error(this->name(), "traces", "there must be one at least");
   if (has_rtl(options_.machine.rt)) throw Error(this->name(), "machine", "blocks in RTL cannot be launched twice");
@@ -57,7 +78,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   }
   build.run_ahead = false;  // other modules share the kernel
   build.parts = options_.parts;
-  gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, source_,
+  gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
   memory_ = make_memory(options_.memory, *gpu_, build);
   if (!options_.waveform.path.empty()) {
@@ -187,7 +208,7 @@ void GpuComponent::reset() {
   watch_.cancel();
   drain_.cancel();
   sample_.cancel();
-  source_.switch_to(nullptr);
+  source_->switch_to(nullptr);
   const traces::Reader& reader = *launch_->reader;
   gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, modules::Caches::cold);
   launch_.reset();
@@ -215,7 +236,7 @@ void GpuComponent::start() {
   const traces::Reader& reader = *readers_[trace_];
   last_ = &reader;
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
-  source_.switch_to(&launch_->source);
+  source_->switch_to(&launch_->source);
   gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);
   launch_->inputs = simulation_inputs(reader, options_.machine);
   add_run_before(launch_->inputs, ran_, before == nullptr ? "" : camera_of(*before));
@@ -258,7 +279,7 @@ void GpuComponent::end_launch() {
   result.document = statistics_document(config_json(options_.machine), result.inputs, result.notes, result.statistics,
                                         result.host, launch_->over_time);
   launch_.reset();
-  source_.switch_to(nullptr);
+  source_->switch_to(nullptr);
   watch_.cancel();
   sample_.cancel();
   done_ = true;

@@ -17,16 +17,14 @@
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
-#include "grtx/rtl_tlm/observe/waveform.h"
-#include "grtx/rtl_tlm/run/measured_source.h"
-#include "grtx/rtl_tlm/run/occupancy_series.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 #include "grtx/rtl_tlm/run/simulation.h"
-#include "grtx/rtl_tlm/run/switched_source.h"
-#include "grtx/rtl_tlm/run/trace_source.h"
-#include "grtx/rtl_tlm/run/watchdog.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
+
+class SwitchedSource;
+class Waveform;
 
 /// Byte offsets of the registers, 32 bits each; accesses are of aligned words, one or several.
 enum class GpuRegister : std::uint64_t {
@@ -108,26 +106,13 @@ class GpuComponent final : public sc_core::sc_module {
   Options options_;
   std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
   const traces::Reader* last_ = nullptr;                  ///< the one launched last
-  SwitchedSource source_;
+  std::unique_ptr<SwitchedSource> source_;
   std::unique_ptr<Gpu> gpu_;
   std::unique_ptr<MemorySystem> memory_;
   std::unique_ptr<Waveform> waveform_;
 
-  /// A launch under way.
-  struct Launch {
-    Launch(const traces::Reader& from, const Gpu& gpu, const MemorySystem& memory, const Options& options);
-    const traces::Reader* reader;
-    TraceSource file;
-    MeasuredSource source;
-    Watchdog watchdog;
-    OccupancySeries series;
-    std::map<std::string, std::string> inputs;
-    EndOfRun end;
-    nlohmann::ordered_json over_time;
-    bool drains = false;  ///< all warps have ended
-    bool stands_still = false;
-  };
-  std::unique_ptr<Launch> launch_;
+  struct Launch;
+  std::unique_ptr<Launch> launch_;  ///< under way
   std::vector<SimulationResult> results_;
   sc_core::sc_event start_, drain_, watch_, sample_, reset_, interrupt_changed_;
   std::uint32_t trace_ = 0;

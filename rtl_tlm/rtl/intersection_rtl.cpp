@@ -175,8 +175,8 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   using Model = typename Block::Model;
 
  public:
-  IntersectionRtl(const sc_core::sc_module_name& name, const IntersectionUnit::Config& config, DataPath path,
-                  unsigned stages, unsigned entries, unsigned children, const RtlBenchOptions& options)
+  IntersectionRtl(const sc_core::sc_module_name& name, const IntersectionConfig& config, DataPath path, unsigned stages,
+                  unsigned entries, unsigned children, const RtlBenchOptions& options)
       : IntersectionModule(name),
         config_(config),
         path_(std::move(path)),
@@ -377,7 +377,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
     for (const std::uint64_t value : Block::values(pins)) shown_.push_back(value);
   }
 
-  IntersectionUnit::Config config_;
+  IntersectionConfig config_;
   DataPath path_;
   unsigned children_;
   intersection_client_if* client_ = nullptr;
@@ -402,7 +402,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
 std::unique_ptr<IntersectionModule> make_verilated_ray_box(const char* name, const RtUnitContext& rt,
                                                            const RtlBenchOptions& options) {
   using Limits = IntersectionRtlLimits;
-  const IntersectionUnit::Config config = rt.config.ray_box;
+  const IntersectionConfig config = rt.config.ray_box;
   const unsigned entries = rt.config.warp_buffer.entries;
   const unsigned children = rt.config.box_op_per_child ? 1 : rt.header.bvh_width;
   const auto made = [&]<typename Block, unsigned kCount>(unsigned stages) {
@@ -422,7 +422,7 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_box(const char* name, con
 std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* name, const RtUnitContext& rt,
                                                                  const RtlBenchOptions& options) {
   using Limits = IntersectionRtlLimits;
-  const IntersectionUnit::Config config = rt.config.ray_transform;
+  const IntersectionConfig config = rt.config.ray_transform;
   const unsigned entries = rt.config.warp_buffer.entries;
   const auto made = [&]<typename Block, unsigned kCount>(unsigned stages) {
     return std::make_unique<IntersectionRtl<Block, kCount>>(name, config, rt.config.transform_path(rt.header), stages,

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 
 namespace grtx::sim {

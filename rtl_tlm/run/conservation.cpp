@@ -7,6 +7,9 @@
 #include <numeric>
 
 #include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/rt_unit/rt_scheduler.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::sim {
 

@@ -10,7 +10,7 @@ namespace {
 Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
 
 /// Least cycles of the busiest pipeline: a test occupies it for unit.interval cycles, but nothing waits after the last.
-Cycle pipelines(std::uint64_t busy_cycles, const modules::IntersectionUnit::Config& unit) {
+Cycle pipelines(std::uint64_t busy_cycles, const modules::IntersectionConfig& unit) {
   const Cycle busiest = divide_up(busy_cycles, unit.count);
   return busiest - std::min<Cycle>(busiest, unit.interval - 1);
 }

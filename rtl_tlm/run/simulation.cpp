@@ -19,6 +19,8 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
+#include "grtx/rtl_tlm/observe/timeline.h"
+#include "grtx/rtl_tlm/observe/waveform.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"

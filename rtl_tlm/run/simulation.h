@@ -16,10 +16,8 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
-#include "grtx/rtl_tlm/observe/timeline.h"
-#include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/rtl_tlm/observe/observe_options.h"
 #include "grtx/rtl_tlm/run/result_notes.h"
-#include "grtx/rtl_tlm/run/saved_state.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {

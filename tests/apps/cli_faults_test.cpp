@@ -8,6 +8,7 @@
 
 #include "apps/program.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/frontend/scene/scene_rows.h"
 #include "sweep_database.h"
 
 namespace grtx::e2e {

@@ -12,6 +12,8 @@ TREE = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.25)\nproject(grtx_tlm VERSION 1.2.0 LANGUAGES CXX)\n",
     "python/grtx_tlm/__init__.py": '__version__ = "1.2.0"\n',
     "CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.0\ndate-released: 2027-01-02\n",
+    "packaging/vcpkg/vcpkg.json": '{"version-semver": "1.2.0"}\n',
+    "packaging/spack/packages/grtx-tlm/package.py": '    version("1.2.0", tag="v1.2.0")\n',
     "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.0] - 2027-01-02\n\n* A thing.\n\n## [1.1.0] - 2026-12-01\n\n"
                     "[Unreleased]: ../../c\n\n[1.2.0]: ../../b\n\n[1.1.0]: ../../a\n",
 }
@@ -40,6 +42,9 @@ class CheckVersion(unittest.TestCase):
                          ["python/grtx_tlm/__init__.py: version 1.1.0, CMakeLists.txt has 1.2.0"])
         self.assertEqual(self.faults({"CITATION.cff": "version: 1.0.0\ndate-released: 2027-01-02\n"}),
                          ["CITATION.cff: version 1.0.0, CMakeLists.txt has 1.2.0"])
+        self.assertEqual(self.faults({"packaging/vcpkg/vcpkg.json": '{"version-semver": "1.1.0"}\n'}),
+                         ["packaging/vcpkg/vcpkg.json: version 1.1.0, CMakeLists.txt has 1.2.0"])
+        self.assertEqual(len(self.faults({"packaging/spack/packages/grtx-tlm/package.py": '    version("1.2.0", tag="v1.1.0")\n'})), 1)
         self.assertEqual(self.faults({"CITATION.cff": "version: 1.2.0\ndate-released: 2027-01-03\n"}),
                          ["CITATION.cff: date-released 2027-01-03, CHANGELOG.md has 2027-01-02"])
 

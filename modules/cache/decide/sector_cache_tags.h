@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grtx/base/state_bytes.h"
+#include "grtx/modules/cache/decide/cache_geometry.h"
 #include "grtx/modules/cache/decide/replacement.h"
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/declare.h"
@@ -23,25 +24,7 @@ class SectorCacheTags {
  public:
   using Slot = std::uint32_t;  ///< a line of the cache
   static constexpr Slot kNone = AddressIndex::kNone;
-
-  struct Geometry {
-    std::uint64_t bytes = 128 * 1024;
-    unsigned line_bytes = 128;
-    unsigned sector_bytes = 32;
-    unsigned ways = 256;
-    std::string replacement = "lru";  ///< one of cache_replacement_names()
-    std::uint64_t sets() const { return bytes / (std::uint64_t{line_bytes} * ways); }  ///< rounded down
-    unsigned sectors() const { return line_bytes / sector_bytes; }                     ///< per line, at most 8
-    void shape_parameters(ParameterList& list) {
-      list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
-      list.add("ways", ways, {1, 4096}, "ways", "associativity, LRU", kTable1);
-      list.add("replacement", replacement, cache_replacement_names(),
-               "which line of a full set goes; programs may register more", kOurs)
-          .came_later();
-      list.rule(
-          "line_bytes", [this] { return std::has_single_bit(line_bytes); }, "must be a power of two");
-    }
-  };
+  using Geometry = CacheGeometry;
 
   /// What a line held when insert() evicted it.
   struct Victim {

@@ -8,32 +8,11 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/prefetch_config.h"
 #include "grtx/modules/rt_unit/decide/sibling_records.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
-
-/// Counters; table() describes each.
-struct PrefetchCounters {
-  std::uint64_t triggers = 0, nodes = 0, merged = 0, dropped = 0;  ///< siblings
-  std::uint64_t sectors = 0, responses = 0, replayed = 0;
-  static const CounterTable<PrefetchCounters>& table();
-  void add(const PrefetchCounters& other) { table().add(*this, other); }
-  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
-};
-
-struct PrefetcherConfig {
-  unsigned records = 4;   ///< per lane; a new one replaces the oldest
-  unsigned queue = 32;    ///< a prefetch is dropped if the queue is full
-  bool replayed = false;  ///< a replayed leaf prefetches the siblings that were checkpointed with it
-  void parameters(ParameterList& list) {
-    list.add("records", records, {1, SiblingRecords::kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
-    list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
-    list.add("replayed", replayed, "a replayed leaf brings the siblings that were checkpointed with it",
-             assumed("this project: off; GRTX, Section V, says any child leaf node"))
-        .came_later();
-  }
-};
 
 /// Which accesses trigger prefetches.
 struct PrefetchTriggers {

@@ -9,6 +9,7 @@
 
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/prefetch_config.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {
@@ -22,7 +23,7 @@ struct Siblings {
 
 class SiblingRecords {
  public:
-  static constexpr unsigned kMaxRecords = 8;
+  static constexpr unsigned kMaxRecords = PrefetcherConfig::kMaxRecords;
 
   /// records: internal visits remembered per lane, 1..kMaxRecords; a new one replaces the oldest. replayed: checkpoint
   /// entries name the siblings written with them, and a replayed leaf prefetches these. Throws Error for wrong records.

@@ -10,10 +10,6 @@
 
 namespace grtx::modules {
 
-/// Stack entries per lane without spilling: a depth-first walk of a 6-wide tree of 28 levels needs at most 28 * 5 =
-/// 140.
-inline constexpr unsigned kUnspilledStackEntries = 140;
-
 class StackSpill {
  public:
   struct Lane {

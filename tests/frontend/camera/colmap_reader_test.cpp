@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "frontend/scene/scene_bytes.h"
+#include "grtx/base/files_read.h"
 #include "grtx/base/hash.h"
 #include "parameter_names.h"
 

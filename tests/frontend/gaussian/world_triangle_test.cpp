@@ -2,6 +2,7 @@
 // The test against stored vertices: right where the answer is clear, watertight where triangles meet, and close to the
 // canonical hit function in whole images.
 #include "grtx/frontend/gaussian/world_triangle.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"

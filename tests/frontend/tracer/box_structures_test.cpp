@@ -4,6 +4,7 @@
 
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/image/image.h"
 
 namespace grtx::frontend {

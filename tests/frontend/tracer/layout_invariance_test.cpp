@@ -12,6 +12,7 @@
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
+#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"

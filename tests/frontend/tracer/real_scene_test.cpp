@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "frontend/tracer/render_helpers.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "parameter_names.h"

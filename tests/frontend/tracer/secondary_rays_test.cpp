@@ -13,6 +13,7 @@
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/tracer/light_path.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
+#include "grtx/frontend/tracer/tracer.h"
 #include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "grtx/traces/writer.h"

@@ -9,6 +9,7 @@
 #include "frontend/tracer/render_helpers.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/tracer/tracer.h"
 
 namespace grtx::frontend {
 namespace {

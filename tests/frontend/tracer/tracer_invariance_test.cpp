@@ -12,6 +12,7 @@
 #include "frontend/synth/stress_scenes.h"
 #include "frontend/tracer/random_scene.h"
 #include "frontend/tracer/render_helpers.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/image/image.h"
 #include "parameter_names.h"
 

@@ -9,6 +9,7 @@
 #include "frontend/synth/stress_scenes.h"
 #include "frontend/tracer/parity.h"
 #include "frontend/tracer/render_helpers.h"
+#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/reference/reference.h"
 #include "parameter_names.h"

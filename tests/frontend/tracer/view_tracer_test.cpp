@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One class from scene to image and trace: the same as its steps by hand, for one structure after the other.
 #include "grtx/frontend/tracer/view_tracer.h"
+#include "grtx/frontend/tracer/tracer.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,8 @@
 #include "lab/sweep/sweep_bench.h"
 #include "paths.h"
 
+#include "grtx/frontend/scene/scene_rows.h"
+
 namespace grtx::lab {
 namespace {
 

@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "grtx/modules/cache/l2_slice.h"
 #include "modules/cache/hierarchy_bench.h"
 
 namespace grtx::modules {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: a request visible at cycle c is answered at exactly c + latency when it hits.
 #include "grtx/base/error.h"
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

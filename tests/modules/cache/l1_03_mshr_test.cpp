@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: MSHRs merge requests of one sector, and every limit stalls without losing anything.
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

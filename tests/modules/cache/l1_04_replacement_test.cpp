@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: LRU within a set, independent sets, sectors of a line leave together.
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

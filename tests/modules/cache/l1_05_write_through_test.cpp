@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: writes go through to the L2, never allocate, keep a present sector valid, and are answered when the L2 has
 // answered.
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

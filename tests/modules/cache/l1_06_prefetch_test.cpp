@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: prefetches are answered like reads and each fetched sector ends as exactly one of useful, late or unused.
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // L1: private buffers by policy: written through or back, with or without a line of their own; what is dirty reaches
 // the memory when its line goes, and a fill never waits for that.
+#include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"
 
 namespace grtx::modules {

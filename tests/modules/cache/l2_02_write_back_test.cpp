@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // L2 slice: writes allocate without a fetch, stay until eviction, and exactly the dirty sectors go to DRAM.
+#include "grtx/modules/cache/l2_slice.h"
 #include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {

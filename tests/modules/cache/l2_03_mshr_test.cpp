@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // L2 slice: merging, limits, and random traffic against every limit with conservation and idle skip on and off.
+#include "grtx/modules/cache/l2_slice.h"
 #include "modules/cache/l2_bench.h"
 
 namespace grtx::modules {

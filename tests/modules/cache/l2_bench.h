@@ -4,6 +4,7 @@
 
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/dram.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/memory_mocks.h"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dram behind its AT socket: exact latency across the two clocks, peak bandwidth, back-pressure, errors, `perfect`.
 #include "grtx/modules/dram/dram.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/tlm/at_mocks.h"
 

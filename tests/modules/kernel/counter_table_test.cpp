@@ -16,7 +16,15 @@
 #include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/any_hit_collector.h"
+#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/memory_scheduler.h"
+#include "grtx/modules/rt_unit/rt_scheduler.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/stack_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer.h"
 #include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {

@@ -4,6 +4,7 @@
 // loads back in c + m - 1 + R (m > 0), issues from a = max(that + 1, scheduler free), and is ready in a + n + L.
 #include <gtest/gtest.h>
 
+#include "grtx/modules/simt/simt_core.h"
 #include "modules/simt/simt_bench.h"
 
 namespace grtx::modules {

@@ -2,6 +2,7 @@
 // AtProtocolChecker: each forbidden habit of a target, and each wrong request, is reported with its clause.
 #include <gmock/gmock.h>
 
+#include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/tlm/at_mocks.h"
 

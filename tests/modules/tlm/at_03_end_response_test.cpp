@@ -3,6 +3,8 @@
 #include <deque>
 
 #include "grtx/modules/dram/dram.h"
+#include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/tlm/at_mocks.h"
 

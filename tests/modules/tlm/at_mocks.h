@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grtx/modules/tlm/at_initiator.h"
+#include "grtx/modules/tlm/at_payload_pool.h"
 #include "modules/memory_mocks.h"
 
 namespace grtx::modules {

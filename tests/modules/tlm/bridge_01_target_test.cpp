@@ -3,6 +3,7 @@
 #include <array>
 #include <tuple>
 
+#include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/tlm/tlm_to_link.h"
 #include "modules/cache/hierarchy_bench.h"
 #include "modules/tlm/at_mocks.h"

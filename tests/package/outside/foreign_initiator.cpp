@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <string>
 #include <systemc>
 #include <tlm>
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link.h"
@@ -64,30 +65,30 @@ int drive() {
   ClockDomain core("core", 1365.0);
   ClockDomain memory("memory", 3500.0);
   const AddressInterleave one_slice{1};
-  L1Cache::Config l1_config;
+  L1CacheConfig l1_config;
   l1_config.clients = 1;
-  L2Slice::Config l2_config;
+  L2SliceConfig l2_config;
   l2_config.interleave = one_slice;
   Dram::Config dram_config;
   dram_config.interleave = one_slice;
 
   Processor processor("processor");
   TlmToLink bridge("bridge", TlmToLink::Config(), core);
-  L1Cache l1("l1", l1_config, core);
-  L2Slice l2("l2", l2_config, core);
+  const std::unique_ptr<L1CacheModule> l1 = make_l1_cache("l1", l1_config, core);
+  const std::unique_ptr<L2SliceModule> l2 = make_l2_slice("l2", l2_config, core);
   Dram dram("dram", dram_config, memory);
   Link<MemoryRequest> to_l1("to_l1", 1, 4), to_l2("to_l2", 1, 4);
   Link<MemoryResponse> from_l1("from_l1", 1, 4), from_l2("from_l2", 1, 4);
   processor.socket.bind(bridge.socket);
   bridge.request(to_l1);
   bridge.response(from_l1);
-  l1.request[0](to_l1);
-  l1.response[0](from_l1);
-  l1.to_memory(to_l2);
-  l1.from_memory(from_l2);
-  l2.request(to_l2);
-  l2.response(from_l2);
-  l2.dram.socket.bind(dram.sockets[0]);
+  l1->request[0](to_l1);
+  l1->response[0](from_l1);
+  l1->to_memory(to_l2);
+  l1->from_memory(from_l2);
+  l2->request(to_l2);
+  l2->response(from_l2);
+  l2->memory_socket().bind(dram.sockets[0]);
   sc_core::sc_start();
 
   // Seen at the first edge after the call, at the L1 one link later. A miss goes through its tags and a link to the L2,
@@ -108,7 +109,7 @@ int drive() {
                                     from_l1_hit(done[1].begin_fs),
                                     from_dram(done[2].begin_fs, timing.cl + timing.ccd)};  // open row
   const char* const names[] = {"DRAM, closed row", "L1 hit", "DRAM, open row"};
-  bool same = l1.idle() && l2.idle() && dram.idle();
+  bool same = l1->idle() && l2->idle() && dram.idle();
   for (std::size_t i = 0; i < done.size(); ++i) {
     std::printf("%-16s %8.3f ns, by the formula %8.3f ns\n", names[i],
                 static_cast<double>(done[i].end_fs - done[i].begin_fs) * 1e-6,

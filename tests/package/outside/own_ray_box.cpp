@@ -18,7 +18,7 @@
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/traces/reader.h"
 
 namespace {
@@ -185,7 +185,9 @@ int replay(const std::string& path) {
     ray_box = made.get();
     return made;
   };
-  grtx::modules::RtUnit rt("rt", grtx::modules::RtUnitConfig(), header, map, clock, 0, parts);
+  const std::unique_ptr<grtx::modules::RtUnitModule> made =
+      grtx::modules::make_rt_unit("rt", grtx::modules::RtUnitConfig(), header, map, clock, 0, parts);
+  grtx::modules::RtUnitModule& rt = *made;
 
   ShaderCore core("shader_core", clock, reader);
   rt.trace_call(core.calls);

@@ -6,14 +6,11 @@
 #include <string>
 
 #include "grtx/base/error.h"
-#include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/camera/camera.h"
-#include "grtx/frontend/gaussian/prepared_gaussians.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/frontend/synth/synth.h"
-#include "grtx/frontend/tracer/tracer.h"
-#include "grtx/traces/writer.h"
+#include "grtx/frontend/tracer/view_tracer.h"
 
 int main(int argc, char** argv) {
   if (argc != 4) {
@@ -33,12 +30,9 @@ int main(int argc, char** argv) {
     options.checkpoint = true;
     AccelOptions accel_options{.kind = AccelKind::tlas_tri20};
 
-    const PreparedGaussians gaussians(scene, options.kernel);
-    const AccelerationStructure accel(gaussians, accel_options);
-    const RenderOptions how;
-    grtx::traces::Writer writer(argv[3], trace_header(scene, camera, accel, options, how));
-    const RenderResult result = render(scene, gaussians, accel, camera, options, how, &writer);
-    writer.finish();
+    ViewTracer tracer(scene, camera, options.kernel);
+    tracer.build(accel_options);
+    const RenderResult result = tracer.trace(options, RenderOptions(), argv[3]).result;
     write_image(argv[2], result.image);
 
     std::printf("%zu Gaussians, %llu rays, %llu blended\n", scene.size(),

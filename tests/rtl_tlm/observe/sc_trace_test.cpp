@@ -5,6 +5,7 @@
 #include <systemc>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 #include "paths.h"

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/dram/decide/dram_channel.h"
 #include "grtx/modules/dram/dram.h"
 #include "rtl_tlm/plain/address_map.h"
 #include "rtl_tlm/plain/dram_commands.h"

@@ -12,6 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/dram/decide/dram_channel.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/simt/decide/shader_program.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "rtl_tlm/plain/messages.h"
 #include "rtl_tlm/plain/shader_program.h"
 #include "rtl_tlm/plain/statistics.h"

@@ -16,6 +16,7 @@
 #include "error_of.h"
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/tlm/link_to_tlm.h"
 #include "grtx/modules/tlm/tlm_to_link.h"

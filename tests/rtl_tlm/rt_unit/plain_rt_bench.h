@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/rt_unit/rt_unit.h"
 #include "rtl_tlm/plain/rt_unit.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 

@@ -10,7 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/noc/crossbar.h"
+#include "grtx/modules/rt_unit/rt_unit.h"
+#include "grtx/modules/simt/simt_core.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// examples/own_dram: its memory, launched twice on a GpuComponent, gives the same figures twice.
+// examples/own_rtl: its block, launched twice on a GpuComponent, gives the same figures twice.
 #include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
 
 #include "rtl_tlm/platform/platform_bench.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/temporary_file.h"
 
-#define sc_main own_dram_main  // the test has one of its own
-#include "../../../examples/own_dram.cpp"
+#define sc_main own_rtl_main  // the test has one of its own
+#include "../../../examples/own_rtl.cpp"
 #undef sc_main
 
 #include "grtx/base/child_process.h"
@@ -15,8 +18,7 @@
 namespace grtx::sim {
 namespace {
 
-// What it counts itself went on from the launch before: its bus had been busy for longer than the launch took.
-TEST(OwnDramTwice, WasBusyInItsSecondLaunchWithTheFirst) {
+TEST(OwnRtlTwice, ItsBlockRestarts) {
   const traces::testing::TemporaryFile trace("tiny");
   test::write_tiny_trace(trace.path(), {40, 32});
   ChildProcess child("platform", [&] {
@@ -24,13 +26,13 @@ TEST(OwnDramTwice, WasBusyInItsSecondLaunchWithTheFirst) {
     GpuComponent::Options options;
     options.machine.sms = 2;
     options.traces = {trace.path()};
-    options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<SimpleMemory>(gpu, 80.0, 28.0); };
+    options.parts.sm.rt_parts.ray_box = [](const char* name, const modules::RtUnitContext&) {
+      return std::make_unique<OwnRayBox>(name);
+    };
     test::Station station("gpu0", options, {{0}, {0, false, 3.5}});
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const SimulationResult& result : station.gpu.results()) {
-      all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
-    }
+    for (const SimulationResult& result : station.gpu.results()) all.push_back(test::statistics_of(result));
     return all.dump();
   });
   const auto results = nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
