@@ -6,7 +6,7 @@
     python3 bench/fit.py table -o DIR [--csv F.csv]
     python3 bench/fit.py select -o DIR
 
-A machine is `paper` with some freedoms, by name; "" is `paper` itself. run: what is missing, by `grtx sweep`, one database a frame and
+A machine is `paper` with what fit.toml has as today, and some freedoms, by name; "" is without any. run: what is missing, by `grtx sweep`, one database a frame and
 kind of design; those without checkpoints do not meet rt.checkpoint keys, so machines share them. table: each machine's figures, over the views that the
 search sees, over the others, and how many are within 20 %. select: forward selection, all views and with one scene left out.
 """

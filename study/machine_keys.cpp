@@ -35,7 +35,7 @@ void put_place(MachineKey& key, const sim::KeyPlaces& places) {
 std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {
   constexpr double kSector = modules::kSectorBytes;
   const double ghz = 1e-3 * c.core_mhz, rt_units = static_cast<double>(c.sms) * c.rt_units;
-  const auto tests = [&](const modules::IntersectionUnit::Config& unit) {
+  const auto tests = [&](const modules::IntersectionConfig& unit) {
     return rt_units * unit.count / unit.interval * ghz;
   };
   std::vector<MachineFigure> figures = {

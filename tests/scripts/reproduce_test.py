@@ -163,15 +163,14 @@ class Claims(unittest.TestCase):
                 self.assertEqual({scene for name in pages[0].apart for scene in pages[0].rows[name[0]][name[1]]} - {"taebak"},
                                  {s.name for s in alone.evaluation})
 
-    def test_scenes_of_the_evaluation_were_not_used_in_fitting(self):
-        fitted = claims.read(os.path.join(TOP, "configs", "sweeps", "readings.toml"))["scene"]
-        used = {(s["preset"], s["seed"]) for s in fitted if "preset" in s}
-        for which in ("quick", "full"):
-            planned = self.planned(which)
-            self.assertTrue(planned.evaluation)
-            for scene in planned.evaluation:
-                self.assertTrue(scene.preset)
-                self.assertNotIn((scene.preset, scene.seed), used)
+    def test_what_the_fit_searched_is_said(self):
+        views = claims.read(os.path.join(TOP, "bench", "fit.toml"))["view"]
+        searched = {view["file"].removesuffix("-sh2") for view in views.values() if view["fit"]}
+        of = {which: {f"{s.preset}-{s.count}-{s.seed}" for s in self.planned(which).evaluation} for which in ("quick", "full")}
+        self.assertEqual(of["quick"] & searched, {"hall-200000-11", "building-200000-12"})
+        self.assertFalse(of["full"] & searched)
+        with open(os.path.join(TOP, "docs", "results", "readings.md"), encoding="utf-8") as page:
+            self.assertIn("Hall and building of the [artifact](paper/README.md)", page.read())
 
     def test_a_value_is_outside_beyond_its_tolerance_alone(self):
         with tempfile.TemporaryDirectory() as folder:
