@@ -48,7 +48,7 @@ CLI::Validator above_zero() {
         if (CLI::detail::lexical_cast(text, value) && value > 0.0) return {};
         return fmt::format("must be above 0, not {}", text);
       },
-      "above 0");
+      "POSITIVE");
 }
 
 void add_view_options(CLI::App* command, study::ViewOptions& view) {

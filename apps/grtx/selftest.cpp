@@ -69,7 +69,7 @@ constexpr std::array<const char*, 5> kMechanisms = {"rt.scheduler.policy=round_r
 /// Machine of the recorded results.
 constexpr const char* kMachine = "paper-charged";
 /// Settings that reduce the machine.
-constexpr std::array<const char*, 3> kPart = {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1"};
+constexpr std::array<const char*, 4> kPart = {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1", "rt.memory.queue=64"};
 
 /// Runs the program's commands in a temporary folder, which is removed at the end.
 class Selftest {

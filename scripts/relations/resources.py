@@ -15,6 +15,7 @@ CAPACITIES = {"l1.bytes", "l2.bytes"}
 # Of which neither is better; a shape: other addresses meet.
 NOT_A_RESOURCE = {
     "rt.any_hit.timeout": "a longer wait fills batches",
+    "dram.bandwidth_gb_s": "0 is dram.mhz, which is one",
     "rt.memory.instance_leaf_bytes": "a layout of nodes",
     "rt.checkpoint.open_sectors": "each keeps less in flight",
     "rt.checkpoint.entry_bytes": "a layout of entries",

@@ -260,6 +260,14 @@ class Tables(unittest.TestCase):
         self.assertEqual((document["ok"], text.returncode), (True, 0))
         type(self).commands_run.add("selftest")
 
+    def test_6_machine(self):
+        document = json.loads(self.call("machine paper --json").stdout)
+        self.assertIn(document["schema"], self.reference())
+        lines = {line.split()[0]: line for line in self.call("machine paper").stdout.splitlines() if line.startswith("rt.memory.")}
+        for key in lines:
+            self.assertIn(str(document["keys"][key]["value"]).lower(), lines[key].lower())
+        type(self).commands_run.add("machine")
+
     def test_7_every_command_was_run_and_is_in_the_reference(self):
         names = re.findall(r"^  ([a-z][a-z-]*) ", self.call("--help").stdout.split("Subcommands:")[1], re.M)
         self.assertEqual(set(names), self.commands_run)

@@ -108,7 +108,10 @@ class RandomTree {
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
       const bool inner = depth > 1 && random_() % 3 != 0;
       NodeKind kind = leaf;
-      if (leaf == NodeKind::triangle && random_() % 5 == 0) kind = NodeKind::procedural;
+      // A structure has one kind of primitive leaf; where both have one size, any will do.
+      if (leaf == NodeKind::triangle && random_() % 5 == 0 && options_.layout != NodeLayout::quantised) {
+        kind = NodeKind::procedural;
+      }
       if (inner) kind = NodeKind::internal;
       node.child_kinds[slot] = kind;
       if (!inner) leaf_kinds_[next_] = kind;
