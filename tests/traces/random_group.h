@@ -25,7 +25,7 @@ struct RandomOptions {
   unsigned warp_size = 8;
   unsigned bvh_width = 6;
   NodeLayout layout = NodeLayout::vulkan_sim;
-  bool procedural = false;  ///< all leaves of one level
+  bool procedural = false;  ///< all primitive leaves
   unsigned depth = 3;       ///< levels of internal nodes at most
   unsigned k = 4;
   bool checkpoint = true;
@@ -52,8 +52,8 @@ struct RandomTrace {
 class RandomTree {
  public:
   RandomTree(const RandomOptions& options, std::mt19937& random) : options_(options), random_(random) {
-    NodeKind leaf = options.procedural ? NodeKind::procedural : NodeKind::triangle;
-    if (options.two_level) leaf = NodeKind::instance;
+    const NodeKind primitive = options.procedural ? NodeKind::procedural : NodeKind::triangle;
+    const NodeKind leaf = options.two_level ? NodeKind::instance : primitive;
     root_ = next_;
     if (options.root_is_leaf) {
       leaf_kinds_[root_] = leaf;
@@ -81,7 +81,7 @@ class RandomTree {
       next_ += units(NodeKind::procedural);
     } else {
       next_ += units(NodeKind::internal);
-      grow(blas_root_, 2, NodeKind::triangle);
+      grow(blas_root_, 2, primitive);
     }
   }
 

@@ -29,9 +29,10 @@ class AddressMap {
     k_ = header.tracing == traces::Tracing::single ? 2 * header.k : header.k;
     place(header.node_image_bytes);
     gaussian_ = place(header.gaussians * header.gaussian_record_bytes);
-    if (header.layout == traces::NodeLayout::compact) unit_ = 80;
-    if (header.layout == traces::NodeLayout::quantised) unit_ = 32;
-    if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / unit_ * 48);
+    std::uint64_t unit = 64;  // of a node
+    if (header.layout == traces::NodeLayout::compact) unit = 80;
+    if (header.layout == traces::NodeLayout::quantised) unit = 32;
+    if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / unit * 48);
     sh_ = place(header.gaussians * header.sh_record_bytes);
     k_buffer_ = place(warps * k_ * 8 * header.warp_size);
     if (header.checkpoint) {
@@ -53,8 +54,8 @@ class AddressMap {
     }
   }
   std::uint64_t gaussian(std::uint64_t id) const { return gaussian_ + id * header_.gaussian_record_bytes; }
-  /// leaf: address of the box, bytes.
-  std::uint64_t shape(std::uint64_t leaf) const { return shape_ + leaf / unit_ * 48; }
+  /// leaf: address of the box in units, times 64.
+  std::uint64_t shape(std::uint64_t leaf) const { return shape_ + leaf / 64 * 48; }
   std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
   std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
   std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
@@ -98,7 +99,6 @@ class AddressMap {
   bool k_by_ray_, evictions_by_lane_;
   std::uint64_t lists_ = 2;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
-  std::uint64_t unit_ = 64;  // of a node
   std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0,
                 stack_ = 0;
   std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;

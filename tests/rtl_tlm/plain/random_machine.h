@@ -57,6 +57,7 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (seed / 4 % 2 == 1) {
     trace.layout = random.one_of({NodeLayout::compact, NodeLayout::compressed, NodeLayout::quantised});
   }
+  if (trace.objects != 0 && trace.layout == NodeLayout::quantised) trace.layout = NodeLayout::compressed;
   if (trace.layout == NodeLayout::quantised) trace.bvh_width = std::min(trace.bvh_width, traces::kQuantisedWidth);
   if (trace.tracing == traces::Tracing::single && seed % 2 == 0) trace.tracing = traces::Tracing::list;
   Random bins = random;  // a copy, so that all that is drawn from the original stays what it is for a seed
