@@ -54,7 +54,7 @@ void add_correlate(CLI::App& app, CommonOptions& common) {
   command->add_option("-o,--output", options->output, "HTML page with a scatter to write (default: none)")
       ->type_name(kOutputFile);
   command->add_option("--within", options->within, "Largest mean error, 0.1 for 10 %; exit 1 above it (default: any)")
-      ->check(in_range(0.0, std::numeric_limits<double>::infinity()));
+      ->check(in_range(0.0, 1e6));
 }
 
 }  // namespace grtx::apps
