@@ -197,7 +197,7 @@ view::DrawnGaussian RayScene::gaussian(std::uint32_t number) const {
     const std::size_t at = static_cast<std::size_t>(local) * scene.sh_coefficients() * 3 + channel;
     drawn.colour[channel] = std::clamp(0.5f + kFirstHarmonic * scene.sh[at], 0.0f, 1.0f);
   }
-  drawn.opacity = scene.opacity[local];
+  drawn.opacity = gaussians.record(local).opacity;
   drawn.kernel_radius = std::sqrt(gaussians.record(local).kappa2);
   return drawn;
 }

@@ -68,7 +68,7 @@ constexpr std::array<const char*, 5> kMechanisms = {"rt.scheduler.policy=round_r
                                                     "rt.prefetch.enabled=false", "l1.replacement=random"};
 /// Machine of the recorded results.
 constexpr const char* kMachine = "paper-charged";
-/// Settings that reduce the machine.
+/// Settings that reduce the machine, and its queue as it was when the results were recorded.
 constexpr std::array<const char*, 4> kPart = {"gpu.sms=2", "l2.bytes=1048576", "l2.slices=1", "rt.memory.queue=64"};
 
 /// Runs the program's commands in a temporary folder, which is removed at the end.

@@ -80,14 +80,15 @@ struct InstanceLeaf {
   }
 };
 
-/// Message for hosts with too little memory: what a structure takes while it is built. Measured (docs/guide/scenes.md).
+/// Message for hosts with too little memory.
 std::string memory_of(AccelKind kind, std::size_t gaussians, std::size_t leaves) {
-  constexpr double kLeaf = 102e-9, kInstance = 330e-9;  // GB
-  const bool shared = is_two_level(kind);
-  const double count = static_cast<double>(gaussians);
-  std::string text = fmt::format("a structure {} of {} Gaussians takes some {:.2g} GB", name_of(kind), gaussians,
-                                 count * (shared ? kInstance : static_cast<double>(leaves) * kLeaf));
-  if (!shared) text += fmt::format("; --accel tlas-tri20 takes {:.2g} GB", count * kInstance);
+  const auto gigabytes = [&](AccelKind of) {
+    return 1e-9 * static_cast<double>(bytes_to_build(of, gaussians, leaves));
+  };
+  std::string text =
+      fmt::format("a structure {} of {} Gaussians takes some {:.2g} GB", name_of(kind), gaussians, gigabytes(kind));
+  if (!is_two_level(kind))
+    text += fmt::format("; --accel tlas-tri20 takes {:.2g} GB", gigabytes(AccelKind::tlas_tri20));
   return text;
 }
 
@@ -116,6 +117,11 @@ ProxyKind proxy_of(AccelKind kind) {
       return ProxyKind::sphere;
   }
   return ProxyKind::sphere;
+}
+
+std::uint64_t bytes_to_build(AccelKind kind, std::size_t gaussians, std::size_t leaves) {
+  constexpr std::uint64_t kLeaf = 102, kInstance = 330;
+  return gaussians * (is_two_level(kind) ? kInstance : leaves * kLeaf);
 }
 
 AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians, const AccelOptions& options)

@@ -15,6 +15,9 @@
 namespace grtx::frontend {
 
 ProxyKind proxy_of(AccelKind kind);
+/// Bytes that a structure takes while it is built, with `leaves` primitive leaves a Gaussian. Measured
+/// (docs/guide/scenes.md).
+std::uint64_t bytes_to_build(AccelKind kind, std::size_t gaussians, std::size_t leaves);
 
 class AccelerationStructure {
  public:

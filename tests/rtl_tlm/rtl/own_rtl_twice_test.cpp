@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // examples/own_rtl: its block, launched twice on a GpuComponent, gives the same figures twice.
-#include "Vown_ray_box.h"
-// Before SystemC.
+#include "Vown_ray_box.h"  // before SystemC
+
 #include <gtest/gtest.h>
 
 #include <string>
