@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
-#include <set>
 #include <vector>
 
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/study/machine.h"
 #include "grtx/study/tracer_settings.h"
 
@@ -34,6 +35,16 @@ Options resolved(const Options& own, const std::string& machine, const traces::H
   return option_texts(settings);
 }
 
+/// Whether the trace was made as the design's are, with any k.
+bool is_of(const traces::Header& header, const lab::Design& design) {
+  return name_of(header.accel) == design.accel && header.checkpoint == design.checkpoint &&
+         header.tracing == traces::Tracing::multi &&
+         std::all_of(design.tracer.begin(), design.tracer.end(), [&](const auto& option) {
+           const auto given = header.inputs.find(option.first);
+           return option.first == "k" || (given != header.inputs.end() && given->second == option.second);
+         });
+}
+
 }  // namespace
 
 sim::ResultNotes tracer_notes(const std::string& machine, const traces::Header& header) {
@@ -54,6 +65,23 @@ sim::ResultNotes tracer_notes(const std::string& machine, const traces::Header& 
   if (others.empty()) return {};
   return {{"tracer-options", fmt::format("the trace was not made with the tracer options of machine {}: {}",
                                          machine_name(machine), fmt::join(others, ", "))}};
+}
+
+sim::ResultNotes design_notes(const traces::Header& header, const sim::GpuConfig& config,
+                              const std::set<std::string>& named) {
+  for (const lab::Design& design : lab::designs()) {
+    if (design.keys.empty() || !is_of(header, design)) continue;
+    const nlohmann::ordered_json now = config_json(config),
+                                 whole = config_json(lab::with_keys_of(design, config, named));
+    std::vector<std::string> others;
+    for (const auto& [key, value] : design.keys) {
+      if (now.at(key) != whole.at(key)) others.push_back(key + " = " + value);
+    }
+    if (others.empty()) continue;
+    return {{"design-keys", fmt::format("the trace is of design {0}, whose units this run lacks; --design {0} sets {1}",
+                                        design.name, fmt::join(others, ", "))}};
+  }
+  return {};
 }
 
 void put_first(sim::ResultNotes notes, nlohmann::ordered_json& document) {

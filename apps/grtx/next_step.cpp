@@ -37,7 +37,8 @@ constexpr std::array kKinds{
              "make one with 'grtx trace --scene S --cameras C --accel tlas-tri20 --checkpoint on -o T.grtx'"},
     KindText{Kind::statistics, "the statistics of a run", "'grtx stalls' and 'grtx report' take it",
              "make one with 'grtx sim T.grtx --stats F.json'"},
-    KindText{Kind::results, "the results of 'grtx run'", "'grtx report' takes it", "make one with 'grtx run -o DIR'"},
+    KindText{Kind::results, "the results of 'grtx run'", "'grtx report' and 'grtx stalls' take it",
+             "make one with 'grtx run -o DIR'"},
     KindText{Kind::database, "a database of a sweep or search", "'grtx report' takes it, and 'grtx sweep -o'",
              "make one with 'grtx sweep PLAN.toml -o DB.sqlite'"},
     KindText{Kind::image, "an image", "'grtx compare' takes it", "make one with 'grtx trace --image'"},
@@ -90,7 +91,7 @@ std::vector<Kind> wanted(const std::vector<std::string>& arguments, std::size_t 
   const std::string& command = arguments.front();
   if (command == "sim" || command.starts_with("trace-")) return {Kind::trace};
   if (command == "info" || command == "convert") return {Kind::scene};
-  if (command == "stalls") return {Kind::statistics};
+  if (command == "stalls") return {Kind::statistics, Kind::results};
   if (command == "report") return {Kind::results, Kind::statistics, Kind::database};
   if (command == "compare") return {Kind::image};
   if (command == "sweep" || command == "search") return {Kind::toml};

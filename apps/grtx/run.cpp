@@ -73,11 +73,14 @@ void print_intervals(const ordered_json& results) {
 
 void print_images(const study::DesignResults& run) {
   const ordered_json orders = run.json.value("other_orders", ordered_json::object());
-  fmt::print("images of the {} designs{}: {}\n", run.comparison.names().size() - orders.size(),
-             orders.empty() ? "" : " that blend in one order", run.images_identical ? "bit-identical" : "DIFFERENT");
+  const std::size_t alike = run.comparison.names().size() - orders.size();
+  if (alike > 1) {
+    fmt::print("images of the {} designs{}: {}\n", alike, orders.empty() ? "" : " that blend in one order",
+               run.images_identical ? "bit-identical" : "DIFFERENT");
+  }
   for (const auto& [name, order] : orders.items()) {
-    fmt::print("image of {}: blended by {}, {:.1f} dB from these\n", name, order.at("order").get<std::string>(),
-               order.at("psnr").get<double>());
+    fmt::print("image of {}: blended by {}, {:.1f} dB from {}\n", name, order.at("order").get<std::string>(),
+               order.at("psnr").get<double>(), run.comparison.reference());
   }
 }
 

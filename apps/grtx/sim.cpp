@@ -16,6 +16,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
@@ -34,6 +35,7 @@ struct SimArguments {
   std::string trace;
   std::string machine = study::kDefaultMachine;
   std::string config;
+  std::string design;
   std::vector<std::string> settings;
   std::string statistics;
   sim::SimulationMode mode = sim::SimulationMode::cycle;
@@ -54,7 +56,8 @@ double number(const nlohmann::ordered_json& document, const char* name) {
 
 void print_summary(const SimArguments& options, const sim::SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  say("{}", study::describe_machine(options.machine, options.config, options.settings, options.mode));
+  say("{}{}", study::describe_machine(options.machine, options.config, options.settings, options.mode),
+      options.design.empty() ? "" : ", with units of design " + options.design);
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));
@@ -74,11 +77,14 @@ int report_faults(const sim::SimulationResult& result) {
   return result.violations.empty() ? 0 : 1;
 }
 
-/// Notes on a trace that was made for another machine; with --strict throws Error instead.
-sim::ResultNotes notes_before(const SimArguments& options) {
+/// Notes on a trace that was made for another machine, or for units that this one lacks; with --strict throws Error for
+/// the former.
+sim::ResultNotes notes_before(const SimArguments& options, const sim::GpuConfig& config) {
   const traces::Reader reader(options.trace);
-  const sim::ResultNotes others = study::tracer_notes(options.machine, reader.header());
+  sim::ResultNotes others = study::tracer_notes(options.machine, reader.header());
   if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
+  const sim::ResultNotes lacking = study::design_notes(reader.header(), config, lab::keys_of(options.settings));
+  others.insert(others.end(), lacking.begin(), lacking.end());
   return others;
 }
 
@@ -115,7 +121,12 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
-  const sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
+  sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
+  const std::string machine = study::machine_name(options.machine, config);
+  if (!options.design.empty()) {
+    config = lab::with_keys_of(lab::design_of(options.design), std::move(config), lab::keys_of(options.settings));
+    sim::check_config(config, "--design " + options.design);
+  }
   sim::warn_of_idle_keys(config, options.mode);
   sim::check_mode(config, options.mode);
   check_estimate(options);
@@ -128,7 +139,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.quiet = common.quiet;
   options.simulation.price = lab::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const sim::ResultNotes notes = notes_before(options);
+  const sim::ResultNotes notes = notes_before(options, config);
   if (!common.quiet) {
     const std::uint64_t visits = traces::Reader(options.trace).totals().visits();
     study::say_simulation_time("sim", options.mode, visits, windows.share, study::kMachineBytes, 1);
@@ -137,7 +148,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
       study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
   study::put_first(notes, result.document);
-  result.document["inputs"]["machine"] = study::machine_name(options.machine, config);
+  result.document["inputs"]["machine"] = machine;
   const std::string large = sim::large_timeline_warning(options.simulation.timeline.path);
   if (!large.empty()) fmt::print(stderr, "grtx: sim: {}\n", large);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
@@ -169,6 +180,11 @@ void add_sim(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
+  command
+      ->add_option("--design", options->design,
+                   "Design whose own keys are set: its units and their sizes, after the file, before --set (default: "
+                   "none)")
+      ->check(one_of(lab::design_names()));
   command->add_flag("--strict", options->strict,
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")

@@ -3,6 +3,12 @@
 
 Plots are in ``grtx_tlm.plots``, which needs matplotlib. Guide: docs/guide/python.md.
 """
+try:
+    import pandas as _pandas  # noqa: F401
+except ModuleNotFoundError as missing:
+    raise ModuleNotFoundError(f"grtx_tlm needs {missing.name}: pip install ./python brings it, or apt install python3-pandas",
+                              name=missing.name) from None
+
 from .errors import GrtxError, ProgramError, StatisticsError, TraceError
 from .frames import DESIGNS, Results, over_time, read_results, read_statistics, read_sweep
 from .runs import run, simulate, simulate_all

@@ -34,13 +34,13 @@ def _given(parameters: Mapping[str, Any], *others: str) -> dict[str, Any]:
 
 
 def simulate(trace: StrPath, settings: Settings | None = None, *, machine: StrPath | None = None,
-             config: StrPath | None = None, mode: Mode | None = None, target_error: str | None = None,
-             share: float | None = None, seed: int | None = None, warm: StrPath | None = None,
-             warm_state: StrPath | None = None, save_state: StrPath | None = None, strict: bool = False,
-             vcd: StrPath | None = None, vcd_scope: str | None = None, vcd_window: str | None = None,
-             vcd_level: str | None = None, timeline: StrPath | None = None, timeline_window: str | None = None,
-             heatmap: str | Sequence[str] | None = None, watchdog: int | None = None,
-             construction_order: int | None = None, no_idle_skip: bool = False,
+             config: StrPath | None = None, design: str | None = None, mode: Mode | None = None,
+             target_error: str | None = None, share: float | None = None, seed: int | None = None,
+             warm: StrPath | None = None, warm_state: StrPath | None = None, save_state: StrPath | None = None,
+             strict: bool = False, vcd: StrPath | None = None, vcd_scope: str | None = None,
+             vcd_window: str | None = None, vcd_level: str | None = None, timeline: StrPath | None = None,
+             timeline_window: str | None = None, heatmap: str | Sequence[str] | None = None,
+             watchdog: int | None = None, construction_order: int | None = None, no_idle_skip: bool = False,
              program: StrPath | None = None) -> pd.DataFrame:
     """``grtx sim``: the statistics of one run, as read_statistics() gives them.
 

@@ -105,6 +105,23 @@ TEST_F(CliObserve, StallsPrintsBars) {
   EXPECT_THAT(outcome.out, HasSubstr("|####"));
 }
 
+TEST_F(CliObserve, StallsReadsADesignOfARun) {
+  ASSERT_EQ(folder_.run("sim t.grtx " + kSmallQuietly + "--stats s.json").code, 0);
+  const auto document = nlohmann::ordered_json::parse(folder_.read("s.json"));
+  nlohmann::ordered_json run = {{"schema", "grtx.run/1"}, {"config", document.at("config")}};
+  run["designs"] = {{"hw", document.at("stats")}, {"sw", document.at("stats")}};
+  folder_.write("results.json", run.dump());
+  EXPECT_EQ(folder_.run("stalls results.json --design hw").out, folder_.run("stalls s.json").out);
+  for (const auto& [arguments, what] :
+       {std::pair("stalls results.json", "results.json: designs: --design must name one of hw, sw\n"),
+        std::pair("stalls results.json --design grtx", "results.json: designs: --design must name one of hw, sw\n"),
+        std::pair("stalls s.json --design hw", "stalls: --design: is for results.json of grtx run\n")}) {
+    const Outcome outcome = folder_.run(arguments);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.err, std::string("grtx: ") + what);
+  }
+}
+
 TEST_F(CliObserve, BadInputIsOneLine) {
   folder_.write("x.json", "{");
   folder_.write("y.json", "{\"schema\": \"other\"}");

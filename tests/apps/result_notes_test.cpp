@@ -144,6 +144,29 @@ TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   }
 }
 
+// Twelve times the cycles of the run, without a word.
+TEST_F(ResultNotes, ATraceOfADesignRunsWithoutItsUnits) {
+  must("run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --designs baseline,gautracer,walk -o out");
+  const nlohmann::json results = json("out/results.json");
+  for (const std::string design : {"gautracer", "walk"}) {
+    folder_.run("sim --quiet --stats n.json out/" + design + ".grtx");
+    const nlohmann::json without = json("n.json");
+    const Outcome with = must("sim --design " + design + " --stats n.json out/" + design + ".grtx");
+    EXPECT_EQ(json("n.json").at("stats").at("gpu.cycles"), results.at("designs").at(design).at("gpu.cycles")) << design;
+    EXPECT_NE(without.at("stats").at("gpu.cycles"), json("n.json").at("stats").at("gpu.cycles")) << design;
+    EXPECT_EQ(without.at("notes").at(0).at("id"), "design-keys") << design;
+    EXPECT_THAT(without.at("notes").at(0).at("text").get<std::string>(),
+                HasSubstr("--design " + design + " sets rt.gaussian.enabled = true, "));
+    EXPECT_THAT(with.err, Not(HasSubstr("units this run lacks")));
+    // What the user sets is the user's.
+    EXPECT_THAT(must("sim out/" + design + ".grtx --design " + design +
+                     " --set simt.registers_per_thread=40 --set simt.payload_registers=24")
+                    .err,
+                Not(HasSubstr("units this run lacks")));
+  }
+  EXPECT_THAT(must("sim out/baseline.grtx").err, Not(HasSubstr("units this run lacks")));
+}
+
 TEST_F(ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
   trace("--checkpoint on");
   folder_.write("seed.toml", "[tracer]\nsecondary_seed = 3\n");
