@@ -3,6 +3,7 @@
 under itself of which scenes, machine, mode, interval and version it is. A page with such tables has a row `scenes` in its stamp: the
 hash of configs/scenes/evaluation.toml as it was. When the file is another, the page is a fault.
 """
+import collections
 import csv
 import hashlib
 import math
@@ -43,6 +44,14 @@ def mean(values):
 
 def shown(value, digits=2):
     return "–" if value is None else f"{value:.{digits}f}"
+
+
+def with_range(values, digits=2):
+    """Mean, smallest and largest."""
+    values = list(values)
+    if None in values or not values:
+        return "–"
+    return f"**{mean(values):.{digits}f}** ({min(values):.{digits}f}–{max(values):.{digits}f})"
 
 
 def table(head, rows):
@@ -109,18 +118,17 @@ def part(rows, name, machine=None):
 
 
 def who(rows, name):
-    """A row a design and k, a column a view: speed over the baseline with its first k."""
+    """A row a design and k, a column a class of views: speed over the baseline with its first k."""
     of = part(rows, name)
     if not of:
         return None
     costs = name == "who-128"
     kinds = [kind for kind, views in of.of_class.items() if views]
-    head = ["design", "k", *of.views, *(f"**{kind}**" for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
+    head = ["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
     lines = []
     for design, k, called in of.shown():
         any_row = next(row for (d, size, _), row in of.at.items() if (d, size) == (design, k))
-        lines.append([design, called, *(shown(of.speed(design, k, view)) for view in of.views),
-                      *(f"**{shown(of.mean(design, k, kind))}**" for kind in kinds),
+        lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.of_class[kind]) for kind in kinds),
                       *([shown(float(any_row["rt_unit_mm2"])), shown(float(any_row["chip_mm2"]), 1)] if costs else []),
                       shown(of.energy(design, k))])
     return table(head, lines) + caption(of.rows)
@@ -210,50 +218,73 @@ def headline(rows):
 
 
 def classes(rows):
-    """A row a view: what it took part in, what its rays visit, and speeds of the paper's designs free, charged and lean."""
-    near = {machine: part(rows, "paper-128", machine) for machine in ("paper", "paper-charged", "paper-lean")}
-    full = {machine: part(rows, "paper-full", machine) for machine in ("paper", "paper-charged")}
-    if None in [*near.values(), *full.values()]:
+    """A row a view: what its rays visit, and speeds of the paper's designs with free traffic of checkpoints."""
+    base, dense = part(rows, "paper-128", "paper"), part(rows, "paper-full", "paper")
+    if None in (base, dense):
         return None
-    base, dense = near["paper"], full["paper"]
-
-    def over(of, design, view, start):
-        row, own = start.at.get(("baseline", 8, view)), of.at.get((design, 8, view))
-        return shown(float(row["cycles"]) / float(own["cycles"]) if row and own else None)
-
     lines = []
     for view in base.views:
-        row = base.at.get(("baseline", 8, view)) or next(row for row in base.rows if row["view"] == view)
+        row = base.at["baseline", 8, view]
         visits = [float(own["node_visits"]) / float(own["rays"]) if (own := base.at.get((design, 8, view))) else None
                   for design in ("baseline", "sw", "grtx")]
-        lines.append([f"{view}{', generated' if row['generated'] == '1' else ''}", row["class"], row["took_part"] or "nothing",
-                      " / ".join(shown(value, 0) for value in visits), f"{100 * float(row['node_hit_rate']):.0f} %",
-                      " / ".join(over(base, design, view, base) for design in ("sw", "hw", "grtx")),
-                      *(" / ".join(over(near[machine], design, view, base) for design in ("hw", "grtx"))
-                        for machine in ("paper-charged", "paper-lean")),
-                      *(over(full[machine], "grtx", view, dense) for machine in ("paper", "paper-charged"))])
-    head = ["view", "class", "took part in", "visits a ray: baseline / sw / grtx", "L1 hits of the baseline", "free: sw / hw / grtx",
-            "charged: hw / grtx", "lean: hw / grtx", "1,080 lines: grtx free", "charged"]
-    return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
+        lines.append([f"{view}{', generated' if row['generated'] == '1' else ''}", row["class"], *(shown(value, 0) for value in visits),
+                      f"{100 * float(row['node_hit_rate']):.0f} %", *(shown(of.speed(design, 8, view)) for of in (base, dense)
+                                                                      for design in ("sw", "hw", "grtx"))])
+    head = ["view", "class", "visits a ray: baseline", "sw", "grtx", "L1 hits of the baseline", "speed: sw", "hw", "grtx", "1,080 lines: sw", "hw",
+            "grtx"]
+    return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-") and row["machine"] == "paper"])
 
 
 def binds(rows, name):
-    """What each design waits for: the largest lower bound over its cycles, and of which resource it is."""
+    """What each design waits for, a column a class: resources with the largest lower bound, of how many views where not of all, and the range of
+    that bound over the cycles."""
     of = part(rows, name)
     if not of:
         return None
+    kinds = [kind for kind, views in of.of_class.items() if views]
     lines = []
     for design, k in of.first.items():
-        own = [of.at.get((design, k, view)) for view in of.views]
-        lines.append([design, str(k), *(f"{row['bound']} {float(row['bound_cycles']) / float(row['cycles']):.2f}" if row else "–"
-                                        for row in own)])
-    return table(["design", "k", *of.views], lines) + caption(of.rows)
+        cells = []
+        for kind in kinds:
+            own = [of.at[design, k, view] for view in of.of_class[kind] if (design, k, view) in of.at]
+            shares = [float(row["bound_cycles"]) / float(row["cycles"]) for row in own]
+            counts = collections.Counter(row["bound"] for row in own).most_common()
+            names = ", ".join(bound if len(counts) == 1 else f"{bound} {count}" for bound, count in counts)
+            cells.append(f"{names}: {min(shares):.2f}–{max(shares):.2f}" if own else "–")
+        lines.append([design, str(k), *cells])
+    return table(["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds)], lines) + caption(of.rows)
+
+
+def checkpoints(rows):
+    """What charging takes from hw and grtx, and what `paper-lean` gets back: speed over that with free traffic, a row a view."""
+    at = {(row["part"], row["machine"], row["design"], row["view"]): float(row["cycles"]) for row in rows if row["part"] in ("paper-128", "paper-full")}
+    of = part(rows, "paper-128", "paper")
+    if not of or not part(rows, "paper-full", "paper-lean"):
+        return None
+    columns = [(density, design, machine) for density in ("paper-128", "paper-full") for design in ("hw", "grtx")
+               for machine in ("paper-charged", "paper-lean")]
+
+    def over_free(view, density, design, machine):
+        free, own = at.get((density, "paper", design, view)), at.get((density, machine, design, view))
+        return free / own if free and own else None
+
+    lines = []
+    for view in of.views:
+        row = of.at["baseline", 8, view]
+        lines.append([view + (", generated" if row["generated"] == "1" else "") + (" *" if "paper-lean" in row["took_part"] else ""), row["class"],
+                      *(shown(over_free(view, *column)) for column in columns)])
+    for kind, views in of.of_class.items():
+        lines.append([f"**{kind}, {len(views)}**", "", *(with_range(over_free(view, *column) for view in views) for column in columns)])
+    head = ["view", "class", *(("1,080 lines: " if density == "paper-full" and (design, machine) == ("hw", "paper-charged") else "")
+                               + f"{design} {'charged' if machine == 'paper-charged' else 'lean'}" for density, design, machine in columns)]
+    return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
 
 
 MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
         "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
+        "checkpoints": checkpoints,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
-PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
+PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"}, "checkpoints": {"paper-128", "paper-full"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
 
 

@@ -80,7 +80,7 @@ class Evaluate(unittest.TestCase):
 import sys
 sys.path.insert(0, {os.path.join(ROOT, 'scripts')!r})
 import docs_prose, evaluation_tables, readme_tables
-for page in ("README", "rivals", "bounds", "scene-classes"):
+for page in ("README", "rivals", "bounds", "scene-classes", "checkpoints"):
     with open({self.path('tree')!r} + "/docs/results/" + page + ".md", encoding="utf-8") as file:
         print(*docs_prose.breaches(file.read()))
 print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tables.faults({self.path('tree')!r})]))"""],
