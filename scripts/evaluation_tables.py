@@ -280,11 +280,27 @@ def checkpoints(rows):
     return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
 
 
+def lean(rows):
+    """What each mechanism of `paper-lean` is worth to grtx: speed over that with free traffic, and what finishing instances adds to the visits."""
+    of, free, whole = part(rows, "lean"), part(rows, "paper-128", "paper"), part(rows, "paper-128", "paper-lean")
+    if None in (of, free, whole):
+        return None
+    of = Part(free.rows + of.rows + [{**row, "design": "all"} for row in whole.rows if row["design"] == "grtx"])
+    lines = []
+    for view in free.views:
+        row = free.at["baseline", 8, view]
+        visits = of.ratio("node_visits", "small entries", 8, view, "finished", 8)
+        lines.append([view + (", generated" if row["generated"] == "1" else ""), row["class"],
+                      *(shown(of.ratio("cycles", design, 8, view, "grtx", 8)) for design in ("small entries", "finished", "bins", "all")), shown(visits)])
+    head = ["view", "class", "small entries", "and finished instances", "and bins", "all: `paper-lean`", "visits, finished"]
+    return table(head, lines) + caption([row for row in rows if row["part"] in ("lean", "paper-128")])
+
+
 MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
         "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
-        "checkpoints": checkpoints,
+        "checkpoints": checkpoints, "lean": lean,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
-PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"}, "checkpoints": {"paper-128", "paper-full"},
+PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"}, "checkpoints": {"paper-128", "paper-full"}, "lean": {"lean", "paper-128"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
 
 

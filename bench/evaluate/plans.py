@@ -11,6 +11,9 @@ SET = "configs/scenes/evaluation.toml"
 LIMITS = {"seconds": 3600, "memory_mb": 9000}
 QUARTER = {"gpu.sms": 2, "l2.bytes": 1048576, "l2.slices": 1}  # of the paper's GPU
 PAPER = {"baseline": ("tri20", "off"), "sw": ("tlas-tri20", "off"), "hw": ("tri20", "on"), "grtx": ("tlas-tri20", "on")}
+SMALL = {"tracer.accel": "tlas-tri20", "tracer.checkpoint": "on", "tracer.k": 8, "tracer.checkpoint_capacity": 1024, "rt.checkpoint.entry_bytes": 8,
+         "rt.checkpoint.write_combine": True, "rt.checkpoint.read_buffer": True}
+LEAN = {"small entries": {}, "finished": {"tracer.below_instance": "finish"}, "bins": {"tracer.checkpoint_bins": 4}}  # machine paper-lean has all
 FULL = 1080  # lines of a frame at full density
 
 
@@ -41,7 +44,8 @@ PARTS = {part.name: part for part in (
     Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
-    Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER))}
+    Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER),
+    Part("lean", "paper", ("paper-charged",), "cycle", 64, 128, 25, QUARTER))}
 
 
 def read(path):
@@ -55,6 +59,8 @@ def views(part, quick):
 
 def points(part, machine, quick):
     """{(design, k): keys and tracer options}, in the order of the tables."""
+    if part.name == "lean":
+        return {(name, 8): {**SMALL, **own} for name, own in LEAN.items()}
     if part.table == "paper":
         # Without checkpoints the three machines are one.
         return {(name, 8): {"tracer.accel": accel, "tracer.checkpoint": checkpoint, "tracer.k": 8}
