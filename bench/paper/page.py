@@ -49,6 +49,10 @@ class Page:
         self.pictures[file] = svg
         self.body += [f"![{alt}]({file})", ""]
 
+    def means_of(self, name, machine):
+        """Means over generated scenes and over public ones, where there are such."""
+        return [means[name, machine] for means in (self.found, self.apart) if (name, machine) in means]
+
     def cells(self, name, machine, means):
         """Mean and range, and whether the paper's number is met within 20 %."""
         mean, claim = means.get((name, machine)), self.claims[name]
@@ -59,41 +63,48 @@ class Page:
         holds = {None: "–", True: "holds", False: "no"}[claim.holds(mean)]
         return [shown(mean) + spread, holds]
 
-    def verdict(self, name, machine):
-        """The paper's direction, whether the value is as recorded, and why ours differs where number or direction does."""
-        claim, mean = self.claims[name], self.found.get((name, machine))
-        means = [m[name, machine] for m in (self.found, self.apart) if (name, machine) in m]
-        direction = [claim.direction(value) for value in means]
-        same = None if mean is None or self.expected is None else self.expected.same(self.which, machine, claim, mean)
-        differs = False in direction or False in [claim.holds(value) for value in means]
-        return ["–" if None in direction else "**against**" if False in direction else "with",
-                {None: "–", True: "yes", False: "**no**"}[same], claim.cause(machine) if differs else ""]
+    def against(self, name):
+        """Machines on which a mean goes against the paper's direction."""
+        return [m for m in self.rows[name] if False in [self.claims[name].direction(value) for value in self.means_of(name, m)]]
+
+    def direction(self, name):
+        """What is against the paper's direction, and what goes with it where the paper prints no number."""
+        claim, against = self.claims[name], self.against(name)
+        if against:
+            return "**against**" + ("" if len(against) == len(self.rows[name]) else " on " + ", ".join(f"`{m}`" for m in against))
+        return "with" if claim.paper is None and (claim.above is not None or claim.below is not None) else "–"
+
+    def cause(self, name):
+        """Why ours differs where number or direction does; each cause once, those behind the first with their machine."""
+        claim, said = self.claims[name], {}
+        for machine in self.rows[name]:
+            if False in [claim.holds(value) for value in self.means_of(name, machine)] or machine in self.against(name):
+                said.setdefault(claim.cause(machine), machine)
+        return " ".join(cause if place == 0 else f"`{machine}`: {cause}" for place, (cause, machine) in enumerate(said.items()))
+
+    def machines(self):
+        """Of the section, in the order of its claims."""
+        return list(dict.fromkeys(machine for machines in self.rows.values() for machine in machines))
 
     def claim_rows(self):
-        """Rows of the table of claims. A cause that the row above has is not said again."""
-        for name, machines in self.rows.items():
-            last = ""
+        for name in self.rows:
             claim = self.claims[name]
-            paper = "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper)
-            for place, machine in enumerate(machines):
-                apart = self.cells(name, machine, self.apart) if self.public else []
-                direction, _, cause = self.verdict(name, machine)
-                yield [f"`{name}`", claim.what if place == 0 else "", paper if place == 0 else "", f"`{machine}`",
-                       *self.cells(name, machine, self.found), *apart, direction, "the same" if cause and cause == last else cause]
-                last = cause
+            cells = [cell for machine in self.machines() for means in ((self.found, self.apart) if self.public else (self.found,))
+                     for cell in self.cells(name, machine, means)]
+            yield [f"`{name}`", claim.what, "–" if claim.paper is None else ("≥ " if claim.bound else "") + shown(claim.paper),
+                   *cells, self.direction(name), self.cause(name)]
 
     def claim_head(self):
-        means = ["mean (range)", "within 20 %"]
-        return ["claim", "figure", "paper", "machine", *means, *[f"public scenes: {m}" for m in means if self.public],
-                "direction", "why they differ"]
+        means = [head for machine in self.machines() for kind in (("", ", public scenes") if self.public else ("",))
+                 for head in (f"`{machine}`{kind}", "within 20 %")]
+        return ["claim", "figure", "the paper", *means, "direction", "why they differ"]
 
     def unlike_record(self):
         """{machine: claims whose value there is not as recorded}."""
         found = {}
-        for name, machines in self.rows.items():
-            for machine in machines:
-                if self.verdict(name, machine)[1] == "**no**":
-                    found.setdefault(machine, []).append(f"`{name}`")
+        for (name, machine), value in self.found.items():
+            if self.expected is not None and self.expected.same(self.which, machine, self.claims[name], value) is False:
+                found.setdefault(machine, []).append(f"`{name}`")
         return found
 
     def claim_table(self):
@@ -117,7 +128,7 @@ def write_pages(folder, pages, command, model):
         if not own:
             continue
         which = next(iter(own.values())).which
-        head = "\n".join([f"# {title}", "", *stamp(command, model, f"the {which} set ([README.md](README.md))", "../"), "", ""])
+        head = "\n".join([f"# {title}", "", *stamp(command, model, f"the {which} set ([README.md](README.md)); tables and pictures of machine `paper`", "../"), "", ""])
         path = os.path.join(folder, file)
         sections = {}
         if os.path.exists(path):
@@ -161,7 +172,7 @@ def tally(pages):
 def page_row(one, machines):
     """Printed figures that hold, by machine, and claims whose direction is not the paper's."""
     counts = {machine: tally([one]).get(machine) for machine in machines}
-    against = {f"`{name}`" for name, machine in one.found if "against" in one.verdict(name, machine)[0]}
+    against = {f"`{name}`" for name in one.rows if one.against(name)}
     place = re.sub(r"[^\w\- ]", "", one.title.lower()).replace(" ", "-")
     return [f"[{one.title}]({items.PAGE_OF[one.item]}#{place})", *["{1} of {0}".format(*c) if c else "–" for c in counts.values()], ", ".join(sorted(against)) or "–"]
 
@@ -169,15 +180,14 @@ def page_row(one, machines):
 def write_index(folder, study, pages, claims, machines, command, model):
     """README.md: what was run, and how many claims of each section hold; values.csv: every value behind a mean."""
     lines = ["# The paper, figure by figure", "",
-             *stamp(command, model, f"the {study.name} set: scenes and frames below; sampled mode unless a page says otherwise; machines "
-                    + ", ".join(f"`{m}`" for m in machines), "../"), "",
-             "A mean is geometric over the scenes of the evaluation. "
-             "Claims, tolerances and commands: [ARTIFACT.md](../../../ARTIFACT.md).", "",
-             "*Within 20 %* compares with the paper: `holds` where the paper prints a number and ours is within 20 % of it (of a bound: beyond it). *Direction* is "
-             "what the paper says without a number: ours goes with it or against it. A figure that is not as recorded is named below its table. Where the paper "
-             "says what: [claims.toml](../../../bench/paper/claims.toml), and the targets that it names.", "",
+             *stamp(command, model, f"the {study.name} set: scenes and frames below; sampled mode ([errors](../../model/sampled-mode.md#errors)) where a section "
+                    "does not say cycle mode; machines " + ", ".join(f"`{m}`" for m in machines), "../"), "",
              "Of the figures that the paper prints, " + "; ".join(f"{held} of {known} hold on `{machine}`" for machine, (known, held) in
-                                                                 tally(pages).items()) + ".", ""]
+                                                                 tally(pages).items()) + ".", "",
+             "A mean is geometric over the scenes of the evaluation, with its range in brackets. *Within 20 %*: `holds` where the paper prints a number and ours is "
+             "within 20 % of it (of a bound: beyond it). *Direction*: ours goes with what the paper says without a number; *against* is said beside a number, too. What is "
+             "not as recorded is named below its table. Where the paper says what: [claims.toml](../../../bench/paper/claims.toml). Commands and tolerances: "
+             "[ARTIFACT.md](../../../ARTIFACT.md). Values of each scene: [values.csv](values.csv).", ""]
     table = Page("", "", claims, study.name)
     roles = {"evaluation": "evaluation", "public": "public, a mean of its own", "shown": "shown, in no mean"}
     table.table(["scene", "Gaussians", "from", "role"],
@@ -186,17 +196,16 @@ def write_index(folder, study, pages, claims, machines, command, model):
     table.table(["frame", "pixels", "factor on the field of view", "GPU"],
                 [[name, f"{f.width} × {f.height}", str(f.fov_scale), ", ".join(f"`{k}={v}`" for k, v in f.keys) or "whole"]
                  for name, f in study.frames.items()])
-    table.text("The generated scenes are whole rooms and a building, of the class of the paper's ([scene classes](../scene-classes.md)). `paper` takes checkpoint "
-               "traffic as free, `paper-charged` charges every byte of it. Nothing else differs. Free was chosen because it fits the paper on trained scenes; these "
-               "generated scenes played no part.")
+    table.text("The generated scenes are of the class of the paper's ([scene classes](../scene-classes.md)), and played no part in the "
+               "[fit](../readings.md#fitted-jointly) of `paper`. That machine takes checkpoint traffic as free, `paper-charged` charges every byte of it. Nothing else differs.")
     lines += table.body
     lines += ["## Sections", ""]
     table = Page("", "", claims, study.name)
     table.table(["section", *[f"hold on `{m}`" for m in machines], "against the paper's direction"], [page_row(one, machines) for one in pages])
     lines += table.body
     lines += ["## Not reproduced", "",
-              "Rasterisation against ray tracing, OptiX against Vulkan and the measurements on an RTX 5090 and an RX 9070 XT are of real GPUs: no model here. "
-              "The paper's own copies of its six scenes, trained by ray tracing, are not public ([ARTIFACT.md](../../../ARTIFACT.md#scenes)).", ""]
+              "Rasterisation, OptiX and what was measured on an RTX 5090 and an RX 9070 XT are of real GPUs. The paper's own copies of its six scenes are not public "
+              "([ARTIFACT.md](../../../ARTIFACT.md#scenes)).", ""]
     write(os.path.join(folder, "README.md"), docs_prose.wrap("\n".join(lines)))
     rows = ["claim,machine,scene,value"]
     for one in pages:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs what a study asked for through the public commands of grtx, and answers from what they wrote. Everything lies in
-one folder: scenes/, plans/, measures/, runs/, traces/ and the database runs.sqlite, which `grtx sweep` fills. All of it is
+one folder: scenes/, plans/, measures/, traces/ and the database runs.sqlite, which `grtx sweep` fills. All of it is
 written atomically, so whoever is killed goes on where it was."""
 import ctypes
 import hashlib
@@ -13,8 +13,7 @@ import signal
 import sqlite3
 import subprocess
 
-from . import placing
-from .study import Cost, Measurement, Point, Run
+from .study import Measurement, Point
 
 
 class Failed(Exception):
@@ -46,13 +45,11 @@ def toml(value):
 
 
 def flat(document):
-    """Nested tables and lists as one: names joined by '.' -> value. A statistic is its value."""
+    """Nested tables and lists as one: names joined by '.' -> value."""
     found = {}
 
     def walk(prefix, node):
-        if isinstance(node, dict) and "value" in node and "unit" in node:
-            found[prefix] = node["value"]
-        elif isinstance(node, (dict, list)):
+        if isinstance(node, (dict, list)):
             for name, inner in node.items() if isinstance(node, dict) else enumerate(node):
                 walk(f"{prefix}.{name}" if prefix else str(name), inner)
         else:
@@ -71,16 +68,16 @@ class Results:
         self.database = os.path.join(folder, "runs.sqlite")
         self.keys = {}      # Point -> its key in the database
         self.documents = {}
-        # Of "grtx 1.0.0, model version 7, commit 4cb9e62b, GNU 12.2.0": which model the figures are of.
+        # Of "grtx 1.0.0, model version 8, commit 4cb9e62b, GNU 12.2.0": which model the figures are of.
         printed = subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout
         self.model = re.search(r"model version (\d+)", printed).group(1)
-        for name in ("scenes", "plans", "measures", "runs"):
+        for name in ("scenes", "plans", "measures"):
             os.makedirs(os.path.join(folder, name), exist_ok=True)
 
     def run(self, asked):
         """Makes whatever is missing. asked: Study.asked."""
-        points, measurements, compared = list(asked[Point]), list(asked[Measurement]), list(asked[Run])
-        for scene in {s: None for p in points + measurements + compared for s in (p.scene, getattr(p, "statue", None)) if s}:
+        points, measurements = list(asked[Point]), list(asked[Measurement])
+        for scene in {what.scene: None for what in points + measurements}:
             self.make_scene(scene)
         plans = self.plans(points)
         for number, (machine, mode, text, members) in enumerate(plans, 1):
@@ -89,16 +86,12 @@ class Results:
         for number, what in enumerate(measurements, 1):
             self.say(f"measurement {number} of {len(measurements)}: {what.scene.name}, {dict(what.options)['accel']}")
             self.measure(what)
-        for number, what in enumerate(compared, 1):
-            self.say(f"comparison {number} of {len(compared)}: {what.scene.name}, machine {what.machine}")
-            self.compare(what)
 
     def of(self, what):
         """What a run said: name -> value."""
         if what not in self.documents:
             self.documents[what] = (self.values(what) if isinstance(what, Point) else
-                                    self.measure(what) if isinstance(what, Measurement) else
-                                    self.compare(what) if isinstance(what, Run) else self.cost(what))
+                                    self.measure(what) if isinstance(what, Measurement) else self.cost(what))
         return self.documents[what]
 
     # Scenes
@@ -213,48 +206,6 @@ class Results:
             os.replace(partial, path)
         with open(path, encoding="utf-8") as file:
             return {name: entry["value"] for name, entry in json.load(file)["stats"].items()}
-
-    def compare(self, what):
-        scene, cameras = (os.path.abspath(f) for f in self.scene_files(what.scene))
-        arguments = ["--machine", what.machine, "--mode", "sampled", "--width", what.frame.width, "--height", what.frame.height,
-                     "--fov-scale", what.frame.fov_scale, *self.set_arguments(what.frame.keys)]
-        with open(cameras, encoding="utf-8") as file:
-            views = json.load(file)
-        if what.pan:
-            degrees, frames = what.pan
-            cameras = self.write(f"{what.scene.stem}-pan{degrees}x{frames}.cameras.json", placing.sequence(views[0], degrees, frames))
-            arguments += ["--views", f"0:{frames - 1}"]
-        if what.statue:
-            statue = os.path.abspath(self.scene_files(what.statue)[0])
-            scene = self.write(f"{what.scene.stem}-{what.statues}-{what.statue.stem}-turn{what.turn}.objects.json",
-                               placing.ring(views[0], scene, statue, what.statues, what.turn))
-            arguments += ["--flatten"] if what.flatten else []
-        key = hashlib.sha256(json.dumps([os.path.basename(scene), os.path.basename(cameras), *map(str, arguments)]).encode()).hexdigest()[:16]
-        path = os.path.join(self.folder, "runs", key + ".json")
-        if not os.path.exists(path):
-            partial = os.path.join(self.folder, "runs", "partial")
-            jobs = ["--jobs", self.jobs, "--threads", self.jobs] if self.jobs else []
-            self.call("run", "--scene", scene, "--cameras", cameras, *arguments, *jobs, "-o", partial)
-            os.replace(os.path.join(partial, "results.json"), path)
-            shutil.rmtree(partial)
-        with open(path, encoding="utf-8") as file:
-            return flat(json.load(file))
-
-    def set_arguments(self, keys):
-        """Arguments of a command: configuration keys of a frame and those of the command line."""
-        arguments = [a for name, value in keys for a in ("--set", f"{name}={toml(value)}")]
-        for setting in self.settings:
-            name, value = setting.split("=", 1)
-            arguments += ["--" + name[7:].replace("_", "-"), value] if name.startswith("tracer.") else ["--set", setting]
-        return arguments
-
-    def write(self, name, content):
-        """A file among the scenes."""
-        path = os.path.join(self.folder, "scenes", name)
-        with open(path + ".partial", "w", encoding="utf-8") as file:
-            json.dump(content, file)
-        os.replace(path + ".partial", path)
-        return os.path.abspath(path)
 
     def cost(self, what):
         arguments = ["--machine", what.machine, "--design", what.design]

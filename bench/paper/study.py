@@ -65,20 +65,6 @@ class Measurement:
 
 
 @dataclass(frozen=True)
-class Run:
-    """One `grtx run`: all designs that there are, in sampled mode. pan: degrees a frame and frames of a sequence that begins at
-    the scene's first view; (): that view alone. statue, statues, turn: a scene placed so many times in this one."""
-    scene: Scene
-    frame: Frame
-    machine: str
-    pan: tuple = ()
-    statue: Scene | None = None
-    statues: int = 0
-    turn: float = 0.0
-    flatten: bool = False
-
-
-@dataclass(frozen=True)
 class Cost:
     """One run of `grtx cost`."""
     machine: str
@@ -140,11 +126,6 @@ class Study:
         # The tracer of both is the same.
         return self.ask(Measurement(scene, at, self.same(machine, "off"), tuple(sorted(chosen.items()))))
 
-    def run(self, scene, machine="paper", frame="side", **options):
-        """What results.json of `grtx run` says: names of nested tables and numbers of lists joined by '.' -> value; a statistic's name is
-        that of its value. options: of Run."""
-        return self.ask(Run(scene, self.frames[frame], machine, **options))
-
     def cost(self, machine, design, **options):
         """What `grtx cost --json` says: names of nested tables joined by '.' -> value."""
         return self.ask(Cost(machine, design, tuple(sorted(options.items()))))
@@ -154,4 +135,6 @@ def geometric_mean(values):
     values = list(values)
     if len(values) == 1:
         return values[0]  # to the last bit
+    if 0 in values:
+        return 0.0
     return math.exp(sum(math.log(v) for v in values) / len(values))

@@ -4,20 +4,18 @@ from .. import figures
 
 TITLE = "Hardware cost, checkpoint and eviction buffers"
 MIB, GIB = 2.0 ** 20, 2.0 ** 30
+BITS = [("replay flags", "replay_flag"), ("source offsets", "source_offset"), ("destination offsets", "destination_offset"),
+        ("source address", "source_base"), ("destination address", "destination_base"), ("maximum size", "maximum_size")]
 
 
 def build(study, page):
-    machines = study.values["machines"]
-    rows = []
-    for machine in machines:
-        cost = study.cost(machine, "grtx")
+    costs = {machine: study.cost(machine, "grtx") for machine in study.values["machines"]}
+    for machine, cost in costs.items():
         page.claim("storage", machine, cost["checkpoint_storage.bytes"])
-        rows.append([machine, cost["checkpoint_storage.bytes"], *[cost[f"checkpoint_storage.bits.{n}"] for n in
-                     ("replay_flag", "source_offset", "destination_offset", "source_base", "destination_base", "maximum_size")]])
-    page.text("## Storage added to an RT unit")
-    page.table(["machine", "bytes", "bits: replay flags", "source offsets", "destination offsets", "source address", "destination address",
-                "maximum size"], [[r[0], *[f"{v:,.0f}" for v in r[1:]]] for r in rows])
-    page.text("Area and energy: [cost-validation.md](../cost-validation.md).")
+    cost = costs[study.values["machines"][0]]
+    page.text("## Storage added to an RT unit",
+              "In bits: " + ", ".join(f'{name} {cost[f"checkpoint_storage.bits.{key}"]:,.0f}' for name, key in BITS) +
+              ". Area and energy: [cost-validation.md](../cost-validation.md).")
 
     page.text("## Buffers in memory",
               "Entries are the most that a ray of the main frame had; a ray needs two checkpoint buffers and one eviction buffer, and there are as many "

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gain comes from: node fetches, their latency, L1 and L2; the sibling prefetcher."""
 from .. import figures
-from ..study import structure
+from ..study import geometric_mean
 
 TITLE = "Source of the gain: node fetches, latency, L1 and L2"
 DESIGNS = ("sw", "hw", "grtx")
@@ -23,38 +23,32 @@ def build(study, page):
         page.claim("l1-sw", machine, {s.name: found[machine, s.name, "sw"][HIT_RATE] for s in study.counted})
         page.claim("l1-grtx-over-sw", machine, {s.name: found[machine, s.name, "grtx"][HIT_RATE] / found[machine, s.name, "sw"][HIT_RATE]
                                                 for s in study.counted})
-    for machine in machines:
-        page.text(f"## Machine `{machine}`")
-        for name, title, statistic in FIGURES:
-            groups = [(s.name, {d: found[machine, s.name, d][statistic] / found[machine, s.name, "baseline"][statistic]
-                                for d in DESIGNS}) for s in study.scenes]
-            marks = {"grtx": 1 / page.claims[f"{name}-grtx"].paper}
-            page.picture(f"{name}-{machine}", figures.bars(f"{title}, machine {machine}", groups, list(DESIGNS), marks, unit="", base=1.0),
-                         f"{title}, by scene and design")
-        groups = [(s.name, {d: found[machine, s.name, d][HIT_RATE] for d in ("baseline", *DESIGNS)}) for s in study.scenes]
-        page.picture(f"l1-{machine}", figures.bars(f"L1 hit rate of node fetches, machine {machine}", groups, ["baseline", *DESIGNS],
-                                                   {"sw": page.claims["l1-sw"].paper}, unit=""), "L1 hit rate, by scene and design")
-        own = [d for d in ("baseline", *DESIGNS) if study.same(machine, structure(d)[1]) == machine]
-        if len(own) < 4:
-            page.text("Designs without checkpoints are as on the other machine.")
-        page.table(["scene", "design", "node fetches", "latency, cycles", "L1 hit rate", "L2 accesses", "DRAM MB"],
-                   [[s.name, d, f'{found[machine, s.name, d]["gpu.rt.node_fetches"]:,.0f}', found[machine, s.name, d]["gpu.rt.node_fetch_latency"],
-                     found[machine, s.name, d][HIT_RATE], f'{found[machine, s.name, d]["gpu.l2.accesses"]:,.0f}',
-                     found[machine, s.name, d]["gpu.dram.bytes"] / 1e6] for s in study.scenes for d in own])
+    machine = machines[0]
+    own = {(s.name, d): found[machine, s.name, d] for s in study.scenes for d in ("baseline", *DESIGNS)}
+    for name, title, statistic in FIGURES:
+        groups = [(s.name, {d: own[s.name, d][statistic] / own[s.name, "baseline"][statistic] for d in DESIGNS}) for s in study.scenes]
+        marks = {"grtx": 1 / page.claims[f"{name}-grtx"].paper}
+        page.picture(f"{name}-{machine}", figures.bars(f"{title}, machine {machine}", groups, list(DESIGNS), marks, unit="", base=1.0),
+                     f"{title}, by scene and design")
+    groups = [(s.name, {d: own[s.name, d][HIT_RATE] for d in ("baseline", *DESIGNS)}) for s in study.scenes]
+    page.picture(f"l1-{machine}", figures.bars(f"L1 hit rate of node fetches, machine {machine}", groups, ["baseline", *DESIGNS],
+                                               {"sw": page.claims["l1-sw"].paper}, unit=""), "L1 hit rate, by scene and design")
+    mean = lambda design, statistic: geometric_mean(own[s.name, design][statistic] for s in study.evaluation)
+    page.text("Means over the generated scenes:")
+    page.table(["design", "M node fetches", "latency, cycles", "L1 hit rate", "M L2 accesses", "DRAM MB"],
+               [[d, mean(d, "gpu.rt.node_fetches") / 1e6, mean(d, "gpu.rt.node_fetch_latency"), mean(d, HIT_RATE), mean(d, "gpu.l2.accesses") / 1e6,
+                 mean(d, "gpu.dram.bytes") / 1e6] for d in ("baseline", *DESIGNS)])
     prefetch(study, page)
 
 
 def prefetch(study, page):
     page.text("## The sibling prefetcher",
-              "The paper adds it to bring the L1 hit rate nearer to that of real GPUs, and prints no figure without it.")
-    rows = []
-    for machine in study.values["side_machines"][:1]:
-        gains = {}
-        for scene in study.scenes:
-            for design in ("baseline", "grtx"):
-                on, off = study.point(scene, design, machine), study.point(scene, design, machine, rt__prefetch__enabled=False)
-                rows.append([scene.name, design, off[HIT_RATE], on[HIT_RATE], off["gpu.cycles"] / on["gpu.cycles"]])
-                if design == "baseline" and scene in study.counted:
-                    gains[scene.name] = on[HIT_RATE] / off[HIT_RATE]
-        page.claim("prefetch-l1", machine, gains)
-    page.table(["scene", "design", "L1 hit rate without", "with", "speed-up by it"], rows)
+              "The paper adds it to bring the L1 hit rate nearer to that of real GPUs.")
+    machine = study.values["side_machines"][0]
+    found = {(s.name, d): (study.point(s, d, machine, rt__prefetch__enabled=False), study.point(s, d, machine))
+             for s in study.counted for d in ("baseline", "grtx")}
+    page.claim("prefetch-l1", machine, {s.name: found[s.name, "baseline"][1][HIT_RATE] / found[s.name, "baseline"][0][HIT_RATE] for s in study.counted})
+    mean = lambda design, of: geometric_mean(of(*found[s.name, design]) for s in study.evaluation)
+    page.table(["design", "L1 hit rate without", "with", "speed-up by it"],
+               [[d, mean(d, lambda off, on: off[HIT_RATE]), mean(d, lambda off, on: on[HIT_RATE]),
+                 mean(d, lambda off, on: off["gpu.cycles"] / on["gpu.cycles"])] for d in ("baseline", "grtx")])
