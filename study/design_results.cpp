@@ -102,7 +102,8 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   // Without this entry, readers take the baseline.
   if (comparison.reference() != lab::design_names().front()) results["speedup_over"] = comparison.reference();
   for (const ComparedDesign& design : comparison.designs()) {
-    for (const auto& [key, value] : design.keys) {
+    const unsigned k = design_settings(plan.tracer, design, plan.named).options.k;
+    for (const auto& [key, value] : lab::keys_for(design, k)) {
       if (!plan.named.contains(key)) results["design_config"][design.name][key] = value;
     }
   }

@@ -72,9 +72,9 @@ sim::ResultNotes design_notes(const traces::Header& header, const sim::GpuConfig
   for (const lab::Design& design : lab::designs()) {
     if (design.keys.empty() || !is_of(header, design)) continue;
     const nlohmann::ordered_json now = config_json(config),
-                                 whole = config_json(lab::with_keys_of(design, config, named));
+                                 whole = config_json(lab::with_keys_of(design, header.k, config, named));
     std::vector<std::string> others;
-    for (const auto& [key, value] : design.keys) {
+    for (const auto& [key, value] : lab::keys_for(design, header.k)) {
       if (now.at(key) != whole.at(key)) others.push_back(key + " = " + value);
     }
     if (others.empty()) continue;

@@ -18,7 +18,7 @@ namespace grtx::study {
 sim::ResultNotes tracer_notes(const std::string& machine, const traces::Header& header);
 
 /// At most one note: the trace was made with structure and tracer options of a design that has configuration keys of
-/// its own, and `config` has other values of them. Keys in `named` are the user's. Any k is the design's.
+/// its own, and `config` has other values of them. Keys in `named` are the user's. Any k may be the design's.
 sim::ResultNotes design_notes(const traces::Header& header, const sim::GpuConfig& config,
                               const std::set<std::string>& named);
 

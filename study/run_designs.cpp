@@ -129,7 +129,7 @@ ordered_json write_run_images(const std::string& folder, const std::vector<front
 }  // namespace
 
 sim::GpuConfig design_config(const RunPlan& plan, const lab::Design& design) {
-  return lab::with_keys_of(design, plan.config, plan.named);
+  return lab::with_keys_of(design, design_settings(plan.tracer, design, plan.named).options.k, plan.config, plan.named);
 }
 
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {

@@ -86,7 +86,7 @@ int cost(const CostArguments& options, bool json) {
           : lab::machine_of_run(sim::read_statistics(options.statistics).at("inputs"), options.statistics);
   if (options.statistics.empty()) {
     const lab::Design& design = lab::design_of(use.design);
-    config = lab::with_keys_of(design, std::move(config), lab::keys_of(options.settings));
+    config = lab::with_keys_of(design, lab::k_of(design), std::move(config), lab::keys_of(options.settings));
     if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(design.accel);
     choose_for(options, use);
   }

@@ -124,7 +124,8 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
   const std::string machine = study::machine_name(options.machine, config);
   if (!options.design.empty()) {
-    config = lab::with_keys_of(lab::design_of(options.design), std::move(config), lab::keys_of(options.settings));
+    const unsigned k = traces::Reader(options.trace).header().k;
+    config = lab::with_keys_of(lab::design_of(options.design), k, std::move(config), lab::keys_of(options.settings));
     sim::check_config(config, "--design " + options.design);
   }
   sim::warn_of_idle_keys(config, options.mode);

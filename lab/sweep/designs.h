@@ -17,9 +17,10 @@ struct Design {
   std::string name;
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
-  Texts tracer;           ///< options of the tracer, by name with _ for -
-  Texts keys;             ///< configuration keys
-  bool if_named = false;  ///< compared only when it is asked for by name
+  Texts tracer;              ///< options of the tracer, by name with _ for -
+  Texts keys;                ///< configuration keys, but for registers of heaps
+  unsigned words_a_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
+  bool if_named = false;     ///< compared only when it is asked for by name
 };
 
 /// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
@@ -29,8 +30,13 @@ const std::vector<Design>& designs();
 const std::vector<std::string>& design_names();
 /// Throws std::out_of_range for an unknown name.
 const Design& design_of(const std::string& name);
-/// The configuration with the design's keys, except those in `named`.
-sim::GpuConfig with_keys_of(const Design& design, sim::GpuConfig config, const std::set<std::string>& named);
+/// The k that this text gives; the design's own, or 0 if it has none, where it gives none.
+unsigned k_of(const Design& design, const std::string& text = "");
+/// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.
+Design::Texts keys_for(const Design& design, unsigned k);
+/// The configuration with the design's keys for this k, except those in `named`.
+sim::GpuConfig with_keys_of(const Design& design, unsigned k, sim::GpuConfig config,
+                            const std::set<std::string>& named);
 /// The keys of settings, each "key=value".
 std::set<std::string> keys_of(const std::vector<std::string>& settings);
 

@@ -208,11 +208,14 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
   };
   if (from != nullptr) {
     structure = {from->accel, from->checkpoint};
-    for (const auto& [name, value] : from->tracer) options[name] = value;
-    for (const auto& [name, value] : from->keys) settings.emplace_back(name, value);
+    options.insert(from->tracer.begin(), from->tracer.end());
   }
   for (const auto& [name, value] : plan_.settings) take(name, value);
   for (const auto& [name, value] : varied) take(name, value);
+  if (from != nullptr) {  // below what the plan sets
+    const Design::Texts own = keys_for(*from, k_of(*from, options.contains("k") ? options.at("k") : ""));
+    settings.insert(settings.begin(), own.begin(), own.end());
+  }
 
   const Scene& scene = scenes_.at(place.scene);
   Made made;

@@ -77,6 +77,23 @@ TEST_F(RunTest, WhatYouSetADesignLeavesAsItIs) {
   EXPECT_FALSE(results.at("design_config").at("gautracer").contains("simt.payload_registers"));
 }
 
+// Heaps of 48 hits in registers for 16.
+TEST_F(RunTest, RegistersOfHeapsFollowK) {
+  must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--designs baseline,gautracer --k 48 --quiet -o " + folder + "/out");
+  EXPECT_EQ(json("out/results.json").at("design_config").at("gautracer").at("simt.payload_registers"), "144");
+  must("sim " + folder + "/out/gautracer.grtx --design gautracer " + config() + "--quiet --stats " + folder +
+       "/n.json");
+  const nlohmann::json statistics = json("n.json");
+  EXPECT_EQ(statistics.at("config").at("simt.payload_registers"), 144);
+  EXPECT_EQ(statistics.at("stats").at("gpu.cycles"),
+            json("out/results.json").at("designs").at("gautracer").at("gpu.cycles"));
+  for (const nlohmann::json& note : statistics.at("notes")) {
+    EXPECT_NE(note.at("id"), "heap-registers");
+    EXPECT_NE(note.at("id"), "design-keys");
+  }
+}
+
 TEST_F(RunTest, DesignsAreChosenByName) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   const std::string run = "run " + scene_arguments() + config() + "--quiet -o " + folder + "/out --designs ";

@@ -140,7 +140,7 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
     for (const auto& [name, value] : design.tracer) {
       if (setting(name) == value) of_design_.insert(name);
     }
-    for (const auto& [key, value] : design.keys) {
+    for (const auto& [key, value] : lab::keys_for(design, lab::k_of(design, setting("k")))) {
       if (has(config_, key, value)) of_design_.insert(key);
     }
   }

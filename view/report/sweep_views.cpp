@@ -57,7 +57,7 @@ const std::set<std::string>& brought_by_designs() {
     std::set<std::string> all;
     for (const lab::Design& design : lab::designs()) {
       for (const auto& [name, value] : design.tracer) all.insert(name);
-      for (const auto& [name, value] : design.keys) all.insert(name);
+      for (const auto& [name, value] : lab::keys_for(design, 1)) all.insert(name);
     }
     return all;
   }();

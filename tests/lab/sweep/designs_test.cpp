@@ -20,13 +20,23 @@ std::string value_of(const Design::Texts& texts, const std::string& name) {
 TEST(Designs, HeapsHaveRegistersForTheirHits) {
   unsigned heaps = 0;
   for (const Design& design : designs()) {
-    if (value_of(design.keys, "rt.any_hit_unit.enabled") != "true") continue;
-    ++heaps;
-    const unsigned words =
-        static_cast<unsigned>(std::stoul(value_of(design.tracer, "k"))) * modules::HitHeap::kEntryWords;
-    EXPECT_EQ(value_of(design.keys, "simt.payload_registers"), std::to_string(words)) << design.name;
+    const bool has_heaps = value_of(design.keys, "rt.any_hit_unit.enabled") == "true";
+    heaps += has_heaps ? 1 : 0;
+    for (const unsigned k : {k_of(design), 8U, 48U}) {
+      EXPECT_EQ(value_of(keys_for(design, k), "simt.payload_registers"),
+                has_heaps ? std::to_string(k * modules::HitHeap::kEntryWords) : "")
+          << design.name;
+    }
   }
   EXPECT_EQ(heaps, 2u);
+  EXPECT_EQ(value_of(keys_for(design_of("walk"), 128), "simt.payload_registers"), "255");  // what a thread can have
+}
+
+TEST(Designs, KOfATextOrItsOwn) {
+  EXPECT_EQ(k_of(design_of("walk")), 64u);
+  EXPECT_EQ(k_of(design_of("walk"), "16"), 16u);
+  EXPECT_EQ(k_of(design_of("walk"), "many"), 64u);
+  EXPECT_EQ(k_of(design_of("grtx")), 0u);
 }
 
 TEST(Designs, ThoseOfPapersAreComparedUnasked) {

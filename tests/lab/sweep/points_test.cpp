@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <tuple>
+#include <vector>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/hash.h"
@@ -222,6 +223,17 @@ TEST_F(SweepPointsTest, TheTracerIsAskedOnceForEachTrace) {
   CountingRules rules;
   EXPECT_EQ(expand(p, rules, "grtx 1").points.size(), 12U);
   EXPECT_EQ(rules.asked, 4U);
+}
+
+TEST_F(SweepPointsTest, RegistersOfHeapsFollowK) {
+  SweepPlan p = plan();
+  p.designs = {"gautracer"};
+  p.points = {{}, {{"tracer.k", 48}}, {{"tracer.k", 48}, {"simt.payload_registers", 60}}};
+  const auto all = points(p).points;
+  ASSERT_EQ(all.size(), 3U);
+  std::vector<int> registers;
+  for (const auto& point : all) registers.push_back(point.config.json().at("simt.payload_registers"));
+  EXPECT_EQ(registers, (std::vector<int>{48, 144, 60}));
 }
 
 /// A plan of 100,000 points took 1.9 GB, nearly all of it configurations.

@@ -46,7 +46,8 @@ ordered_json results(const std::string& machine, const std::string& scene, doubl
 /// Statistics of one grtx sim of a design.
 ordered_json statistics(const std::string& name, double cycles, const std::string& k = "8") {
   const lab::Design& design = lab::design_of(name);
-  const sim::GpuConfig machine = sim::load_config("", {}), own = lab::with_keys_of(design, machine, {});
+  const sim::GpuConfig machine = sim::load_config("", {}),
+                       own = lab::with_keys_of(design, lab::k_of(design), machine, {});
   ordered_json inputs = inputs_of("hall", "0", "baseline");
   inputs.update({{"accel", design.accel}, {"checkpoint", design.checkpoint ? "on" : "off"}, {"k", k}});
   inputs["machine"] = design.keys.empty() ? "paper" : "paper, changed";
