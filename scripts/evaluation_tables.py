@@ -51,6 +51,8 @@ def with_range(values, digits=2):
     values = list(values)
     if None in values or not values:
         return "–"
+    if len(values) == 1:
+        return f"**{values[0]:.{digits}f}**"
     return f"**{mean(values):.{digits}f}** ({min(values):.{digits}f}–{max(values):.{digits}f})"
 
 
