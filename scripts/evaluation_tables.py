@@ -99,10 +99,10 @@ class Part:
         over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in self.views)
         return None if over is None else 1 / over
 
-    def best(self, design):
-        """The k with the largest mean over all views."""
-        return max((k for name, k in self.designs if name == design),
-                   key=lambda k: mean(self.speed(design, k, view) for view in self.views) or 0)
+    def best(self, design, kind=None):
+        """The k with the largest mean over all views, or those of a class."""
+        views = self.of_class[kind] if kind else self.views
+        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in views) or 0)
 
     def shown(self):
         """(design, k, what k is called): each design with its first k and its best."""
@@ -182,13 +182,13 @@ def winners(rows):
     for design, label in readme_names().items():
         if design not in near.first:
             continue
-        k, best, dense = near.first[design], near.best(design), full.best(design)
+        k, best = near.first[design], near.best(design)
         row = next(row for row in near.rows if (row["design"], int(row["k"])) == (design, best))
-        values = [near.mean(design, k, kind), near.mean(design, best, kind), near.mean(design, best, other), full.mean(design, dense, kind)]
+        values = [near.mean(design, k, kind), *(of.mean(design, of.best(design, name), name) for of, name in ((near, kind), (near, other), (full, kind)))]
         lines.append([label, *(shown(value, 1) for value in values), shown(float(row["rt_unit_mm2"])), shown(near.energy(design, best))])
     fastest = max(range(len(lines)), key=lambda at: float(lines[at][2].replace("–", "0")))
     lines[fastest] = [f"**{cell}**" for cell in [lines[fastest][0] + ": the fastest", *lines[fastest][1:]]]
-    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, 1,080 lines, best k", "RT unit, mm²", "energy"]
+    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, full HD, best k", "RT unit, mm²", "energy"]
     return table(head, lines) + caption(near.rows + full.rows)
 
 

@@ -230,7 +230,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
   }
   ordered_json document = sim::read_statistics(statistics);
   const std::string memory_files = document.at("inputs").value(std::string("memory.") + kFilesHash, "");
-  if (memory_files != task.at("memory_files")) {
+  if (memory_files != task.at("memory_files").get<std::string>()) {
     throw Failure{"pending", "sim: files that dram.simulator.config names were changed under way"};
   }
   ordered_json& stats = document.at("stats");
