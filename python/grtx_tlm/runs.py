@@ -103,9 +103,9 @@ def _axis(name: str, value: Any) -> list[Any]:
 
 def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], settings: Settings | None = None,
                  values: str | Iterable[str] | None = None, jobs: int = 1, *, machine: Any = None, config: Any = None,
-                 mode: Any = None, target_error: Any = None, share: Any = None, seed: Any = None, warm: Any = None,
-                 warm_state: Any = None, strict: Any = False, watchdog: Any = None, construction_order: Any = None,
-                 no_idle_skip: Any = False, program: StrPath | None = None) -> pd.DataFrame:
+                 design: Any = None, mode: Any = None, target_error: Any = None, share: Any = None, seed: Any = None,
+                 warm: Any = None, warm_state: Any = None, strict: Any = False, watchdog: Any = None,
+                 construction_order: Any = None, no_idle_skip: Any = False, program: StrPath | None = None) -> pd.DataFrame:
     """Every trace with every combination of settings: a frame of one row a run.
 
     ``traces``: a path, several, or {name: path}. ``settings``: {key: value}. Options are simulate()'s. Each value may be a
