@@ -95,12 +95,12 @@ const ordered_json kGauTracer = {{"accel", "ellipsoid"}, {"trace.accel", "ellips
                                  {"trace_hash", "3"},    {"machine", "paper, changed"}};
 
 /// The configuration of GauTracer's units, or the same keys at rest.
-ordered_json units(bool on, unsigned registers = 32, unsigned l1_bytes = 1) {
+ordered_json units(bool on, unsigned registers = 32, unsigned l1_bytes = 1, unsigned k = 16) {
   return {{"l1.bytes", l1_bytes},
           {"rt.gaussian.enabled", on},
           {"rt.any_hit_unit.enabled", on},
           {"simt.registers_per_thread", on ? registers : 0},
-          {"simt.payload_registers", on ? 48 : 0}};
+          {"simt.payload_registers", on ? 3 * k : 0}};
 }
 
 // Statistics of gautracer stood apart from those of the other designs: k, its order of hits and its units differ.
@@ -111,13 +111,15 @@ TEST(Subject, WhatADesignBringsIsNoDifference) {
   // Another value than the one that it brings, or another key.
   ordered_json wide = kGauTracer;
   wide["k"] = wide["trace.k"] = "32";
-  EXPECT_THAT(names(subject(wide, units(true)).differences(baseline, MayDiffer::designs)), ElementsAre("k: 32"));
+  const Subject wider = subject(wide, units(true, 32, 1, 32));
+  EXPECT_THAT(names(wider.differences(baseline, MayDiffer::designs)), ElementsAre("k: 32"));
   EXPECT_THAT(names(subject(kGauTracer, units(true, 40)).differences(baseline, MayDiffer::designs)),
               ElementsAre("machine: paper, changed"));
   EXPECT_THAT(names(subject(kGauTracer, units(true, 32, 2)).differences(baseline, MayDiffer::designs)),
               ElementsAre("machine: paper, changed"));
   // Of two results of one design, all of it is a difference.
-  EXPECT_THAT(names(subject(wide, units(true)).differences(gautracer, MayDiffer::designs)), ElementsAre("k: 32"));
+  EXPECT_THAT(names(wider.differences(gautracer, MayDiffer::designs)),
+              ElementsAre("k: 32", "simt.payload_registers: 96"));
   EXPECT_THAT(names(subject(kGauTracer, units(true, 40)).differences(gautracer, MayDiffer::designs)),
               ElementsAre("simt.registers_per_thread: 40"));
 }
