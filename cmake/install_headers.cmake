@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # When installing: the public headers (docs/api/public_headers.txt) of FOLDERS, and the headers that these include.
 # SOURCE: the top of the sources. DESTINATION: the folder that becomes "grtx/" of an include.
+cmake_policy(PUSH)
 cmake_policy(SET CMP0057 NEW)  # IN_LIST
 file(STRINGS ${SOURCE}/docs/api/public_headers.txt todo REGEX "^[^#]")
 set(headers "")
@@ -20,3 +21,4 @@ foreach(header ${headers})
   get_filename_component(folder ${header} DIRECTORY)
   file(INSTALL ${SOURCE}/${header} DESTINATION ${DESTINATION}/${folder})
 endforeach()
+cmake_policy(POP)

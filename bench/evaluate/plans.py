@@ -74,7 +74,7 @@ def points(part, machine, quick):
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
             keys = {"tracer.checkpoint": "off", "tracer.k": k}
             for name in design.get("parts", []):
-                keys |= plan["part"][name]
+                keys |= plan["part"][name] | (plan["rdna4"].get(name, {}) if machine.startswith("rdna4") else {})
             keys |= design.get("keys", {})
             found[design["name"], k] = {key: 3 * k if value == "3 k" else value for key, value in keys.items()}
     return found
