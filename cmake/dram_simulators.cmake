@@ -12,7 +12,8 @@ function(grtx_source_of_build option project)
     message(FATAL_ERROR "${option}: ${${option}} is no build directory of ${project} (no CMakeCache.txt in it)")
   endif()
   load_cache(${${option}} READ_WITH_PREFIX grtx_found_ CMAKE_PROJECT_NAME CMAKE_HOME_DIRECTORY
-                                           DRAMSYS_USE_FETCH_CONTENT_SYSTEMC DRAMSYS_USE_DRAMPOWER)
+                                           DRAMSYS_USE_FETCH_CONTENT_SYSTEMC DRAMSYS_USE_DRAMPOWER
+                                           FETCHCONTENT_SOURCE_DIR_DRAMUTILS FETCHCONTENT_SOURCE_DIR_DRAMPOWER)
   if(NOT grtx_found_CMAKE_PROJECT_NAME STREQUAL project)
     message(FATAL_ERROR "${option}: ${${option}} is a build of ${grtx_found_CMAKE_PROJECT_NAME}, not of ${project}")
   endif()
@@ -22,6 +23,14 @@ function(grtx_source_of_build option project)
   endif()
   set(grtx_source ${grtx_found_CMAKE_HOME_DIRECTORY} PARENT_SCOPE)
   set(grtx_uses_drampower "${grtx_found_DRAMSYS_USE_DRAMPOWER}" PARENT_SCOPE)
+  foreach(fetched DRAMUTILS DRAMPOWER)  # as FetchContent finds them
+    string(TOLOWER ${fetched} folder)
+    set(found "${grtx_found_FETCHCONTENT_SOURCE_DIR_${fetched}}")
+    if(NOT found)
+      set(found ${${option}}/_deps/${folder}-src)
+    endif()
+    set(grtx_${folder} ${found} PARENT_SCOPE)
+  endforeach()
 endfunction()
 
 function(grtx_need_files option)
@@ -33,7 +42,8 @@ function(grtx_need_files option)
 endfunction()
 
 # Sets grtx_libraries, grtx_includes and grtx_definitions of the build of DRAMSys that GRTX_DRAMSYS names. Its headers and
-# libraries lie elsewhere since 5.3; since 5.2 they include those of DRAMUtils and DRAMPower, which its build fetches.
+# libraries lie elsewhere since 5.3; since 5.2 they include those of DRAMUtils and DRAMPower, which its build fetches or
+# takes from where FETCHCONTENT_SOURCE_DIR_* says.
 function(grtx_dramsys_layout)
   grtx_source_of_build(GRTX_DRAMSYS DRAMSys)
   if(EXISTS ${grtx_source}/src/DRAMSys)
@@ -49,9 +59,9 @@ function(grtx_dramsys_layout)
   endif()
   grtx_need_files(GRTX_DRAMSYS ${libraries} ${headers})
   set(definitions "")
-  foreach(fetched dramutils-src/include drampower-src/src/DRAMPower)
-    if(EXISTS ${GRTX_DRAMSYS}/_deps/${fetched})
-      list(APPEND includes ${GRTX_DRAMSYS}/_deps/${fetched})
+  foreach(headers ${grtx_dramutils}/include ${grtx_drampower}/src/DRAMPower)
+    if(EXISTS ${headers})
+      list(APPEND includes ${headers})
     endif()
   endforeach()
   if(EXISTS ${GRTX_DRAMSYS}/lib/libDRAMPower.a)

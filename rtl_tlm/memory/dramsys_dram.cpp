@@ -16,6 +16,7 @@
 #include <iostream>
 #include <ostream>
 #include <sstream>
+#include <variant>
 
 #include "grtx/base/error.h"
 #include "grtx/modules/tlm/at_initiator.h"
@@ -30,13 +31,19 @@ namespace {
 constexpr const char* kKey = "dram.simulator.config";
 
 /// Other files that a configuration names lie in folders beside it up to 5.1, and since 5.2 where their names say,
-/// relative to it.
+/// relative to it. tCK is in picoseconds up to 5.1, in seconds since; no clock lasts a second, so that both can be
+/// read.
 template <typename File>
 DRAMSys::Config::Configuration configuration_of(const File& file) {
   if constexpr (requires { DRAMSys::Config::from_path(file, file); }) {
     return DRAMSys::Config::from_path(file, std::filesystem::absolute(file).parent_path().string());
   } else {
-    return DRAMSys::Config::from_path(file);
+    auto read = DRAMSys::Config::from_path(file);
+    const auto to_seconds = [](auto& memory) {
+      if (memory.memtimingspec.tCK >= 1.0) memory.memtimingspec.tCK *= 1e-12;
+    };
+    std::visit(to_seconds, read.memspec.getVariant());
+    return read;
   }
 }
 
