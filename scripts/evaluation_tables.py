@@ -302,7 +302,8 @@ MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: w
         "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
         "checkpoints": checkpoints, "lean": lean,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
-PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"}, "checkpoints": {"paper-128", "paper-full"}, "lean": {"lean", "paper-128"},
+PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
+            "checkpoints": {"paper-128", "paper-full"}, "lean": {"lean", "paper-128"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
 
 
