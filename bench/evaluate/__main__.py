@@ -26,7 +26,8 @@ import evaluation_tables as tables  # noqa: E402
 import readme_tables  # noqa: E402
 from paper.runs import die_with_parent  # noqa: E402
 
-BOUNDS = ("dram_bandwidth", "l2_port", "l1_miss_port", "l1_port", "rt_port", "simt_issue", "unit.box", "unit.gaussian", "longest_warp")
+BOUND = "gpu.bound."
+NO_BOUNDS = (BOUND + "largest", BOUND + "fraction")  # of all others
 PAGES = ("README.md", "docs/results/*.md", "docs/results/data/model_versions.csv", "rtl_tlm/run/model_version.h", plans.SET)
 
 
@@ -145,11 +146,11 @@ class Sweeps:
         return rows, missing
 
     def row(self, part, machine, view, design, k, v, meta):
-        bound = max(BOUNDS, key=lambda name: v[f"gpu.bound.{name}"])
+        bound = max((name for name in v if name.startswith(BOUND) and name not in NO_BOUNDS), key=v.get)
         half = (v.get("gpu.sampled.cycles_high", 0) - v.get("gpu.sampled.cycles_low", 0)) / 2 / v["gpu.cycles"]
         mode = part.mode if half or part.mode == "cycle" else "cycle (small view)"
         values = {"cycles": int(v["gpu.cycles"]), "half_interval": half, "energy_nj_per_ray": v["gpu.energy_nj_per_ray"],
-                  "rt_unit_mm2": v["cost.rt_unit_mm2"], "chip_mm2": v["cost.mm2"], "bound_cycles": v[f"gpu.bound.{bound}"],
+                  "rt_unit_mm2": v["cost.rt_unit_mm2"], "chip_mm2": v["cost.mm2"], "bound_cycles": v[bound],
                   "l2_accesses": v["gpu.l2.accesses"], "node_latency": v["gpu.rt.node_fetch_latency"], "node_fetches": v["gpu.rt.node_fetches"],
                   "node_visits": v["gpu.rt.node_visits"], "instructions": v["gpu.simt.instructions.total"], "dram_bytes": v["gpu.dram.bytes"],
                   "node_hit_rate": v["gpu.l1.node.hit_rate"],
@@ -157,7 +158,7 @@ class Sweeps:
         took = "; ".join([f"tuned: {what}" for what in view.get("tuned", [])] + [f"fitted: {what}" for what in view.get("fitted", [])])
         return {"part": part.name, "machine": machine, "mode": mode, "view": plans.label(view), "class": view["class"],
                 "generated": int("preset" in view), "took_part": took, "design": design, "k": k,
-                **{name: f"{value:.7g}" if isinstance(value, float) else value for name, value in values.items()}, "bound": bound,
+                **{name: f"{value:.7g}" if isinstance(value, float) else value for name, value in values.items()}, "bound": bound.removeprefix(BOUND),
                 "model": meta["model_version"], "set": tables.hash_of_set(TOP), "date": meta["created"][:10]}
 
 

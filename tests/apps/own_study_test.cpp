@@ -44,6 +44,22 @@ TEST(OwnStudy, GivesWhatTheProgramGives) {
   EXPECT_NE(folder.read(".own").find(fmt::format("grtx over baseline: {:.3f}\n", speedup)), std::string::npos);
 }
 
+// One process each, and one folder: the second finds what the first left.
+TEST(OwnStudy, GivesTheSameWhenLaunchedTwice) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset room --count 1500 --seed 4 -o s.ply --quiet").code, 0);
+  const std::string own = "cd '" + folder.path() + "' && SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" + paths::own_study() +
+                          "' s.ply s.cameras.json own >.own 2>&1";
+  ASSERT_EQ(std::system(own.c_str()), 0) << folder.read(".own");
+  const nlohmann::json first = results_of(folder, "own");
+  const std::string said = folder.read(".own");
+  const std::string image = folder.read("own/image.png");
+  ASSERT_EQ(std::system(own.c_str()), 0) << folder.read(".own");
+  EXPECT_EQ(results_of(folder, "own"), first);
+  EXPECT_EQ(folder.read(".own"), said);
+  EXPECT_EQ(folder.read("own/image.png"), image);
+}
+
 TEST(OwnStudy, RefusesInOneLineWhatItCannotRun) {
   const Folder folder;
   const std::string own = "cd '" + folder.path() + "' && SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" + paths::own_study() +

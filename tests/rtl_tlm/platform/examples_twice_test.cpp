@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the examples, launched twice on a GpuComponent, give the same figures twice. The other examples:
-// platform_example_test.cpp, own_unit_test.cpp; own_study has a process for each launch.
+// platform_example_test.cpp, own_unit_test.cpp, own_study_test.cpp (a process for each launch).
 #include <gtest/gtest.h>
 
 #include <functional>
