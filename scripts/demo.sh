@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh Debian 12 to simulated GPUs: installs what is missing, builds, makes a scene and a picture, runs the designs
-# on three machines and says what the numbers mean.
+# From a fresh Debian 12 or 13 to simulated GPUs: installs what is missing, builds, makes a scene and a picture, runs six
+# designs on three machines and says what the numbers mean.
 # Usage: scripts/demo.sh [--count GAUSSIANS] [-o FOLDER] [--program GRTX]
 #   --count    Gaussians of the scene (default 400000)
 #   -o         where pictures, results and the report go (default out/demo)
@@ -42,8 +42,9 @@ echo "picture, 512 x 512: $out/hall.png"
 
 results=()
 for machine in paper paper-charged ada-share; do
-  step "4/5 Four designs on the machine $machine, 64 x 64 rays"
-  "$grtx" run "${view[@]}" --width 64 --height 64 --mode sampled --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
+  step "4/5 Six designs on the machine $machine, 64 x 64 rays"
+  "$grtx" run "${view[@]}" --width 64 --height 64 --designs baseline,sw,hw,grtx,gautracer,walk \
+    --mode sampled --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
   results+=("$out/$machine/results.json")
 done
 

@@ -46,8 +46,9 @@ def main(program, files):
 1. On the machine {first['machine']}{', where checkpoint traffic is free (paper-charged charges it)' if free else ''}, grtx is {speedup(first, 'grtx'):.1f} times as fast as the baseline: one BLAS for all Gaussians (sw)
    takes the L1 hits of nodes from {hits[0]:.0f} to {hits[1]:.0f} %, checkpoints (hw) divide node fetches by {fewer:.1f}.
 2. gautracer, which takes the shaders out of the traversal and has no checkpoints, is {speedup(first, 'gautracer'):.1f} times as fast.
+   walk, where the lanes of a warp also share a stack and a Gaussian takes 32 bytes, is {speedup(first, 'walk'):.1f} times as fast.
 3. On {last['machine']}, a share of a GPU of today as far as it is known, the same view gives {speedup(last, 'sw'):.1f} (sw),
-   {speedup(last, 'hw'):.1f} (hw), {speedup(last, 'grtx'):.1f} (grtx) and {speedup(last, 'gautracer'):.1f} (gautracer): what a proposal gains depends on the machine it is put into.
+   {speedup(last, 'hw'):.1f} (hw), {speedup(last, 'grtx'):.1f} (grtx), {speedup(last, 'gautracer'):.1f} (gautracer) and {speedup(last, 'walk'):.1f} (walk): what a proposal gains depends on the machine.
 4. Next: `{program}` alone shows five steps to your own runs, `{program} run --help` all options; an L1 of half
    the size is `--set l1.bytes=65536`, your own scene `--scene point_cloud.ply`.
 """)

@@ -99,10 +99,9 @@ class Part:
         over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in self.views)
         return None if over is None else 1 / over
 
-    def best(self, design, kind=None):
-        """The k with the largest mean over all views, or those of a class."""
-        views = self.of_class[kind] if kind else self.views
-        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in views) or 0)
+    def best(self, design):
+        """The k with the largest mean over all views."""
+        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in self.views) or 0)
 
     def shown(self):
         """(design, k, what k is called): each design with its first k and its best."""
@@ -158,6 +157,23 @@ def cards(rows):
     return table(head, lines) + caption([row for row in rows if row["part"] == "cards"])
 
 
+def l2(rows):
+    """Speed over the baseline with an L2 of 1 MiB, rooms / objects, a column a size; and the chip of the last design."""
+    of, base = part(rows, "l2"), part(rows, "who-128")
+    if None in (of, base):
+        return None
+    names, sizes = (list(dict.fromkeys(design.split(", L2 ")[at] for design, _ in of.designs)) for at in (0, 1))
+    kinds = [kind for kind, views in of.of_class.items() if views]
+    both = Part([row for row in base.rows if row["view"] in of.views] + of.rows)
+    lines = []
+    for name in names:
+        k = next(k for design, k in of.designs if design.startswith(name + ", L2 "))
+        lines.append([name, str(k), *(" / ".join(shown(both.mean(f"{name}, L2 {size}", k, kind), 1) for kind in kinds) for size in sizes)])
+    chips = [next(row["chip_mm2"] for row in of.rows if row["design"] == f"{names[-1]}, L2 {size}") for size in sizes]
+    lines.append([f"chip with {names[-1]}, mm²", "", *(shown(float(chip), 1) for chip in chips)])
+    return table(["design", "k", *(f"L2 of {size}" for size in sizes)], lines) + caption(of.rows)
+
+
 def steps(rows):
     """GauTracer's steps over its own baseline: speed of each view, and how many times fewer instructions and so on, means of all views."""
     of = part(rows, "steps")
@@ -182,13 +198,13 @@ def winners(rows):
     for design, label in readme_names().items():
         if design not in near.first:
             continue
-        k, best = near.first[design], near.best(design)
+        best = near.best(design)
         row = next(row for row in near.rows if (row["design"], int(row["k"])) == (design, best))
-        values = [near.mean(design, k, kind), *(of.mean(design, of.best(design, name), name) for of, name in ((near, kind), (near, other), (full, kind)))]
+        values = [near.mean(design, 16, kind), *(of.mean(design, of.best(design), name) for of, name in ((near, kind), (near, other), (full, kind)))]
         lines.append([label, *(shown(value, 1) for value in values), shown(float(row["rt_unit_mm2"])), shown(near.energy(design, best))])
     fastest = max(range(len(lines)), key=lambda at: float(lines[at][2].replace("–", "0")))
     lines[fastest] = [f"**{cell}**" for cell in [lines[fastest][0] + ": the fastest", *lines[fastest][1:]]]
-    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, full HD, best k", "RT unit, mm²", "energy"]
+    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, dense as in full HD, best k", "RT unit, mm²", "energy a ray"]
     return table(head, lines) + caption(near.rows + full.rows)
 
 
@@ -299,11 +315,12 @@ def lean(rows):
 
 
 MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
-        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
+        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "l2": l2, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
         "checkpoints": checkpoints, "lean": lean,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
 PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
             "checkpoints": {"paper-128", "paper-full"}, "lean": {"lean", "paper-128"},
+            "l2": {"l2", "who-128"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
 
 

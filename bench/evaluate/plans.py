@@ -14,6 +14,7 @@ PAPER = {"baseline": ("tri20", "off"), "sw": ("tlas-tri20", "off"), "hw": ("tri2
 SMALL = {"tracer.accel": "tlas-tri20", "tracer.checkpoint": "on", "tracer.k": 8, "tracer.checkpoint_capacity": 1024, "rt.checkpoint.entry_bytes": 8,
          "rt.checkpoint.write_combine": True, "rt.checkpoint.read_buffer": True}
 LEAN = {"small entries": {}, "finished": {"tracer.below_instance": "finish"}, "bins": {"tracer.checkpoint_bins": 4}}  # machine paper-lean has all
+L2 = {"¼ MiB": 1 << 18, "½ MiB": 1 << 19, "1 MiB": 1 << 20, "2 MiB": 1 << 21, "4 MiB": 1 << 22, "8 MiB": 1 << 23}  # of two SMs
 FULL = 1080  # lines of a frame at full density
 
 
@@ -42,6 +43,7 @@ PARTS = {part.name: part for part in (
     Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
     Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
+    Part("l2", "cards", ("paper-charged",), "cycle", 48, 128, 10, {key: value for key, value in QUARTER.items() if key != "l2.bytes"}),
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
     Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER),
@@ -68,16 +70,26 @@ def points(part, machine, quick):
     plan = read(os.path.join(HERE, "designs.toml"))
     found = {}
     for design in plan["design"]:
+        if part.name == "l2":
+            if "at_l2" in design:
+                own = of_design(plan, design, machine, design["at_l2"])
+                found |= {(f"{design['name']}, L2 {called}", design["at_l2"]): own | {"l2.bytes": size} for called, size in L2.items()}
+            continue
         if not {part.rows, part.name} & set(design["tables"]):
             continue
         sizes = design["k"] if part.rows in ("who", "steps") else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
-            keys = {"tracer.checkpoint": "off", "tracer.k": k}
-            for name in design.get("parts", []):
-                keys |= plan["part"][name] | (plan["rdna4"].get(name, {}) if machine.startswith("rdna4") else {})
-            keys |= design.get("keys", {})
-            found[design["name"], k] = {key: 3 * k if value == "3 k" else value for key, value in keys.items()}
+            found[design["name"], k] = of_design(plan, design, machine, k)
     return found
+
+
+def of_design(plan, design, machine, k):
+    """Keys and tracer options of a design of designs.toml."""
+    keys = {"tracer.checkpoint": "off", "tracer.k": k}
+    for name in design.get("parts", []):
+        keys |= plan["part"][name] | (plan["rdna4"].get(name, {}) if machine.startswith("rdna4") else {})
+    keys |= design.get("keys", {})
+    return {key: 3 * k if value == "3 k" else value for key, value in keys.items()}
 
 
 def text(part, machine, scenes, quick):

@@ -129,7 +129,7 @@ void WarpWalkScheduler::schedule(Cycle now) {
   refresh(entry);
 }
 
-LaneMask WarpWalkScheduler::count(const WarpStackEntry& node, const Walk& walk) {
+LaneMask WarpWalkScheduler::count_events(const WarpStackEntry& node, const Walk& walk) {
   LaneMask visiting = 0;
   for_each_bit(node.lanes, [&](unsigned lane) {
     const EventKind kind = walk.lanes[lane].tree.event(node.event[lane]).kind();
@@ -150,7 +150,7 @@ void WarpWalkScheduler::start(Cycle now, unsigned entry, std::size_t place) {
   counters_.lanes_handled += lanes;
   counters_.lanes_active += static_cast<unsigned>(std::popcount(buffer_->warp(entry).active()));
   ++counters_.walk.entries;
-  const LaneMask visiting = count(node, walk);
+  const LaneMask visiting = count_events(node, walk);
   if (visiting == 0) {
     ++counters_.walk.dropped;
     walk.stack.drop(place);

@@ -84,7 +84,7 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   /// Starts the entry at `place` of the warp's stack.
   void start(Cycle now, unsigned entry, std::size_t place);
   /// Counts the events of an entry; returns the lanes that visit its node. The others cull it.
-  LaneMask count(const WarpStackEntry& node, const Walk& walk);
+  LaneMask count_events(const WarpStackEntry& node, const Walk& walk);
   void node_done(unsigned entry, unsigned slot);
   void event_done(unsigned entry, unsigned lane);
   void found(Cycle now, unsigned entry, unsigned lane, std::uint32_t event);

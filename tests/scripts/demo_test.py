@@ -35,7 +35,7 @@ class Demo(unittest.TestCase):
                 rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
                 self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
             table = [line for line in lines if line.startswith(("machine ", "paper ", "paper-charged ", "ada-share "))]
-            self.assertEqual(len(table), 16)
+            self.assertEqual(len(table), 19)
             self.assertLessEqual(max(map(len, table)), 80)
             self.assertIn("bit-identical", done.stdout)
             self.assertEqual([line[:2] for line in lines if line[:1].isdigit()], ["1.", "2.", "3.", "4."])
