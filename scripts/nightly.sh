@@ -10,6 +10,7 @@
 #   relations  two hundred random cases of each relation of scripts/metamorphic.py, others each night
 #   model      two hundred changes of the model
 #   pages      a quarter of the artifact's quick pages, another each night: figures within tolerance of those on record
+#   shared     all libraries as shared ones, installed; a program of five lines finds them by CMake and by pkg-config
 #   compilers  g++ -O3, g++ -O0 and clang++ give the same bytes
 # Each job's output is in build/nightly/JOB.log. Exit code 1: one of them found something.
 set -uo pipefail
@@ -55,10 +56,26 @@ pages() {
   done
   return $failed
 }
+shared() (  # its folder is its own
+  local build=build/shared prefix=$PWD/build/shared/prefix five=$PWD/tests/package/outside/five_lines.cpp
+  rm -rf "$prefix" build/shared/five
+  cmake --preset release -B "$build" -DBUILD_SHARED_LIBS=ON -DGRTX_BUILD_TESTS=OFF -DGRTX_RTL=OFF &&
+    cmake --build "$build" -j "$jobs" && cmake --install "$build" --prefix "$prefix" || return 1
+  mkdir build/shared/five && cd build/shared/five || return 1
+  printf '%s\n' 'cmake_minimum_required(VERSION 3.25)' 'project(five LANGUAGES CXX)' \
+    'find_package(grtx_tlm 1.0 REQUIRED COMPONENTS sim)' "add_executable(five_lines $five)" \
+    'target_link_libraries(five_lines PRIVATE grtx::sim)' >CMakeLists.txt
+  cmake -B cmake -DCMAKE_PREFIX_PATH="$prefix" && cmake --build cmake && cmake/five_lines || return 1
+  local flags
+  flags=$(PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name grtx.pc)") pkg-config --cflags --libs grtx) || return 1
+  # shellcheck disable=SC2086  # words
+  c++ -std=c++20 "$five" $flags -Wl,-rpath,"$(dirname "$(find "$prefix" -name libgrtx_sim.so | head -n 1)")" -o by_pkg_config &&
+    ./by_pkg_config && ldd by_pkg_config | grep -q libgrtx_sim
+)
 compilers() { scripts/compare_builds.sh; }
 
 code=0
-for job in "${@:-asan tsan readers coverage mutations faults relations model pages compilers}"; do
+for job in "${@:-asan tsan readers coverage mutations faults relations model pages shared compilers}"; do
   for one in $job; do
     start=$(date +%s)
     if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi

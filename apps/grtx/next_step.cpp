@@ -194,7 +194,7 @@ std::string next_step(const Error& error, const std::vector<std::string>& argume
   const std::string said = error.place() + " " + error.rule();
   for (const char* words :
        {"nearest", "known:", "grtx ", "the file has", "needed", "needs", "ends in", "end in", "must", "gives", "takes",
-        "did you mean", "is given", "in range", "cannot be written", "numbered from"}) {
+        "did you mean", "in its place", "is given", "in range", "cannot be written", "numbered from"}) {
     if (said.find(words) != std::string::npos) return "";
   }
   const std::string& command = arguments.front();

@@ -44,6 +44,8 @@ struct AddressInterleave {
     list.under("dram", [&](ParameterList& keys) { copy.channel_parameters(keys); });
     require_allowed(list);
   }
+  // What follows takes check() for granted: with other numbers addresses are wrong, and only asserts say so.
+
   /// Slice of a byte address, in [0, slices).
   unsigned slice(std::uint64_t address) const {
     const std::uint64_t block = address >> std::countr_zero(bytes);

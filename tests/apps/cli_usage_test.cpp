@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "apps/program.h"
+#include "paths.h"
 
 namespace grtx::e2e {
 namespace {
@@ -57,6 +61,33 @@ TEST(CliUsage, VersionIsPrinted) {
   EXPECT_EQ(outcome.code, 0);
   EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+, model version [0-9]+, "
                                                    "commit ([0-9a-f]+(-dirty)?|unknown), [A-Za-z]+ [0-9.]+\n"));
+  const std::string asked = "git -C '" + paths::source_dir() + "' rev-parse HEAD >/dev/null 2>&1";
+  if (std::filesystem::exists(paths::source_dir() + "/.git") && std::system(asked.c_str()) == 0) {
+    EXPECT_EQ(outcome.out.find("commit unknown"), std::string::npos) << outcome.out;
+  }
+}
+
+// They were answered with the nearest name, which meant something else: `fast.step` with gpu.sms.
+TEST(CliUsage, NamesOfEarlierVersionsAreAnsweredWithWhatIsInTheirPlace) {
+  const Folder folder;
+  const std::pair<const char*, const char*> cases[] = {
+      {"sim t.grtx --mode fast", "'sampled'"},
+      {"sim t.grtx --mode model", "'sampled'"},
+      {"sim t.grtx --sample-engine 4", "in its place: --mode windows"},
+      {"sim t.grtx --jobs 2", "in its place: a sweep with --jobs"},
+      {"cost --set fast.step=3", "in its place: --mode sampled"},
+      {"cost --set simt.private_store.entries=3", "in its place: rt.any_hit_unit.enabled"},
+      {"cost --set rt.checkpoint.forward=true", "in its place: --checkpoint-bins"},
+      {"cost --machine modern", "the nearest is ada;"},
+      {"cost --machine turing", "did you mean rtx2060"},
+      {"cost --spheres", "in its place: --leaves spheres"},
+      {"synth --preset dense_indoor -o s.ply", "hall"}};
+  for (const auto& [arguments, in_place] : cases) {
+    const Outcome outcome = folder.run(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr(in_place)) << arguments;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
 }
 
 TEST(CliUsage, WithoutACommandTheStepsOfAFirstSessionGoToStderr) {

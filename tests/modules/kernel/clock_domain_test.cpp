@@ -278,7 +278,8 @@ class WithEvent final : public ClockedModule {
   Cycle tick(Cycle) override { throw WrongAnswer("a rule is broken"); }
 };
 
-// With a const char* handed to the base, they landed in the module around it; now that does not compile.
+// With a const char* handed to the base, they landed in the module around it; now that does not compile
+// (tests/package/outside).
 TEST_F(ClockDomainTest, MembersOfAUnitLieBelowIt) {
   ClockDomain clock("clock", 1000.0);
   WithEvent unit("unit", clock);

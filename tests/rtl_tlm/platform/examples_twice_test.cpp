@@ -3,6 +3,7 @@
 // platform_example_test.cpp, own_unit_test.cpp, own_study_test.cpp (a process for each launch).
 #include <gtest/gtest.h>
 
+#include <deque>
 #include <functional>
 #include <string>
 #include <vector>
@@ -23,8 +24,8 @@
 namespace grtx::sim {
 namespace {
 
-/// The statistics of two launches, or the law that one broke.
-std::vector<std::string> launched_twice(const std::function<void(GpuComponent::Options&)>& change) {
+/// The statistics of two launches on each GPU of a board, or the law that one broke; GPU after GPU.
+std::vector<std::string> launched_twice(const std::function<void(GpuComponent::Options&)>& change, unsigned gpus = 1) {
   const traces::testing::TemporaryFile trace("tiny");
   test::write_tiny_trace(trace.path(), {40, 32});
   ChildProcess child("platform", [&] {
@@ -33,11 +34,16 @@ std::vector<std::string> launched_twice(const std::function<void(GpuComponent::O
     options.machine.sms = 2;
     options.traces = {trace.path()};
     change(options);
-    test::Station station("gpu0", options, {{0}, {0, false, 3.5}});
+    std::deque<test::Station> board;
+    for (unsigned gpu = 0; gpu < gpus; ++gpu) {
+      board.emplace_back("gpu" + std::to_string(gpu), options, std::vector<test::TestLaunch>{{0}, {0, false, 3.5}});
+    }
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const SimulationResult& result : station.gpu.results()) {
-      all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
+    for (const test::Station& station : board) {
+      for (const SimulationResult& result : station.gpu.results()) {
+        all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
+      }
     }
     return all.dump();
   });
@@ -51,6 +57,17 @@ TEST(OwnDramTwice, WasBusyInItsSecondLaunchWithTheFirst) {
   });
   ASSERT_EQ(results.size(), 2u);
   EXPECT_EQ(results[0], results[1]);
+}
+
+TEST(OwnDramTwice, EachGpuOfABoardHasItsOwn) {
+  const auto simple = [](GpuComponent::Options& options) {
+    options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<SimpleMemory>(gpu, 80.0, 28.0); };
+  };
+  const auto alone = launched_twice(simple);
+  const auto board = launched_twice(simple, 2);
+  ASSERT_EQ(board.size(), 4u);
+  for (const std::string& statistics : board) EXPECT_EQ(statistics, alone[0]);
+  EXPECT_NE(alone[0], launched_twice([](GpuComponent::Options&) {}).at(0)) << "another memory than the project's own";
 }
 
 TEST(OwnRegressionTwice, ItsSlowerSlicesRestart) {
