@@ -6,6 +6,7 @@
 * Files and folders of the tree that Markdown names in `code` and in code blocks; links of pictures (SVG).
 * Files that comments of the sources name by their path from the top, `docs/guide/testing.md` for one.
 * Pages of docs/ that share a name.
+* A README.md at the top of more lines than a newcomer reads.
 * Sentences and lines of docs/ that are too long (docs_prose.py). How many words there are goes to stderr.
 * Figures of an older model that do not say so, and golden records that are not those of the model's version
   (model_version.py); of other scenes than those of evaluation.toml (evaluation_tables.py); tables that are not those of
@@ -31,6 +32,7 @@ SOURCE = r"(?:h|cpp|py|sh|cmake|v|sv|toml|md|csv|svg|png|in)"
 
 # Names that more than one folder of docs/ may have.
 SHARED = {"README.md"}
+README_LINES = 70  # two screens: what it is, what it shows, how to begin
 # Pages of commands that are wrong on purpose; tests/scripts/newcomer_test.py runs them.
 MISTAKES = {"docs/guide/when-it-fails.md"}
 
@@ -126,6 +128,12 @@ class Checker:
         self.words[folder] = self.words.get(folder, 0) + docs_prose.words(text)
         self.faults += [f"{file}:{line}: {rule}" for line, rule in docs_prose.breaches(text)]
 
+    def length(self, file):
+        with open(os.path.join(self.top, file), encoding="utf-8") as page:
+            lines = len(page.read().splitlines())
+        if lines > README_LINES:
+            self.faults.append(f"{file}:{README_LINES + 1}: {lines} lines, more than {README_LINES}")
+
     def options_of(self, command):
         if command not in self.options:
             run = subprocess.run([self.program, command, "--help"], capture_output=True, text=True)
@@ -188,7 +196,9 @@ class Checker:
                 self.markdown(file)
                 if file.startswith("docs/"):
                     self.prose(file)
-            elif not re.search(r"check_(docs|arrows)(_test)?\.py$", file):  # their own faults
+                elif file == "README.md":
+                    self.length(file)
+            elif not re.search(r"check_(docs|arrows)\.py$|(check_\w+|public_headers|site)_test\.py$", file):  # their own faults
                 self.source(file)
         self.faults += [*model_version.faults(self.top), *evaluation_tables.faults(self.top), *readme_tables.faults(self.top)]
         return self.faults

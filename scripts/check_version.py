@@ -3,7 +3,8 @@
 """One version in all places: project() of CMakeLists.txt, python/grtx_tlm/__init__.py, CITATION.cff, packaging/, CHANGELOG.md.
 
 CHANGELOG.md has a section for it, below [Unreleased], and each of its versions has a link to compare it with the one
-before. Once released, CITATION.cff has the date of that section.
+before. A section has each heading once. "Model version N", said by [Unreleased] or else by the version's section, is
+that of rtl_tlm/run/model_version.h. CITATION.cff has the date of the version's section, and none while that has none.
 
 Usage: check_version.py [--tag vX.Y.Z] [--notes] [FOLDER]   (default: the folder above this script)
 --tag: the tree must be that version, with a date. --notes: prints that version's section, for the release.
@@ -14,6 +15,7 @@ import os
 import re
 import sys
 
+MODEL = "rtl_tlm/run/model_version.h"
 SECTION = re.compile(r"^## \[([^\]]+)\](?: - (.*))?$", re.M)
 DATE = re.compile(r"\d{4}-\d\d-\d\d$")
 
@@ -33,6 +35,12 @@ def sections(text):
     marks = list(SECTION.finditer(text))
     ends = [mark.start() for mark in marks[1:]] + [len(text)]
     return {mark.group(1): (mark.group(2) or "", text[mark.end():end].strip()) for mark, end in zip(marks, ends)}
+
+
+def twice(body):
+    """Headings that a section has more than once, each named once."""
+    headings = re.findall(r"^(### .*?) *$", body, re.M)
+    return [heading for heading in dict.fromkeys(headings) if headings.count(heading) > 1]
 
 
 def faults(top, tag=None):
@@ -60,10 +68,22 @@ def faults(top, tag=None):
     for name, date in zip(order[2:], dates[1:]):
         if not DATE.match(date):
             found.append(f"CHANGELOG.md: [{name}] has no date")
+    for name, (_, body) in known.items():
+        found += [f"CHANGELOG.md: [{name}] has the heading '{heading}' twice" for heading in twice(body)]
+    model = first(r"kModelVersion = (\d+);", read(top, MODEL))
+    # The first that speaks of it: between releases the model may be ahead of the version, and [Unreleased] says so.
+    for name in ("Unreleased", version):
+        said = re.findall(r"Model\s+version\s+(\d+)", known.get(name, ("", ""))[1])
+        found += [f"CHANGELOG.md: [{name}] says model version {other}, {MODEL} has {model}"
+                  for other in dict.fromkeys(said) if other != model]
+        if said:
+            break
     date = known.get(version, ("", ""))[0]
     cited = first(r"^date-released: (\S+)", read(top, "CITATION.cff"))
     if DATE.match(date) and cited != date:
-        found.append(f"CITATION.cff: date-released {cited}, CHANGELOG.md has {date}")
+        found.append(f"CITATION.cff: date-released {cited or 'is missing'}, CHANGELOG.md has {date}")
+    elif not DATE.match(date) and cited:
+        found.append(f"CITATION.cff: date-released {cited}, CHANGELOG.md has no date for [{version}]")
     if tag is not None:
         if tag != "v" + version:
             found.append(f"CMakeLists.txt: version {version} is not that of the tag {tag}")

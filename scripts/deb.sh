@@ -6,8 +6,9 @@
 #        debootstrap --variant=minbase bookworm CHROOT (or trixie) makes a bare chroot of Debian 12 (or 13).
 set -euo pipefail
 
+fail() { echo "deb.sh: $1" >&2; exit 2; }
+
 build() {
-  local out
   mkdir -p "${1:-$top/build/packages}"
   out=$(cd "${1:-$top/build/packages}" && pwd)
   cd "$top"
@@ -15,6 +16,7 @@ build() {
   command -v npm >/dev/null || charts=(-DGRTX_REPORT_CHARTS=OFF)
   cmake --preset release -B build/deb "${charts[@]}" -DGRTX_BUILD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=/usr
   cmake --build build/deb
+  trap 'rm -rf "$out/_CPack_Packages"' EXIT  # what cpack installs to pack it
   cpack --config build/deb/CPackConfig.cmake -G DEB -B "$out"
   ls "$out"/grtx-tlm_*.deb
 }
@@ -25,13 +27,18 @@ names() { (cd "$root" && find . -xdev \( -path ./proc -o -path ./tmp -o -path ./
 
 try() {
   local package=$1 found=0
+  [ -f "$package" ] || fail "$package: no such package"
+  [ -x "$2/usr/bin/apt-get" ] || fail "$2: must be a chroot of Debian (debootstrap makes one)"
   root=$(cd "$2" && pwd)
+  [ "$root" != / ] || fail "$2: must be a chroot, not this system"
+  [ "$(id -u)" -eq 0 ] || fail "try: must be run as root"
   work=$(mktemp -d)
+  mounted=
+  trap '[ -z "$mounted" ] || umount "$root/proc"; rm -rf "$work" "$root/tmp/grtx"' EXIT
   mkdir -p "$root/proc" "$root/tmp/grtx"
   mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc"; mounted=yes; }
-  trap '[ -z "${mounted:-}" ] || umount "$root/proc"; rm -rf "$work" "$root/tmp/grtx"' EXIT
   cp "$package" "$root/tmp/grtx/grtx-tlm.deb"
-  inside apt-get update -q >"$work/log"
+  inside apt-get update -q >"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }
   names >"$work/before"
   inside apt-get install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb >>"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }
   inside grtx --version
@@ -56,5 +63,5 @@ top=$(cd "$(dirname "$0")/.." && pwd)
 case "${1:-build}:$#" in
   build:[012]) build "${2:-}" ;;
   try:3) try "$2" "$3" ;;
-  *) echo "deb.sh: must be: build [FOLDER], or: try PACKAGE CHROOT" >&2; exit 2 ;;
+  *) fail "$*: must be build [FOLDER] or try PACKAGE CHROOT" ;;
 esac

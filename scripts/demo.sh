@@ -20,7 +20,12 @@ while [ $# -gt 0 ]; do
   esac
   shift 2
 done
-out=${out:-$here/out/demo}
+case "$count" in
+  *[!0-9]* | 0*) echo "demo.sh: --count $count: must be a number of Gaussians" >&2; exit 2 ;;
+esac
+[ -z "$grtx" ] || command -v "$grtx" >/dev/null || { echo "demo.sh: --program $grtx: no such program" >&2; exit 2; }
+mkdir -p "${out:=$here/out/demo}"
+out=$(cd "$out" && pwd)
 begin=$SECONDS
 step() { printf '\n== %s (%d:%02d)\n' "$1" $(((SECONDS - begin) / 60)) $(((SECONDS - begin) % 60)); }
 
@@ -31,8 +36,6 @@ if [ -z "$grtx" ]; then
   "$here/scripts/build.sh" release grtx
   grtx=$here/build/release/grtx
 fi
-mkdir -p "$out"
-out=$(cd "$out" && pwd)
 
 step "3/5 A scene of $count Gaussians, and its picture"
 "$grtx" synth --preset hall --count "$count" --seed 1 -o "$out/hall.ply"

@@ -21,17 +21,18 @@ if [ "${1:-}" = --guided ]; then
   # The archive's inputs and the sound files to begin with; LLVM_PROFILE_FILE: the build counts lines, too.
   export LLVM_PROFILE_FILE=/dev/null
   code=0
-  for reader in ${@:-$($fuzzer)}; do
+  readers=${*:-$("$fuzzer")}  # without a reader it prints their names
+  for reader in $readers; do
     corpus=build/fuzz/corpus/$reader
     mkdir -p "$corpus" build/fuzz/finds
-    GRTX_FUZZ_READER=$reader GRTX_FUZZ_SEEDS=$corpus $fuzzer >/dev/null 2>&1
+    GRTX_FUZZ_READER=$reader GRTX_FUZZ_SEEDS=$corpus "$fuzzer" >/dev/null 2>&1 || { echo "fuzz.sh: $fuzzer cannot write the seeds of $reader" >&2; exit 1; }
     if [ -f "tests/fuzz/corpus/$reader.tar.zst" ]; then zstd -dcq "tests/fuzz/corpus/$reader.tar.zst" | tar -xf - -C "$corpus"; fi
     log=build/fuzz/finds/$reader.log
     # As long as the longest file to begin with, which libFuzzer would cut, and a quarter.
     longest=$(find "$corpus" -type f -printf '%s\n' | sort -n | tail -1)
     longest=$((longest * 5 / 4 > 8192 ? longest * 5 / 4 : 8192))
     # A reader that asks for more than 1 GB for an input of some KB has believed what the input claims.
-    if GRTX_FUZZ_READER=$reader $fuzzer "$corpus" -runs="$runs" -max_total_time="$seconds" -max_len="$longest" -timeout=${GRTX_FUZZ_TIMEOUT:-20} \
+    if GRTX_FUZZ_READER=$reader "$fuzzer" "$corpus" -runs="$runs" -max_total_time="$seconds" -max_len="$longest" -timeout="${GRTX_FUZZ_TIMEOUT:-20}" \
       -rss_limit_mb=2048 -malloc_limit_mb=1024 -artifact_prefix="build/fuzz/finds/$reader-" >"$log" 2>&1; then
       echo "| $reader | $(sed -n 's/^Done \([0-9]*\) runs in \([0-9]*\) second.*/\1 | \2/p' "$log") | none |"
     else

@@ -20,7 +20,8 @@ finish() {
   [ -z "$server" ] || kill "$server" 2>/dev/null || true
   rm -rf "$folder"
 }
-trap finish EXIT INT TERM
+trap finish EXIT
+trap 'exit 1' INT TERM
 
 # The server chooses a free display and writes its number.
 Xvfb -displayfd 3 -screen 0 "${size}x24" -nolisten tcp 3>"$folder/display" >/dev/null 2>&1 &

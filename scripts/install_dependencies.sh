@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Installs the Debian packages that the build and the tests need; does nothing when all are present.
 # As root, or with sudo. Debian 12 (bookworm) and 13 (trixie), which has no clang-format 14: the checks of layout skip there.
+# Ubuntu 24.04 (noble), whose chromium is a snap and no package: tests of pages in a browser skip there.
 # Usage: scripts/install_dependencies.sh [--minimal]   (--minimal: only what the build, grtx and scripts/reproduce.sh need)
 set -euo pipefail
 
@@ -13,7 +14,7 @@ packages=(
   libgtest-dev libgmock-dev
   python3 xz-utils
 )
-case "${1:-}" in
+case "$*" in
   --minimal) ;;
   "")
     packages+=(
@@ -22,15 +23,21 @@ case "${1:-}" in
       python3-numpy python3-pandas python3-matplotlib
       python3-pip python3-nbclient python3-nbformat python3-ipykernel
       git
-      gtkwave xvfb xauth x11-apps imagemagick chromium fonts-dejavu-core
+      gtkwave xvfb xauth x11-apps imagemagick fonts-dejavu-core
     )
-    [ "$(. /etc/os-release && echo "${VERSION_ID:-}")" = 13 ] || packages+=(clang-format-14 clang-tidy-14)
+    # shellcheck source=/dev/null
+    system=$(. /etc/os-release && echo "${ID:-} ${VERSION_ID:-}")
+    [ "$system" = "debian 13" ] || packages+=(clang-format-14 clang-tidy-14)
+    [ "${system%% *}" = ubuntu ] || packages+=(chromium)  # what has this name there only asks for the snap
     # The build fetches the reports' charts with npm, and their tests run in node: any npm will do, also one from elsewhere.
     command -v npm >/dev/null || packages+=(nodejs npm)
     ;;
-  *) echo "install_dependencies.sh: $1: must be --minimal or nothing" >&2; exit 2 ;;
+  *) echo "install_dependencies.sh: $*: must be --minimal or nothing" >&2; exit 2 ;;
 esac
 
+for program in dpkg-query apt-get; do
+  command -v $program >/dev/null || { echo "install_dependencies.sh: no $program: must be Debian 12 or 13, or Ubuntu 24.04; needed: ${packages[*]}" >&2; exit 2; }
+done
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")

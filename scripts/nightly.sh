@@ -14,7 +14,14 @@
 #   compilers  g++ -O3, g++ -O0 and clang++ give the same bytes
 # Each job's output is in build/nightly/JOB.log. Exit code 1: one of them found something.
 set -uo pipefail
-cd "$(dirname "$0")/.."
+cd "$(dirname "$0")/.." || exit 2
+all="asan tsan readers coverage mutations faults relations model pages shared compilers"
+for job in "$@"; do
+  case " $all " in
+    *" $job "*) ;;
+    *) echo "nightly.sh: $job: must be one of $all" >&2; exit 2 ;;
+  esac
+done
 jobs=${JOBS:-$(nproc)}
 mkdir -p build/nightly
 
@@ -35,6 +42,7 @@ readers() { scripts/fuzz.sh --guided 1000000 3600; }
 coverage() {
   sanitized fuzz || return 1
   local tests=0
+  rm -rf build/fuzz/profile  # of another night's programs: profiles add up
   ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 LLVM_PROFILE_FILE="$PWD/build/fuzz/profile/%m_%p.profraw" \
     ctest --preset fuzz -j "$jobs" || tests=1
   scripts/coverage.py --lines && return $tests
@@ -48,8 +56,9 @@ relations() {
 model() { scripts/mutate_model.py --jobs "$jobs"; }
 pages() {
   scripts/build.sh release grtx || return 1
-  local item number=0 failed=0
-  for item in $(PYTHONPATH=bench python3 -B -c 'from paper import items; print(*items.ITEMS)'); do
+  local item items number=0 failed=0
+  items=$(PYTHONPATH=bench python3 -B -c 'from paper import items; print(*items.ITEMS)') || return 1
+  for item in $items; do
     if [ $((number++ % 4)) -eq $((10#$(date +%j) % 4)) ]; then
       scripts/reproduce.sh --quick --only "$item" --jobs "$jobs" -o build/nightly/pages || failed=1
     fi
@@ -75,11 +84,9 @@ shared() (  # its folder is its own
 compilers() { scripts/compare_builds.sh; }
 
 code=0
-for job in "${@:-asan tsan readers coverage mutations faults relations model pages shared compilers}"; do
-  for one in $job; do
-    start=$(date +%s)
-    if "$one" > "build/nightly/$one.log" 2>&1; then result=ok; else result=FAILED code=1; fi
-    echo "$one: $result, $(($(date +%s) - start)) s (build/nightly/$one.log)"
-  done
+for job in ${@:-$all}; do
+  start=$(date +%s)
+  if "$job" > "build/nightly/$job.log" 2>&1; then result=ok; else result=FAILED code=1; fi
+  echo "$job: $result, $(($(date +%s) - start)) s (build/nightly/$job.log)"
 done
 exit $code

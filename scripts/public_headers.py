@@ -58,7 +58,7 @@ def description(text):
 
 def faults():
     headers = public()
-    for header in headers:
+    for header in dict.fromkeys(headers):
         if not os.path.exists(os.path.join(TOP, header)):
             yield f"{LIST}: {header} does not exist"
         elif not description(read(header)):

@@ -23,6 +23,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 [ -n "$into" ] || fail 2 "FOLDER: is missing"
+command -v git >/dev/null || fail 2 "git is missing (apt-get install git)"
 [ -x "$grtx" ] || fail 2 "$grtx: no such program; build it (scripts/build.sh release grtx) or name one with --program"
 [ -r "$list" ] || fail 2 "$list: cannot be read"
 mkdir -p "$into"
@@ -30,19 +31,26 @@ work=$(mktemp -d "$into/.scenes.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 
 # The files of a scene, or of one level and what describes it, from a clone (first argument) at a commit, into $work/source.
+# From a checkout of ours they are copied: an archive would first fetch all that a partial clone of a repository lacks.
 extract() {  # CLONE COMMIT FOLDER LEVEL
   local names tree=$2:${3#.}
   mkdir -p "$work/source"
   names=$(git -C "$1" ls-tree -r --name-only "$tree" | grep -E "$([ "$4" = - ] && echo . || echo "^(lod-meta\.json|$4_[0-9]+/[^/]+)\$")" || true)
-  [ -n "$names" ] && printf '%s\n' "$names" | tr '\n' '\0' | xargs -0 git -C "$1" archive "$tree" -- | tar -x -C "$work/source"
+  [ -n "$names" ] || return 1
+  if [ "$1" = "$work/clone" ]; then
+    printf '%s\n' "$names" | tar -c -C "$1/$3" -T - | tar -x -C "$work/source"
+  else
+    printf '%s\n' "$names" | tr '\n' '\0' | xargs -0 git -C "$1" archive "$tree" -- | tar -x -C "$work/source"
+  fi
 }
 
 found=0
-while read -r name repository commit folder level sha; do
+while read -r name repository commit folder level sha <&3 || [ -n "$name" ]; do
   case "$name" in '' | '#'*) continue ;; esac
   [ -z "$only" ] || [ "$only" = "$name" ] || continue
   found=1
   if [ -f "$into/$name.ply" ] && [ "$(sha256sum <"$into/$name.ply")" = "$sha  -" ]; then
+    [ -f "$into/$name.cameras.json" ] || cp "${list%/*}/$name.cameras.json" "$into/"
     echo "$name: is there"
     continue
   fi
@@ -55,9 +63,11 @@ while read -r name repository commit folder level sha; do
     echo "$name: cloning https://github.com/$repository"
     git clone -q --no-checkout --filter=blob:none "https://github.com/$repository" "$clone" ||
       fail 1 "$name: https://github.com/$repository could not be cloned; a clone of yours is taken with --clones"
-    # Checking out brings all files of a partial clone at once, an archive one by one.
-    wanted=("/${folder#.}/lod-meta.json" "/${folder#.}/${level}_*/")
-    [ "$level" != - ] || wanted=("/${folder#.}/")
+    # Checking out brings these files alone, at once.
+    at=/${folder#.}
+    at=${at%/}  # nothing for the repository's top: patterns that begin with // match nothing
+    wanted=("$at/lod-meta.json" "$at/${level}_*/")
+    [ "$level" != - ] || wanted=("$at/*")
     git -C "$clone" sparse-checkout set --no-cone "${wanted[@]}"
     git -C "$clone" checkout -q "$commit" || fail 1 "$name: $repository has no commit $commit"
   fi
@@ -71,5 +81,5 @@ while read -r name repository commit folder level sha; do
   mv "$work/$name.ply" "$into/"
   rm -rf "$work/source" "$work/clone"
   echo "$name: $into/$name.ply"
-done <"$list"
+done 3<"$list"
 [ "$found" = 1 ] || fail 2 "$only: no such scene in $list"

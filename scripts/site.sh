@@ -2,28 +2,40 @@
 # SPDX-License-Identifier: Apache-2.0
 # The documentation as a site, with search and the reference of the public headers: scripts/site.sh [--install] [-o FOLDER]
 #   --install       installs what it takes from Debian's packages first (root or sudo); --install-only: nothing else
-#   -o              where the site goes (default build/site); what lies there goes
+#   -o              where the site goes (default build/site): a new or empty folder, or an earlier site, which goes
 # After the packages nothing is fetched. The site works from the disk: open build/site/index.html. Exit code 1: a link of
 # it leads nowhere.
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 packages=(mkdocs mkdocs-material doxygen python3)
-out=$here/build/site
+out=
+install=
+fail() { echo "site.sh: $1" >&2; exit 2; }
 while [ $# -gt 0 ]; do
   case "$1:${2:+value}" in
-    --install:* | --install-only:*)
-      as_root=()
-      [ "$(id -u)" -eq 0 ] || as_root=(sudo)
-      "${as_root[@]}" apt-get update -q
-      "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${packages[@]}"
-      [ "$1" = --install ] || exit 0
-      shift ;;
-    -o:value) out=$(mkdir -p "$2" && cd "$2" && pwd); shift 2 ;;
-    *) echo "site.sh: $1: must be --install, --install-only or -o FOLDER" >&2; exit 2 ;;
+    --install:* | --install-only:*) install=$1; shift ;;
+    -o:value) out=$2; shift 2 ;;
+    *) fail "$1: must be --install, --install-only or -o FOLDER" ;;
   esac
 done
+# mkdocs empties the folder: nobody's files but those of a site.
+if [ -n "$out" ] && [ -n "$(ls -A "$out" 2>/dev/null)" ] && [ ! -d "$out/assets/javascripts" ]; then
+  fail "-o $out: must be a new or empty folder, or an earlier site"
+fi
+if [ -n "$install" ]; then
+  as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || fail "run as root or install sudo; needed: ${packages[*]}"
+    as_root=(sudo)
+  fi
+  "${as_root[@]}" apt-get update -q
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${packages[@]}"
+  [ "$install" = --install ] || exit 0
+fi
 for program in mkdocs doxygen; do
-  command -v $program >/dev/null || { echo "site.sh: $program is missing: scripts/site.sh --install" >&2; exit 2; }
+  command -v $program >/dev/null || fail "$program is missing: scripts/site.sh --install"
 done
+mkdir -p "${out:=$here/build/site}"
+out=$(cd "$out" && pwd)
 # Debian's Python: mkdocs and its theme are its packages.
 exec /usr/bin/python3 -B "$here/scripts/build_site.py" "$out"

@@ -13,11 +13,13 @@ rm -f build/release/tests.xml
 ctest --preset release --show-only=json-v1 >build/release/tests.json
 ctest --preset release -j "$(nproc)" --output-junit tests.xml || true
 sanitized=$SECONDS
-code=0
-scripts/sanitized.sh || code=$?
+readers=0
+scripts/sanitized.sh || readers=$?
 echo
 echo "== $(. /etc/os-release && echo "$PRETTY_NAME"), $(c++ --version | head -n 1), $(nproc) cores"
 echo "dependencies $built s, build $((tested - built)) s, tests $((sanitized - tested)) s, with sanitizers $((SECONDS - sanitized)) s"
-scripts/test_summary.py build/release/tests.xml build/release/tests.json || code=$?
-[ "$code" -eq 0 ] || echo "FAILED (code $code; the readers with sanitizers report above)"
-exit "$code"
+tests=0
+scripts/test_summary.py build/release/tests.xml build/release/tests.json || tests=$?
+[ "$readers" -eq 0 ] || echo "FAILED: readers with sanitizers (code $readers; they report above)"
+[ "$tests" -eq 0 ] || echo "FAILED: tests (code $tests)"
+exit $((tests ? tests : readers))

@@ -146,7 +146,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->required();
   command
       ->add_option("--designs", options->plan.designs,
-                   "Designs to compare, with commas; speed-ups are over the first of the table (default: all)")
+                   "Designs to compare, with commas; speed-ups are over the first of the table (default: all but walk)")
       ->delimiter(',')
       ->check(one_of(lab::design_names()));
   add_flatten_option(command, options->plan.flatten);

@@ -75,7 +75,8 @@ class Expected:
     def record(self, which, found):
         for (name, machine), value in found.items():
             self.values.setdefault(which, {}).setdefault(machine, {})[name] = value
-        lines = ["# What the model is expected to give: written by scripts/reproduce.sh --record, tolerances in claims.toml."]
+        lines = ["# SPDX-License-Identifier: Apache-2.0",
+                 "# What the model is expected to give: written by scripts/reproduce.sh --record, tolerances in claims.toml."]
         for a, machines in sorted(self.values.items()):
             for machine, entries in sorted(machines.items()):
                 lines += ["", f"[{a}.{machine}]"] + [f"{name} = {value:.6g}" for name, value in sorted(entries.items())]

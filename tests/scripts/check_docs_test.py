@@ -223,6 +223,11 @@ class CheckDocs(unittest.TestCase):
         for last, faults in [("w " * 31, []), ("w " * 32, ["docs/start.md:1: sentences of 18.5 words in the mean, more than 18"])]:
             self.assertEqual(self.faults({"docs/start.md": f"One two three.\n\n* W {last}end.\n"}), faults)
 
+    def test_a_readme_that_is_long(self):
+        for lines, faults in [(70, []), (71, ["README.md:71: 71 lines, more than 70"])]:
+            self.assertEqual(self.faults({"docs/start.md": "", "README.md": "# G\n" + "\n" * (lines - 1)}), faults)
+        self.assertEqual(self.faults({"docs/start.md": "", "modules/README.md": "# M\n" * 71}), [])
+
     def test_a_line_wider_than_the_screen(self):
         for line, faults in [("Word. " * 20, []), ("Word. " * 20 + "x", [
                 "docs/start.md:3: a line of 121 characters, more than 120: scripts/docs_prose.py --wrap breaks it"])]:

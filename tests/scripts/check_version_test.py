@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""scripts/check_version.py finds each place that has another version, and prints a version's notes."""
+"""scripts/check_version.py finds each place that has another version, date or model, and prints a version's notes."""
 import os
 import subprocess
 import sys
@@ -14,6 +14,7 @@ TREE = {
     "CITATION.cff": "cff-version: 1.2.0\nversion: 1.2.0\ndate-released: 2027-01-02\n",
     "packaging/vcpkg/vcpkg.json": '{"version-semver": "1.2.0"}\n',
     "packaging/spack/packages/grtx-tlm/package.py": '    version("1.2.0", tag="v1.2.0")\n',
+    "rtl_tlm/run/model_version.h": "inline constexpr int kModelVersion = 7;\n",
     "CHANGELOG.md": "# Changelog\n\n## [Unreleased]\n\n## [1.2.0] - 2027-01-02\n\n* A thing.\n\n## [1.1.0] - 2026-12-01\n\n"
                     "[Unreleased]: ../../c\n\n[1.2.0]: ../../b\n\n[1.1.0]: ../../a\n",
 }
@@ -53,9 +54,43 @@ class CheckVersion(unittest.TestCase):
         self.assertEqual(self.faults({"CHANGELOG.md": text.replace("## [Unreleased]\n", "")})[0],
                          "CHANGELOG.md: must begin with ## [Unreleased]")
         self.assertEqual(self.faults({"CHANGELOG.md": text.replace("[1.1.0]: ../../a\n", "")}), ["CHANGELOG.md: no link for [1.1.0]"])
-        undated = {"CHANGELOG.md": text.replace("[1.2.0] - 2027-01-02", "[1.2.0] - soon")}
+        undated = {"CHANGELOG.md": text.replace("[1.2.0] - 2027-01-02", "[1.2.0] - soon"), "CITATION.cff": "version: 1.2.0\n"}
         self.assertEqual(self.faults(undated), [])
         self.assertEqual(self.faults(undated, "--tag", "v1.2.0"), ["CHANGELOG.md: [1.2.0] has no date yet"])
+
+    def test_a_citation_with_a_date_that_no_section_has(self):
+        text = TREE["CHANGELOG.md"]
+        self.assertEqual(self.faults({"CHANGELOG.md": text.replace("[1.2.0] - 2027-01-02", "[1.2.0]")}),
+                         ["CITATION.cff: date-released 2027-01-02, CHANGELOG.md has no date for [1.2.0]"])
+        self.assertEqual(self.faults({"CITATION.cff": "version: 1.2.0\n"}),
+                         ["CITATION.cff: date-released is missing, CHANGELOG.md has 2027-01-02"])
+
+    def test_a_heading_twice_in_a_section(self):
+        def with_headings(*headings):
+            body = "".join(f"### {heading}\n\n* A thing.\n\n" for heading in headings)
+            return {"CHANGELOG.md": TREE["CHANGELOG.md"].replace("* A thing.\n\n## [1.1.0] - 2026-12-01\n",
+                                                                 body + "## [1.1.0] - 2026-12-01\n\n### Added\n")}
+
+        self.assertEqual(self.faults(with_headings("Added", "Fixed")), [])
+        self.assertEqual(self.faults(with_headings("Added", "Added: designs", "Added: pages")), [])
+        self.assertEqual(self.faults(with_headings("Added", "Fixed", "Added")), ["CHANGELOG.md: [1.2.0] has the heading '### Added' twice"])
+        self.assertEqual(self.faults(with_headings("Fixed", "Fixed ", "Fixed")), ["CHANGELOG.md: [1.2.0] has the heading '### Fixed' twice"])
+        self.assertEqual(self.faults(with_headings("Added: a", "Added: a")), ["CHANGELOG.md: [1.2.0] has the heading '### Added: a' twice"])
+
+    def test_another_model_version(self):
+        def saying(unreleased, released):
+            text = TREE["CHANGELOG.md"].replace("* A thing.", released + "\n\n* A thing.")
+            return {"CHANGELOG.md": text.replace("## [Unreleased]\n", f"## [Unreleased]\n\n{unreleased}\n")}
+
+        def fault(name, other):
+            return [f"CHANGELOG.md: [{name}] says model version {other}, rtl_tlm/run/model_version.h has 7"]
+
+        self.assertEqual(self.faults(saying("", "Model version 7. It is new.")), [])
+        self.assertEqual(self.faults(saying("", "Model version 6.")), fault("1.2.0", 6))
+        self.assertEqual(self.faults(saying("", "Model version 7.\n\n* Swifter. Model\n  version 8.")), fault("1.2.0", 8))
+        # Before the next release the model may be ahead: then [Unreleased] says which.
+        self.assertEqual(self.faults(saying("* Model version 7.", "Model version 6.")), [])
+        self.assertEqual(self.faults(saying("* Model version 8.", "Model version 7.")), fault("Unreleased", 8))
 
     def test_a_tag_of_another_version(self):
         self.assertEqual(self.faults({}, "--tag", "v1.3.0"), ["CMakeLists.txt: version 1.2.0 is not that of the tag v1.3.0"])

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """scripts/demo.sh with a small scene: a picture with something in it, a table of three machines whose speed-ups are those of the results, and the
-report's path on the last line; scripts/install_dependencies.sh refuses what it does not know.
+report's path on the last line; it and others refuse what they do not know.
 
     demo_test.py GRTX
 """
@@ -40,8 +40,18 @@ class Demo(unittest.TestCase):
             self.assertIn("bit-identical", done.stdout)
             self.assertEqual([line[:2] for line in lines if line[:1].isdigit()], ["1.", "2.", "3.", "4."])
 
+    def test_bad_requests_are_refused_before_anything_is_made(self):
+        with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "out")
+            for options, rule in ((("--count", "many"), "--count many: must be a number of Gaussians"),
+                                  (("--count", "0"), "--count 0: must be a number of Gaussians"),
+                                  (("--program", folder + "/none"), f"--program {folder}/none: no such program")):
+                done = run(os.path.join(ROOT, "scripts", "demo.sh"), "--program", PROGRAM, *options, "-o", out)
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", f"demo.sh: {rule}\n"))
+            self.assertEqual(os.listdir(folder), [])
+
     def test_unknown_options_are_refused(self):
-        for script in ("demo.sh", "install_dependencies.sh"):
+        for script in ("demo.sh", "install_dependencies.sh", "deb.sh", "nightly.sh"):
             done = run(os.path.join(ROOT, "scripts", script), "--everything")
             self.assertEqual(done.returncode, 2)
             self.assertRegex(done.stderr, rf"^{script}: --everything: must be [^\n]*\n$")

@@ -8,6 +8,7 @@ GitHub); one whose SHA-256 is another is refused and leaves nothing. Every scene
 import hashlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -76,6 +77,31 @@ class Scenes(unittest.TestCase):
                        "GIT_CONFIG_VALUE_0": "https://github.com/"}
         done = self.scenes(environment=environment)
         self.assertEqual(done.returncode, 0, done.stderr)
+        self.check_result()
+
+    def test_a_scene_at_the_top_of_its_repository_is_cloned_without_the_rest(self):
+        repository = self.path("clones", "somebody", "hall")
+        for name in os.listdir(os.path.join(repository, "lod_output")):
+            self.git(repository, "mv", f"lod_output/{name}", name)
+        self.git(repository, "-c", "user.name=t", "-c", "user.email=t@example.org", "commit", "-qm", "Up")
+        self.commit = self.git(repository, "rev-parse", "HEAD").strip()
+        environment = {"GIT_CONFIG_COUNT": "1", "GIT_CONFIG_KEY_0": f"url.file://{self.path('clones')}/.insteadOf",
+                       "GIT_CONFIG_VALUE_0": "https://github.com/", "GIT_TRACE": self.path("trace"), "GIT_TRACE_PACKET": self.path("trace")}
+        done = self.scenes(environment=environment, folder=".")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.check_result()
+        with open(self.path("trace"), encoding="utf-8") as file:
+            trace = file.read()
+        self.assertEqual(trace.count("built-in: git fetch"), 1)  # for all files that it needs: one after the clone
+        asked = re.findall(r"clone> want ([0-9a-f]{40})|fetch> want ([0-9a-f]{40})", trace)
+        wanted = {first or second for first, second in asked}
+        self.assertNotIn(self.git(repository, "rev-parse", "HEAD:large.bin").strip(), wanted)
+        self.assertIn(self.git(repository, "rev-parse", "HEAD:lod-meta.json").strip(), wanted)
+
+    def test_cameras_that_went_come_again(self):
+        self.scenes("--clones", self.path("clones"))
+        os.remove(self.path("out", "hall.cameras.json"))
+        self.assertEqual(self.scenes("--clones", self.path("clones")).stdout, "hall: is there\n")
         self.check_result()
 
     def test_a_plain_scene_has_no_level(self):
