@@ -22,7 +22,7 @@ template <typename Json = nlohmann::ordered_json>
 Json read_json(const std::string& path);
 
 /// The document as text. indent: spaces per level, -1 for one line. Bytes that are not UTF-8, as paths may contain, are
-/// written as \xNN, as in messages.
+/// written as `\xNN`, as in messages.
 template <typename Json>
 std::string json_text(const Json& json, int indent = -1);
 
