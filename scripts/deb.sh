@@ -44,7 +44,8 @@ gone() {
 }
 
 try() {
-  local package=$1 dev=${1/grtx-tlm_/grtx-tlm-dev_}
+  local package=$1 dev
+  dev=$(dirname "$1")/$(basename "$1" | sed 's/^grtx-tlm_/grtx-tlm-dev_/')
   for file in "$package" "$dev"; do
     [ -f "$file" ] || { echo "deb.sh: $file: no such package" >&2; exit 2; }
   done
