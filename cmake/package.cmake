@@ -49,10 +49,10 @@ if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_PACKAGE_VENDOR "The GRTX-TLM authors")
   set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
       "Transaction-level model of ray-tracing hardware for 3D Gaussians
-GRTX-TLM renders scenes of 3D Gaussians by ray tracing and writes what every ray
-did into a trace. A SystemC model replays the trace, cycle by cycle, on a GPU of
-ray-tracing units, shader cores, caches and DRAM, and prices it in area and energy.
-The package holds the program grtx and its machines.")
+GRTX-TLM renders scenes of 3D Gaussians by ray tracing and writes what every
+ray did into a trace. A SystemC model replays the trace, cycle by cycle, on a
+GPU of ray-tracing units, shader cores, caches and DRAM, and prices it in area
+and energy. The package holds the program grtx and its machines.")
   set(CPACK_COMPONENT_DEV_DESCRIPTION
       "Transaction-level model of ray-tracing hardware (development files)
 The libraries, their public headers, CMake package and pkg-config file, for
@@ -78,7 +78,7 @@ programs that link the tracer, the hardware units or the whole GPU.")
   set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
   set(grtx_deb_needs
       libcli11-dev libembree-dev libfmt-dev libglm-dev libopenexr-dev libpagmo-dev libpng-dev libsqlite3-dev libsystemc-dev
-      libtbb-dev libtomlplusplus-dev libwebp-dev libxxhash-dev libzip-dev libzstd-dev nlohmann-json3-dev pkg-config
+      libtbb-dev libtomlplusplus-dev libwebp-dev libxxhash-dev libzip-dev libzstd-dev nlohmann-json3-dev pkgconf
       zlib1g-dev)  # all of dependencies.cmake
   list(JOIN grtx_deb_needs ", " grtx_deb_needs)
   set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "grtx-tlm (= ${grtx_deb_version}), ${grtx_deb_needs}")
