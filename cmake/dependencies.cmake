@@ -15,7 +15,8 @@ set(grtx_program_stands_on base traces frontend modules sim lab view study)
 
 # grtx_find(NAME [VERSION]): find_package() that must succeed; in the installed package, what a user's
 # find_package(grtx_tlm) passes on. One line says what is needed and what was found. The versions are the oldest that the
-# tests have run with. They are compared here: some packages (pagmo) refuse a request for an older minor version.
+# tests have run with, but for SystemC 2.3.3, Spack's only one, which nobody has tried. They are compared here: some
+# packages (pagmo) refuse a request for an older minor version.
 macro(grtx_find name)
   if(GRTX_INSTALLED)
     find_dependency(${name})
@@ -96,7 +97,7 @@ macro(grtx_find_for library)
     endif()
   elseif("${library}" STREQUAL "traces")
     grtx_find(Threads)
-    grtx_find_modules(ZSTD "libzstd>=1.4")
+    grtx_find_modules(ZSTD "libzstd>=1.5")
   elseif("${library}" STREQUAL "frontend")
     # Embree 4 (Debian 13) or 3 (Debian 12): rtcBuildBVH is the same in both.
     find_package(embree 4 CONFIG QUIET)
@@ -108,7 +109,7 @@ macro(grtx_find_for library)
     grtx_find(PNG 1.6)
     grtx_find(OpenEXR 3.1)
     grtx_find(ZLIB 1.2)
-    grtx_find_modules(WEBP "libwebp>=1")
+    grtx_find_modules(WEBP "libwebp>=1.2")
     grtx_find_modules(ZIP "libzip>=1.7")
     grtx_find(nlohmann_json 3.11)
   elseif("${library}" STREQUAL "modules")
@@ -117,7 +118,7 @@ macro(grtx_find_for library)
     grtx_find(tomlplusplus 3.3)
     grtx_find(nlohmann_json 3.11)
   elseif("${library}" STREQUAL "lab")
-    grtx_find(SQLite3 3.35)
+    grtx_find(SQLite3 3.40)
     grtx_find(Pagmo 2.18)
   elseif("${library}" STREQUAL "program")
     grtx_find(CLI11 2.1)

@@ -40,7 +40,7 @@ function(grtx_library name)
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX MATCH "^[^/]+" folder ${folder})
   install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT program NAMELINK_COMPONENT dev)
   set_property(GLOBAL APPEND PROPERTY grtx_installed_folders ${folder})
   install(EXPORT grtx_${name} NAMESPACE grtx:: FILE grtx_tlm-${name}.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
   set_property(GLOBAL APPEND PROPERTY grtx_installed_libraries ${name})

@@ -38,35 +38,57 @@ if(modules IN_LIST grtx_installed AND TARGET PkgConfig::SYSTEMC)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/grtx.pc.in ${PROJECT_BINARY_DIR}/package/grtx.pc @ONLY)
   install(FILES ${PROJECT_BINARY_DIR}/package/grtx.pc DESTINATION ${grtx_pc_folder})
 endif()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm COMPONENT program)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
-# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. What the
-# program needs is found by dpkg-shlibdeps; who compiles against the libraries also needs the -dev packages of
-# cmake/dependencies.cmake, which are recommended.
+# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. Two, as
+# Debian has them: grtx-tlm, whose needs dpkg-shlibdeps finds, and grtx-tlm-dev, which brings all that
+# find_package(grtx_tlm) looks for.
 if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_PACKAGE_NAME grtx-tlm)
   set(CPACK_PACKAGE_VENDOR "The GRTX-TLM authors")
-  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Transaction-level model of ray-tracing hardware for 3D Gaussians")
-  set(CPACK_PACKAGE_DESCRIPTION
-      "GRTX-TLM renders scenes of 3D Gaussians by ray tracing and writes what every ray
-did into a trace. A SystemC model replays the trace, cycle by cycle, on a GPU of
-ray-tracing units, shader cores, caches and DRAM, and prices it in area and energy.
-The package holds the program grtx, the libraries, their headers and machines.")
+  set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
+      "Transaction-level model of ray-tracing hardware for 3D Gaussians
+GRTX-TLM renders scenes of 3D Gaussians by ray tracing and writes what every
+ray did into a trace. A SystemC model replays the trace, cycle by cycle, on a
+GPU of ray-tracing units, shader cores, caches and DRAM, and prices it in area
+and energy. The package holds the program grtx and its machines.")
+  set(CPACK_COMPONENT_DEV_DESCRIPTION
+      "Transaction-level model of ray-tracing hardware (development files)
+The libraries, their public headers, CMake package and pkg-config file, for
+programs that link the tracer, the hardware units or the whole GPU.")
   set(CPACK_PACKAGE_CONTACT "The GRTX-TLM authors <grtx-tlm@invalid>")  # RELEASING.md, "Before the first"
   set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
   set(CPACK_STRIP_FILES ON)
   set(CPACK_GENERATOR DEB)
+  set(CPACK_COMPONENTS_ALL program dev)
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME grtx-tlm)
+  set(CPACK_DEBIAN_DEV_PACKAGE_NAME grtx-tlm-dev)
   # One name for each distribution, whose libraries it was linked with: grtx-tlm_1.0.0-1~debian12_amd64.deb.
   cmake_host_system_information(RESULT grtx_system QUERY DISTRIB_ID DISTRIB_VERSION_ID)
   list(JOIN grtx_system "" grtx_system)
   set(CPACK_DEBIAN_PACKAGE_RELEASE 1~${grtx_system})
+  set(grtx_deb_version ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
   set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-  set(CPACK_DEBIAN_PACKAGE_SECTION science)
-  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS
-      "libsystemc-dev, libembree-dev, libfmt-dev, libxxhash-dev, libzstd-dev, nlohmann-json3-dev, libtomlplusplus-dev")
-  set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-pandas, python3-matplotlib, gtkwave")
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-matplotlib, gtkwave")
+  set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+  set(grtx_deb_needs
+      libcli11-dev libembree-dev libfmt-dev libglm-dev libopenexr-dev libpagmo-dev libpng-dev libsqlite3-dev libsystemc-dev
+      libtbb-dev libtomlplusplus-dev libwebp-dev libxxhash-dev libzip-dev libzstd-dev nlohmann-json3-dev pkgconf
+      zlib1g-dev)  # all of dependencies.cmake
+  list(JOIN grtx_deb_needs ", " grtx_deb_needs)
+  set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "grtx-tlm (= ${grtx_deb_version}), ${grtx_deb_needs}")
+  set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake (>= 3.25), g++ (>= 4:12)")
+  # What Debian's policy asks for beside what is installed anyway.
+  set(grtx_deb_charts "")
+  if(GRTX_BUILD_VIEW AND GRTX_REPORT_CHARTS)
+    set(grtx_deb_charts ${GRTX_CHARTS_FOLDER}/node_modules)
+  endif()
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/deb_files.cmake.in ${PROJECT_BINARY_DIR}/package/deb_files.cmake @ONLY)
+  set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_BINARY_DIR}/package/deb_files.cmake)
   include(CPack)
 endif()

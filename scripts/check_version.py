@@ -6,8 +6,9 @@ CHANGELOG.md has a section for it, below [Unreleased], and each of its versions 
 before. A section has each heading once. "Model version N", said by [Unreleased] or else by the version's section, is
 that of rtl_tlm/run/model_version.h. CITATION.cff has the date of the version's section, and none while that has none.
 
-Usage: check_version.py [--tag vX.Y.Z] [--notes] [FOLDER]   (default: the folder above this script)
---tag: the tree must be that version, with a date. --notes: prints that version's section, for the release.
+Usage: check_version.py [--tag vX.Y.Z] [--notes [--links URL]] [FOLDER]   (default: the folder above this script)
+--tag: the tree must be that version, with a date. --notes: prints that version's section, for the release; its links into
+the tree begin with URL, since a release's page lies elsewhere.
 Exit code 1 and one line a fault: file, rule.
 """
 import argparse
@@ -41,6 +42,13 @@ def twice(body):
     """Headings that a section has more than once, each named once."""
     headings = re.findall(r"^(### .*?) *$", body, re.M)
     return [heading for heading in dict.fromkeys(headings) if headings.count(heading) > 1]
+
+
+def linked(text, url):
+    """Links to files of the tree, and to headings of CHANGELOG.md itself, below url."""
+    below = url.rstrip("/") + "/"
+    text = re.sub(r"\]\((?=#)", f"]({below}CHANGELOG.md", text)
+    return re.sub(r"\]\((?![a-z]+:)", f"]({below}", text)
 
 
 def faults(top, tag=None):
@@ -97,6 +105,7 @@ def main():
     parser.add_argument("folder", nargs="?", default=os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
     parser.add_argument("--tag", help="vX.Y.Z")
     parser.add_argument("--notes", action="store_true")
+    parser.add_argument("--links", metavar="URL")
     arguments = parser.parse_args()
     found = faults(arguments.folder, arguments.tag)
     for line in found:
@@ -104,7 +113,8 @@ def main():
     if not found and arguments.notes:
         version = first(r"^project\(grtx_tlm VERSION (\S+)", read(arguments.folder, "CMakeLists.txt"))
         body = sections(read(arguments.folder, "CHANGELOG.md"))[version][1]
-        print(re.sub(r"\n\[[^\]]+\]: .*", "", "\n" + body).strip())
+        body = re.sub(r"\n\[[^\]]+\]: .*", "", "\n" + body).strip()
+        print(linked(body, arguments.links) if arguments.links else body)
     return 1 if found else 0
 
 

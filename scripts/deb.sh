@@ -1,36 +1,58 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The Debian package: builds it for this system, or tries one in a bare chroot (as root).
-# Usage: scripts/deb.sh [build [FOLDER]]    makes FOLDER/grtx-tlm_*.deb (build/packages)
-#        scripts/deb.sh try PACKAGE CHROOT  installs it there, makes a scene, runs a design, removes it; fails if a file stays.
+# The Debian packages: builds them for this system, or tries them in a bare one (as root).
+# Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb and grtx-tlm-dev_*.deb (build/packages)
+#        scripts/deb.sh try PACKAGE CHROOT  installs PACKAGE there, makes a scene, runs a design, removes it; then the -dev
+#          package beside it, with programs by find_package and pkg-config. Fails if a file stays. CHROOT is / in a container.
 #        debootstrap --variant=minbase bookworm CHROOT (or trixie) makes a bare chroot of Debian 12 (or 13).
 set -euo pipefail
 
 fail() { echo "deb.sh: $1" >&2; exit 2; }
 
 build() {
+  local out charts=ON
+  [ "${1:-}" != --no-charts ] || { charts=OFF; shift; }
+  if [ "$charts" = ON ] && ! command -v npm >/dev/null; then
+    fail "npm is missing, and reports would have no charts: install npm, or say --no-charts"
+  fi
   mkdir -p "${1:-$top/build/packages}"
   out=$(cd "${1:-$top/build/packages}" && pwd)
   cd "$top"
-  local charts=()
-  command -v npm >/dev/null || charts=(-DGRTX_REPORT_CHARTS=OFF)
-  cmake --preset release -B build/deb "${charts[@]}" -DGRTX_BUILD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=/usr
+  # What a package holds does not depend on what else is installed: no RTL, with or without Verilator.
+  cmake --preset release -B build/deb -DGRTX_REPORT_CHARTS="$charts" -DGRTX_RTL=OFF -DGRTX_BUILD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=/usr
   cmake --build build/deb
   trap 'rm -rf "$out/_CPack_Packages"' EXIT  # what cpack installs to pack it
   cpack --config build/deb/CPackConfig.cmake -G DEB -B "$out"
-  ls "$out"/grtx-tlm_*.deb
+  rm -rf "$out/_CPack_Packages"
+  ls "$out"/grtx-tlm*.deb
 }
 
 inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C DEBIAN_FRONTEND=noninteractive HOME=/root "$@"; }
+# apt, or its last words.
+apt() { inside apt-get "$@" >>"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }; }
 # All names, without what apt and dpkg keep for themselves.
 names() { (cd "$root" && find . -xdev \( -path ./proc -o -path ./tmp -o -path ./var/cache -o -path ./var/log -o -path ./var/lib/apt -o -path ./var/lib/dpkg \) -prune -o -print | sort); }
+files() { inside dpkg -L "$@" | while read -r path; do [ -z "$path" ] || [ -d "$root$path" ] || echo ".$path"; done | sort -u; }
+# gone FILES: none of them, and nothing else that has our name, is there any more.
+gone() {
+  local found=0
+  names >"$work/after"
+  comm -13 "$work/before" "$work/after" >"$work/stayed"
+  while read -r path; do
+    echo "deb.sh: $path: of the package, and there after its removal" >&2
+    found=1
+  done < <({ grep -xFf "$1" "$work/after" || true; grep -i grtx "$work/stayed" || true; } | sort -u)
+  [ "$found" -eq 0 ] || exit 1
+}
 
 try() {
-  local package=$1 found=0
-  [ -f "$package" ] || fail "$package: no such package"
+  local package=$1 dev
+  dev=$(dirname "$1")/$(basename "$1" | sed 's/^grtx-tlm_/grtx-tlm-dev_/')
+  for file in "$package" "$dev"; do
+    [ -f "$file" ] || fail "$file: no such package"
+  done
   [ -x "$2/usr/bin/apt-get" ] || fail "$2: must be a chroot of Debian (debootstrap makes one)"
   root=$(cd "$2" && pwd)
-  [ "$root" != / ] || fail "$2: must be a chroot, not this system"
   [ "$(id -u)" -eq 0 ] || fail "try: must be run as root"
   work=$(mktemp -d)
   mounted=
@@ -38,30 +60,50 @@ try() {
   mkdir -p "$root/proc" "$root/tmp/grtx"
   mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc"; mounted=yes; }
   cp "$package" "$root/tmp/grtx/grtx-tlm.deb"
-  inside apt-get update -q >"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }
+  cp "$dev" "$root/tmp/grtx/grtx-tlm-dev.deb"
+  cp "$top/tests/package/outside/five_lines.cpp" "$root/tmp/grtx/"
+  apt update -q
   names >"$work/before"
-  inside apt-get install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb >>"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }
+
+  apt install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb
   inside grtx --version
+  inside grtx selftest
   inside grtx synth --preset object --count 2000 -o /tmp/grtx/object.ply
   inside grtx run --scene /tmp/grtx/object.ply --cameras /tmp/grtx/object.cameras.json --width 16 --height 16 \
     --machine ada-share --designs baseline,grtx --quiet -o /tmp/grtx/out
   inside test -s /tmp/grtx/out/report.html
-  inside dpkg -L grtx-tlm | while read -r path; do [ -d "$root$path" ] || echo ".$path"; done >"$work/files"
-  inside apt-get purge -y -q --autoremove grtx-tlm >>"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; exit 1; }
-  names >"$work/after"
-  comm -13 "$work/before" "$work/after" >"$work/stayed"
-  while read -r path; do
-    echo "deb.sh: $path: of the package, and there after its removal" >&2
-    found=1
-  done < <({ grep -xFf "$work/files" "$work/after" || true; grep -i grtx "$work/stayed" || true; } | sort -u)
-  [ "$found" -eq 0 ] || exit 1
+  files grtx-tlm >"$work/files"
+  apt purge -y -q --autoremove grtx-tlm
+  gone "$work/files"
   echo "$(wc -l <"$work/files") files came and went; of the libraries that came with it, $(wc -l <"$work/stayed") names stayed:"
   cat "$work/stayed"
+
+  # All components are looked for: the package brings what they need, or configuring fails.
+  cat >"$root/tmp/grtx/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.25)
+project(five_lines LANGUAGES CXX)
+find_package(grtx_tlm 1.0 REQUIRED)
+add_executable(five_lines five_lines.cpp)
+target_link_libraries(five_lines PRIVATE grtx::sim)
+END
+  local tools=()
+  for tool in g++ cmake make; do inside dpkg -s "$tool" >/dev/null 2>&1 || tools+=("$tool"); done
+  apt install -y -q --no-install-recommends "${tools[@]}" /tmp/grtx/grtx-tlm.deb /tmp/grtx/grtx-tlm-dev.deb
+  # shellcheck disable=SC2016
+  inside sh -ec 'cd /tmp/grtx && cmake -S . -B by_cmake && cmake --build by_cmake && by_cmake/five_lines
+    c++ -std=c++20 five_lines.cpp $(pkg-config --cflags --libs grtx) -o by_pkg_config && ./by_pkg_config' >>"$work/log" 2>&1 ||
+    { tail -n 40 "$work/log" >&2; exit 1; }
+  files grtx-tlm grtx-tlm-dev >"$work/files"
+  apt purge -y -q --autoremove grtx-tlm grtx-tlm-dev "${tools[@]}"
+  gone "$work/files"
+  echo "$(wc -l <"$work/files") files with the -dev package, and a program by find_package and by pkg-config"
 }
 
 top=$(cd "$(dirname "$0")/.." && pwd)
-case "${1:-build}:$#" in
-  build:[012]) build "${2:-}" ;;
-  try:3) try "$2" "$3" ;;
-  *) fail "$*: must be build [FOLDER] or try PACKAGE CHROOT" ;;
+command=${1:-build}
+[ $# -eq 0 ] || shift
+case "$command:$#:${1:-}" in
+  build:0:* | build:1:* | build:2:--no-charts) build "$@" ;;
+  try:2:*) try "$@" ;;
+  *) fail "must be: build [--no-charts] [FOLDER], or: try PACKAGE CHROOT" ;;
 esac

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Run with cmake -P: no file of the installed package, and no path in its CMake files, leads back to where it was built.
-file(GLOB_RECURSE files ${PREFIX}/*.cmake)
+# Run with cmake -P: no file of the installed package, and no path in its CMake and pkg-config files, leads back to where it was built.
+file(GLOB_RECURSE files ${PREFIX}/*.cmake ${PREFIX}/*.pc)
 if(NOT files)
   message(FATAL_ERROR "${PREFIX} holds no CMake files: nothing is installed")
 endif()

@@ -98,6 +98,12 @@ class CheckVersion(unittest.TestCase):
     def test_notes_of_the_release(self):
         run = self.run_on({}, "--notes")
         self.assertEqual((run.returncode, run.stdout), (0, "* A thing.\n"))
+        linked = {"CHANGELOG.md": TREE["CHANGELOG.md"].replace(
+            "* A thing.", "* A [thing](docs/api.md#how), a [page\n  of it](https://example.org/a), [below](#120).")}
+        run = self.run_on(linked, "--notes", "--links", "https://forge/us/it/blob/v1.2.0/")
+        self.assertEqual((run.returncode, run.stdout),
+                         (0, "* A [thing](https://forge/us/it/blob/v1.2.0/docs/api.md#how), a [page\n  of it](https://example.org/a), "
+                             "[below](https://forge/us/it/blob/v1.2.0/CHANGELOG.md#120).\n"))
         run = self.run_on({}, "--notes", "--tag", "v1.3.0")
         self.assertEqual((run.returncode, run.stdout), (1, ""))
 

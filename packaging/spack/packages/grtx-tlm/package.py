@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spack recipe. In a checkout: spack repo add packaging/spack && spack dev-build grtx-tlm@1.0.0"""
+"""Spack recipe. In a checkout: spack repo add packaging/spack && spack dev-build grtx-tlm@1.0.0
+
+Not built. Names, and that each range below holds a version, were checked against spack-packages at 1e8cf059 (2026-07-01):
+of SystemC it has 2.3.3 alone, of pagmo2 2.18.0, of toml++ 3.4.0; of fmt versions to 12.1.0, of which the tests have run
+with 9 and 10.
+"""
 from spack.package import *
 
 
@@ -26,21 +31,21 @@ class GrtxTlm(CMakePackage):
 
     depends_on("systemc@2.3.3: cxxstd=17")
     depends_on("fmt@9:")
-    depends_on("zstd@1.4:")
+    depends_on("zstd@1.5:")
     depends_on("xxhash@0.8:")
     depends_on("nlohmann-json@3.11:")
     depends_on("tomlplusplus@3.3:")
     with when("+frontend"):
         depends_on("embree@3.13:4")
         depends_on("glm@0.9.9.8:")
-        depends_on("tbb")
+        depends_on("intel-tbb@2021:")  # the virtual package tbb has no versions; pagmo2 asks for this one, too
         depends_on("libpng@1.6:")
         depends_on("openexr@3.1:")
         depends_on("zlib-api")
-        depends_on("libwebp@1:")
+        depends_on("libwebp@1.2:")
         depends_on("libzip@1.7:")
     with when("+program"):
-        depends_on("sqlite@3.35:")
+        depends_on("sqlite@3.40:")
         depends_on("pagmo2@2.18:")
         depends_on("cli11@2.1:")
 
