@@ -204,7 +204,7 @@ def winners(rows):
         lines.append([label, *(shown(value, 1) for value in values), shown(float(row["rt_unit_mm2"])), shown(near.energy(design, best))])
     fastest = max(range(len(lines)), key=lambda at: float(lines[at][2].replace("–", "0")))
     lines[fastest] = [f"**{cell}**" for cell in [lines[fastest][0] + ": the fastest", *lines[fastest][1:]]]
-    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, dense as in full HD, best k", "RT unit, mm²", "energy a ray"]
+    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, full-HD density, best k", "RT unit, mm²", "energy, best k"]
     return table(head, lines) + caption(near.rows + full.rows)
 
 
