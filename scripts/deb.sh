@@ -105,5 +105,5 @@ command=${1:-build}
 case "$command:$#:${1:-}" in
   build:0:* | build:1:* | build:2:--no-charts) build "$@" ;;
   try:2:*) try "$@" ;;
-  *) fail "must be: build [--no-charts] [FOLDER], or: try PACKAGE CHROOT" ;;
+  *) fail "$command: must be build [--no-charts] [FOLDER] or try PACKAGE CHROOT" ;;
 esac

@@ -27,7 +27,8 @@ class Demo(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             lines = done.stdout.rstrip().splitlines()
             self.assertEqual(lines[-1].split(": ")[-1], os.path.join(os.path.realpath(folder), "report.html"))
-            self.assertIn("<html", open(os.path.join(folder, "report.html"), encoding="utf-8").read())
+            with open(os.path.join(folder, "report.html"), encoding="utf-8") as page:
+                self.assertIn("<html", page.read())
             self.assertGreater(os.path.getsize(os.path.join(folder, "hall.png")), 10000)  # an empty one has 800 bytes
             for machine in ("paper", "paper-charged", "ada-share"):
                 with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:

@@ -18,7 +18,7 @@ import unittest
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 PROGRAM = ""
-PARTS = ("who-128", "who-full", "secondary", "cards", "steps", "paper-128", "paper-full", "lean")
+PARTS = ("who-128", "who-full", "secondary", "cards", "l2", "steps", "paper-128", "paper-full", "lean")
 
 
 def tables(text):

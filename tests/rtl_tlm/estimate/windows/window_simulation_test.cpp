@@ -200,7 +200,7 @@ TEST_F(WindowSimulation, CommandLineRefusesInOneLine) {
       {"--mode windows --target-error 150%", "--target-error"},
       {"--mode sampled --share 0.2", "needs --mode windows"},
       {"--seed 2", "needs --mode windows"},
-      {"--mode model", "--mode: unknown value 'model', the nearest is 'cycle' (known: cycle, sampled, windows)"},
+      {"--mode model", "--mode: unknown value 'model', the nearest is 'sampled' (known: cycle, sampled, windows)"},
       {"--mode windows --sample-model visits", "--sample-model"}};
   for (const auto& row : rows) {
     const auto [code, text] = command("'" + file_.path() + "' " + row.arguments);
