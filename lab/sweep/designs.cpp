@@ -49,10 +49,10 @@ const std::vector<std::string>& design_names() {
   return names;
 }
 
-const Design& design_of(const std::string& name) {
+const Design& design_of(std::string_view name) {
   const auto found =
       std::find_if(designs().begin(), designs().end(), [&](const Design& design) { return design.name == name; });
-  if (found == designs().end()) throw std::out_of_range("no design: " + name);
+  if (found == designs().end()) throw std::out_of_range("no design: " + std::string(name));
   return *found;
 }
 

@@ -5,6 +5,7 @@
 
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -29,7 +30,7 @@ const std::vector<Design>& designs();
 /// Their names, in the same order.
 const std::vector<std::string>& design_names();
 /// Throws std::out_of_range for an unknown name.
-const Design& design_of(const std::string& name);
+const Design& design_of(std::string_view name);
 /// The k that this text gives; the design's own, or 0 if it has none, where it gives none.
 unsigned k_of(const Design& design, const std::string& text = "");
 /// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.
