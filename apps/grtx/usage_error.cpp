@@ -105,10 +105,10 @@ void refuse_odd_numbers(const CLI::App& command) {
     for (const std::string& text : option->results()) {
       char* end = nullptr;
       if (type.find("FLOAT") != std::string::npos && std::isnan(std::strtod(text.c_str(), &end))) {
-        throw Error(option->get_name(), text, "must be a number");
+        throw Error(command.get_name(), option->get_name(), fmt::format("must be a number, not {}", text));
       }
       if (type.starts_with("UINT") && text.starts_with("-")) {
-        throw Error(option->get_name(), text, fmt::format("must be {}", kWhole));
+        throw Error(command.get_name(), option->get_name(), fmt::format("must be {}, not {}", kWhole, text));
       }
     }
   }

@@ -68,7 +68,7 @@ TEST_F(CliHints, NumbersAreAnsweredWithTheOptionAndItsRule) {
       {"ray t.grtx -o p.html --pixel a,b", "grtx: ray: --pixel: must be X,Y, not a,b\n"},
       {"synth -o x.ply --count 1e6", "grtx: synth: --count: must be a whole number from 0 on, as 1000000, not 1e6\n"},
       {"synth -o x.ply --count 12.5", "grtx: synth: --count: must be a whole number from 0 on, not 12.5\n"},
-      {"synth -o x.ply --seed -5", "grtx: --seed: -5: must be a whole number from 0 on\n"},
+      {"synth -o x.ply --seed -5", "grtx: synth: --seed: must be a whole number from 0 on, not -5\n"},
       {"cost --node 1x", "grtx: cost: --node: must be a whole number from 0 on, not 1x\n"},
       {"sim t.grtx --watchdog 0", "grtx: sim: --watchdog: must be above 0, not 0\n"},
       {view + "--k 4 --k 5", "grtx: trace: --k: is given 2 times: give it once\n"},
