@@ -111,14 +111,14 @@ TEST_F(CliFaults, ANameInLatin1LeavesATraceWithoutStatistics) {
 
 TEST_F(CliFaults, NaNPassesEveryGate) {
   make_scene();
-  expect_refused(trace_ + "--no-trace --ert nan", "--ert: nan: must be a number");
+  expect_refused(trace_ + "--no-trace --ert nan", "--ert: must be a number, not nan");
   expect_refused(trace_ + "--no-trace --fov-scale NAN", "--fov-scale: NAN: must be a number");
-  expect_refused("cost --utilisation nan", "--utilisation: nan: must be a number");
+  expect_refused("cost --utilisation nan", "--utilisation: must be a number, not nan");
   frontend::Image black(4, 4), undefined(4, 4);
   undefined.at(1, 1).y = std::numeric_limits<float>::quiet_NaN();
   frontend::write_image(folder_.path("black.pfm"), black);
   frontend::write_image(folder_.path("nan.pfm"), undefined);
-  expect_refused("compare black.pfm black.pfm --min-psnr nan", "--min-psnr: nan: must be a number");
+  expect_refused("compare black.pfm black.pfm --min-psnr nan", "--min-psnr: must be a number, not nan");
   EXPECT_EQ(folder_.run("compare black.pfm nan.pfm --min-psnr 10").code, 1);
   EXPECT_EQ(folder_.run("compare nan.pfm black.pfm --min-psnr 0").code, 1);
   EXPECT_EQ(folder_.run("compare nan.pfm nan.pfm --min-psnr inf").code, 0);  // identical
