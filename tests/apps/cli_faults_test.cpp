@@ -112,7 +112,7 @@ TEST_F(CliFaults, ANameInLatin1LeavesATraceWithoutStatistics) {
 TEST_F(CliFaults, NaNPassesEveryGate) {
   make_scene();
   expect_refused(trace_ + "--no-trace --ert nan", "--ert: must be a number, not nan");
-  expect_refused(trace_ + "--no-trace --fov-scale NAN", "--fov-scale: NAN: must be a number");
+  expect_refused(trace_ + "--no-trace --fov-scale NAN", "--fov-scale: must be a number, not NAN");
   expect_refused("cost --utilisation nan", "--utilisation: must be a number, not nan");
   frontend::Image black(4, 4), undefined(4, 4);
   undefined.at(1, 1).y = std::numeric_limits<float>::quiet_NaN();
