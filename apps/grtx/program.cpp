@@ -12,6 +12,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <string>
 #include <string_view>
@@ -21,6 +22,7 @@
 
 #include "grtx/apps/grtx/build_stamp.h"
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/help_format.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
@@ -66,6 +68,7 @@ Commands: grtx --help. Options of a command: grtx COMMAND --help.
 
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
+  app.formatter(std::make_shared<grtx::apps::HelpFormat>());
   app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
                                                 grtx::sim::kModelVersion, grtx::apps::kCommit, grtx::apps::kCompiler));
   CommonOptions common;

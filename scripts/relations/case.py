@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A case of a relation: runs the program in a folder, reads what it wrote, and compares."""
+import contextlib
 import array
 import json
 import math
@@ -185,7 +186,7 @@ class Case:
 
     def rows(self, name, query):
         """Rows of a database."""
-        with sqlite3.connect(f"file:{self.path(name)}?mode=ro", uri=True) as database:
+        with contextlib.closing(sqlite3.connect(f"file:{self.path(name)}?mode=ro", uri=True)) as database:
             return [list(row) for row in database.execute(query)]
 
     # What must hold.
