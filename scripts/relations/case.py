@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A case of a relation: runs the program in a folder, reads what it wrote, and compares."""
-import contextlib
 import array
+import contextlib
 import json
 import math
 import os
