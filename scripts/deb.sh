@@ -10,11 +10,14 @@ set -euo pipefail
 fail() { echo "deb.sh: $1" >&2; exit 2; }
 
 build() {
-  local out charts=ON
+  local charts=ON
   [ "${1:-}" != --no-charts ] || { charts=OFF; shift; }
   if [ "$charts" = ON ] && ! command -v npm >/dev/null; then
     fail "npm is missing, and reports would have no charts: install npm, or say --no-charts"
   fi
+  for program in dpkg-shlibdeps:dpkg-dev file:file; do
+    command -v "${program%:*}" >/dev/null || fail "${program%:*} is missing, by which libraries are found that a package needs: install ${program#*:}"
+  done
   mkdir -p "${1:-$top/build/packages}"
   out=$(cd "${1:-$top/build/packages}" && pwd)
   cd "$top"
@@ -23,7 +26,6 @@ build() {
   cmake --build build/deb
   trap 'rm -rf "$out/_CPack_Packages"' EXIT  # what cpack installs to pack it
   cpack --config build/deb/CPackConfig.cmake -G DEB -B "$out"
-  rm -rf "$out/_CPack_Packages"
   ls "$out"/grtx-tlm*.deb
 }
 
