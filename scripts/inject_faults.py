@@ -83,7 +83,7 @@ path = false
 # What limits the figures of a small launch, which a run says whatever happens to its files.
 NOTE = r"grtx: \w+: (a launch of .* does not fill|cycle mode: .* too few to sample).*\n"
 # glibc 2.41 ends a process that has no memory for the destructor of a thread_local of any library; no exception comes to us.
-NO_MEMORY_FOR_THE_LIBRARY = ("Fatal glibc error: failed to register TLS destructor: out of memory",)
+NO_MEMORY_FOR_THE_LIBRARY = "Fatal glibc error: failed to register TLS destructor: out of memory"
 
 
 class Program:
@@ -219,7 +219,7 @@ class Command:
     def judge_end(self, what, code, errors):
         if code is None:
             return "", "hangs"
-        if what == "allocate" and code == -signal.SIGABRT and errors.strip() in NO_MEMORY_FOR_THE_LIBRARY:
+        if what == "allocate" and code == -signal.SIGABRT and errors.strip() == NO_MEMORY_FOR_THE_LIBRARY:
             return f"signal {-code}, of the C library", ""
         if code < 0:
             return "", f"ends by signal {-code}: {errors.strip()[-200:]!r}"

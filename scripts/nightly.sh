@@ -77,7 +77,7 @@ shared() (  # its folder is its own
   printf '%s\n' 'cmake_minimum_required(VERSION 3.25)' 'project(five LANGUAGES CXX)' \
     'find_package(grtx_tlm 1.0 REQUIRED COMPONENTS sim)' "add_executable(five_lines $five)" \
     'target_link_libraries(five_lines PRIVATE grtx::sim)' >CMakeLists.txt
-  cmake -B cmake -DCMAKE_PREFIX_PATH="$prefix" && cmake --build cmake && cmake/five_lines || return 1
+  cmake -G Ninja -B cmake -DCMAKE_PREFIX_PATH="$prefix" && cmake --build cmake && cmake/five_lines || return 1
   local flags
   flags=$(PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name grtx.pc)") pkg-config --cflags --libs grtx) || return 1
   # shellcheck disable=SC2086  # words
