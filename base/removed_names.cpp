@@ -14,9 +14,11 @@ struct Removed {
 // CHANGELOG.md lists them by version.
 constexpr Removed kRemoved[] = {
     // 1.0.0
-    {"fast", "sampled"},
-    {"model", "sampled"},
-    {"fast.", "--mode sampled"},
+    {"fast", "cycle"},
+    {"model", "cycle"},
+    {"sampled", "cycle"},
+    {"fast.", "--mode cycle"},
+    {"sample.", "--mode cycle; of whole frames, --mode windows"},
     {"--sample-engine", "--mode windows"},
     {"--sample-model", "--mode windows"},
     {"--threads", "a sweep with --jobs"},

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The page of estimate errors: what sampled and windows mode say against cycle mode, over every case of sweep databases.
+"""The page of estimate errors: what windows mode says against cycle mode, over every case of sweep databases.
 
-    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode cycle
-    grtx sweep configs/sweeps/estimates.toml -o paper.sqlite --machine paper --mode sampled
+    grtx sweep PLAN.toml -o paper.sqlite --machine paper --mode cycle
+    grtx sweep PLAN.toml -o paper.sqlite --machine paper --mode windows
     python3 bench/estimate_errors.py paper=paper.sqlite ada-share=ada-share.sqlite [--csv F.csv] [--cases] [--used "playbot 0,logo 0"]
     python3 bench/estimate_errors.py paper=F.csv ada-share=ada-share.sqlite
     python3 bench/estimate_errors.py --windows paper-charged=FOLDER [--constants CYCLES,SPEED-UP]
@@ -11,7 +11,7 @@
 A case is a point (scene, view, design, coordinates) that a database has in cycle mode and in another one. Printed for each machine and mode,
 then for all machines together: the distribution of the error of gpu.cycles and of the speed-up over the baseline, the
 worst case by name, and how often an interval held cycle mode's value. A point that a mode simulates as a whole has none.
-Coordinates that only an estimate has (sample.stride, sample.offset) make several cases of one point. --cases prints every case, with how many times as fast the
+--cases prints every case, with how many times as fast the
 estimate was by wall time; --csv writes them, and the cases of a machine can be read from such a file. --used names scenes
 with their views that took part in making the estimates: rows are then of these, of the others (held out) and of all.
 --windows reads statistics of `grtx sim` in place of databases: FOLDER/SCENE.DESIGN.whole.json of cycle mode and
@@ -30,9 +30,8 @@ from collections import defaultdict
 
 from sweep_database import open_plan
 
-ESTIMATE_KEYS = {"sample.stride", "sample.offset"}  # they do not reach cycle mode
 PARTS = ("held out", "used", "all")  # of the cases, as --used tells them apart
-NAMES = ("gpu.cycles", "gpu.sampled.cycles_low", "gpu.sampled.cycles_high")
+NAMES = ("gpu.cycles", "gpu.windows.cycles_low", "gpu.windows.cycles_high")
 
 
 def read(machine, path):
@@ -58,18 +57,17 @@ def cases_of(rows):
     truth = {}
     for machine, mode, scene, view, at, design, values, seconds in rows:
         if mode == "cycle":
-            truth[machine, scene, view, text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS}), design] = values["gpu.cycles"], seconds
+            truth[machine, scene, view, text(at), design] = values["gpu.cycles"], seconds
     cases = []
     for machine, mode, scene, view, at, design, values, seconds in rows:
-        same = text({k: v for k, v in at.items() if k not in ESTIMATE_KEYS})
-        exact, cycle_seconds = truth.get((machine, scene, view, same, design), (None, 0))
+        exact, cycle_seconds = truth.get((machine, scene, view, text(at), design), (None, 0))
         if mode == "cycle" or exact is None:
             continue
         case = {"machine": machine, "mode": mode, "scene": scene, "view": view, "at": text(at), "design": design,
                 "cycles": exact, "estimate": values["gpu.cycles"], "error": 100 * (values["gpu.cycles"] / exact - 1)}
         if seconds:
             case["times as fast"] = cycle_seconds / seconds
-        low, high = (values.get(f"gpu.sampled.cycles_{end}", exact) for end in ("low", "high"))
+        low, high = (values.get(f"gpu.windows.cycles_{end}", exact) for end in ("low", "high"))
         if low < high:
             case["held"] = low <= exact <= high
             case["half"] = 100 * (max(case["estimate"] / low, high / case["estimate"]) - 1)
@@ -129,8 +127,8 @@ def reach(influences, degrees, bias):
     return max(student_quantile(0.975, together) * math.sqrt(both), student_quantile(0.975, BIAS_DEGREES) * bias)
 
 
-def influences_of(sampled):
-    return {group: influence for group, _, influence in sampled["evidence"]}
+def influences_of(estimate):
+    return {group: influence for group, _, influence in estimate["evidence"]}
 
 
 def window_cases(machine, folder, constants):
@@ -145,14 +143,14 @@ def window_cases(machine, folder, constants):
             if seed == "whole":
                 continue
             with open(other, encoding="utf-8") as file:
-                sampled = json.load(file)["sampled"]
-            if sampled["whole"]:
+                estimate = json.load(file)["windows"]
+            if estimate["whole"]:
                 continue  # exact
-            found[scene, design, seed] = sampled
-            off = sampled["log_cycles"] - math.log(exact)
-            half = reach(influences_of(sampled).values(), sampled["degrees_of_freedom"], constants[0] if constants else sampled["bias"][0])
+            found[scene, design, seed] = estimate
+            off = estimate["log_cycles"] - math.log(exact)
+            half = reach(influences_of(estimate).values(), estimate["degrees_of_freedom"], constants[0] if constants else estimate["bias"][0])
             cases.append({"machine": machine, "mode": "windows", "scene": scene, "view": 0, "at": f"seed = {seed}", "design": design,
-                          "cycles": exact, "estimate": math.exp(sampled["log_cycles"]), "error": 100 * math.expm1(off),
+                          "cycles": exact, "estimate": math.exp(estimate["log_cycles"]), "error": 100 * math.expm1(off),
                           "held": abs(off) <= half, "half": 100 * math.expm1(half)})
     speed_ups(cases)
     for case in cases:

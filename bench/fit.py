@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fits what the paper leaves open of machine `paper` to its printed figures (bench/fit.toml: views, frames, freedoms).
 
-    python3 bench/fit.py run "queue" "queue port" --program GRTX --scenes DIR -o DIR [--frames main,small] [--views fit] [--mode cycle]
+    python3 bench/fit.py run "queue" "queue port" --program GRTX --scenes DIR -o DIR [--frames main,small] [--views fit]
     python3 bench/fit.py table ["" "queue"] -o DIR [--csv F.csv]
     python3 bench/fit.py select ["" "queue"] -o DIR
 
@@ -349,7 +349,7 @@ def main():
     parser.add_argument("--frames", default="main,small,k")
     parser.add_argument("--designs", default="")
     parser.add_argument("--views", default="fit", help="fit, left, all, or names")
-    parser.add_argument("--mode", default="sampled", help="of run; of table and select several: a view is of the first that has it")
+    parser.add_argument("--mode", default="cycle", help="of run; of table and select several: a view is of the first that has it")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--csv")
     options = parser.parse_intermixed_args()

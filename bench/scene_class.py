@@ -5,7 +5,7 @@
     bench/scene_class.py [--program GRTX] [--size 128] [--fov-scale 1] [--csv F.csv] [--range F.csv] [--speedups | --rounds] SCENE.ply[:VIEW,VIEW...]...
 
 Cameras are those beside the scene, SCENE.cameras.json; without views, all of them. Rays are traced as the machine `paper` asks,
-and sw and grtx are simulated in sampled mode, grtx with checkpoint traffic that costs nothing. --csv adds the rows to a file; --range
+and sw and grtx are simulated, grtx with checkpoint traffic that costs nothing. --csv adds the rows to a file; --range
 prints what lies outside the range of such a file's rows in bold and then exits with 1; --speedups simulates all designs.
 --rounds: in place of all that, the rounds of a ray, in the mean over rays and over the node visits of sw, and the visits of sw over grtx's.
 --scaled G.csv --range F.csv: the range of the trained views F at the counts of the generated views G (PRESET_COUNT_SEED VIEW), by how
@@ -121,7 +121,7 @@ def measure(options, scene, view):
 
         def simulate(name, design, *settings):
             file = os.path.join(folder, name + ".sim.json")
-            call(options.program, "sim", os.path.join(folder, design + ".grtx"), "--mode", "sampled", *machine, *settings, "--stats", file)
+            call(options.program, "sim", os.path.join(folder, design + ".grtx"), *machine, *settings, "--stats", file)
             load(name, file)
 
         def load(name, file):

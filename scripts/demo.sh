@@ -47,7 +47,7 @@ results=()
 for machine in paper paper-charged ada-share; do
   step "4/5 Six designs on the machine $machine, 64 x 64 rays"
   "$grtx" run "${view[@]}" --width 64 --height 64 --designs baseline,sw,hw,grtx,gautracer,walk \
-    --mode sampled --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
+    --mode cycle --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
   results+=("$out/$machine/results.json")
 done
 

@@ -1,24 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs random legal machines on random small traces, in cycle mode, and some in sampled mode.
+"""Runs random legal machines on random small traces.
 
-    scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--large-every N]
-                             [--keep FOLDER]
+    scripts/fuzz_machines.py [--program build/release/grtx] [--first SEED] [--count N] [--seconds S] [--keep FOLDER]
 
 A seed is a trace and a configuration. Keys and ranges are those that `grtx sim --list-config` prints. A third of the
 machines is mild (every key within a factor of four of its default), a third at edges (a few keys at an end of their range
 or anywhere in it), a third both. Held for each:
 
-* cycle mode ends with 0 (conservation laws and lower bounds hold), or with 2 and one line;
-* sampled mode, of one machine in --large-every, on the same view with so many pixels that it is sampled (a smaller one is
-  cycle mode itself): it ends as cycle mode does, counts the same events, and has an interval that is off by at most --error;
+* it ends with 0 (conservation laws and lower bounds hold), or with 2 and one line;
 * nobody takes longer than --timeout or more than --memory.
 
 Prints a row a find (seed, what, command), then a table for docs/validation.md. Exit code 1 with finds.
 """
 import argparse
 import collections
-import json
 import math
 import os
 import random
@@ -44,11 +40,6 @@ DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri2
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
            ("tlas-sphere", "on")]
 TRACES = 150
-SAMPLED_VISITS = 3_200_000  # of a large view: with fewer than kFewestSampledVisits sampled mode is cycle mode
-MOST_PIXELS = 200_000       # of rays that visit next to nothing more would be needed
-# What sampled mode counts of all events (docs/model/sampled-mode.md).
-EXACT = ["rt.node_visits", "rt.visits_internal", "rt.visits_instance", "rt.visits_leaf", "rt.any_hit_calls", "simt.ray_rounds",
-         "simt.processed", "simt.blended", "rt.checkpoint.entries_written", "rt.checkpoint.entries_read", "distributor.groups"]
 # What a run that ends well may say: what limits its figures (notes).
 NOTICES = r"grtx: sim: "
 
@@ -138,7 +129,7 @@ class Traces:
     """So many, by number, each made when it is first asked for."""
 
     def __init__(self, program, folder):
-        self.program, self.folder, self.made, self.enlarged = program, folder, {}, {}
+        self.program, self.folder, self.made = program, folder, {}
 
     def call(self, *arguments):
         subprocess.run([self.program, *arguments, "--quiet"], check=True, cwd=self.folder, capture_output=True)
@@ -156,19 +147,6 @@ class Traces:
         if number not in self.made:
             self.made[number] = self.make(f"t{number}.grtx", *self.options(random.Random(f"trace {number}")))
         return self.made[number]
-
-    def large(self, number):
-        """The same view with SAMPLED_VISITS node visits or a few more; None: that takes too many pixels."""
-        if number not in self.enlarged:
-            scene, (width, height), options = self.options(random.Random(f"trace {number}"))
-            done = subprocess.run([self.program, "trace-check", self.trace(number), "--json"], check=True, cwd=self.folder,
-                                  capture_output=True)
-            totals = json.loads(done.stdout)["totals"]
-            visits = sum(totals[f"visits_{kind}"] for kind in ("internal", "instance", "leaf"))
-            times = math.sqrt(SAMPLED_VISITS / max(visits, 1))
-            size = math.ceil(width * times), math.ceil(height * times)
-            self.enlarged[number] = self.make(f"l{number}.grtx", scene, size, options) if math.prod(size) <= MOST_PIXELS else None
-        return self.enlarged[number]
 
     def options(self, rng):
         """(scene, (width, height), options of the tracer)."""
@@ -212,18 +190,13 @@ class Fuzzer:
         self.traces = Traces(self.program, folder)
         self.finds = []
         self.ended = collections.Counter()
-        self.errors = []  # (error of sampled mode's cycles, seed)
-        self.held = 0     # intervals that have those of cycle mode
-        self.slowest = (0.0, 0, "")
+        self.slowest = (0.0, 0)
 
-    def run(self, seed, mode, trace, settings, *more, limit=1):
-        """(code, lines of stderr, statistics). limit: so many times --timeout."""
-        arguments = [self.program, "sim", trace, "--quiet", "--machine", TABLE1, "--stats", "s.json", *more]
+    def run(self, seed, trace, settings):
+        """(code, lines of stderr)."""
+        arguments = [self.program, "sim", trace, "--quiet", "--machine", TABLE1]
         for key, value in settings.items():
             arguments += ["--set", f"{key}={value}"]
-        statistics = f"{self.folder}/s.json"
-        if os.path.exists(statistics):
-            os.remove(statistics)
         begin = time.monotonic()
         memory = self.options.memory << 20
 
@@ -233,20 +206,16 @@ class Fuzzer:
 
         try:
             done = subprocess.run(arguments, cwd=self.folder, capture_output=True, text=True, preexec_fn=before,
-                                  timeout=limit * self.options.timeout)
+                                  timeout=self.options.timeout)
             code, errors = done.returncode, re.sub(r"grtx: configuration: .* no effect .*\n", "", done.stderr)
         except subprocess.TimeoutExpired:
             code, errors = "hang", ""
         seconds = time.monotonic() - begin
         if seconds > self.slowest[0]:
-            self.slowest = (seconds, seed, mode)
-        document = None
-        if code == 0:
-            with open(statistics) as file:
-                document = json.load(file)
-        self.ended[mode, code] += 1
+            self.slowest = (seconds, seed)
+        self.ended["machines", code] += 1
         self.command = shlex.join(arguments[1:])
-        return code, errors.strip().splitlines(), document
+        return code, errors.strip().splitlines()
 
     def find(self, seed, what):
         self.finds.append(seed)
@@ -256,14 +225,14 @@ class Fuzzer:
             trace = self.command.split()[1]
             shutil.copy(f"{self.folder}/{trace}", f"{self.options.keep}/{seed}.grtx")
 
-    def judge(self, seed, mode, code, lines):
+    def judge(self, seed, code, lines):
         """Whether a run ended as a run may."""
         if code == 0:
             strange = [line for line in lines if not re.match(NOTICES, line)]
             if strange:
-                self.find(seed, f"{mode}: {strange[0]}")
+                self.find(seed, strange[0])
         elif code != 2 or len(lines) != 1 or not lines[0].startswith("grtx: "):
-            self.find(seed, f"{mode} ends with {code}: {' / '.join(lines[-2:])[-300:]}")
+            self.find(seed, f"ends with {code}: {' / '.join(lines[-2:])[-300:]}")
             return False
         return True
 
@@ -275,56 +244,22 @@ class Fuzzer:
             trace = self.traces.trace(number)
         kind, settings = machine(rng, self.keys)
         for _ in range(6):  # rules about two keys
-            code, lines, _ = self.run(seed, "cycle", trace, settings)
-            if not self.judge(seed, "cycle", code, lines):
+            code, lines = self.run(seed, trace, settings)
+            if not self.judge(seed, code, lines):
                 return
             fewer = repaired(settings, lines[-1]) if code == 2 else None
             if fewer is None:
                 break
             settings = fewer
         self.ended[kind, code] += 1
-        if seed % self.options.large_every == 0:
-            self.sample(seed, number, settings)
-
-    def sample(self, seed, number, settings):
-        """Cycle and sampled mode on a large view."""
-        trace = self.traces.large(number)
-        if trace is None:
-            return
-        code, lines, cycle = self.run(seed, "cycle, large", trace, settings, limit=10)
-        if not self.judge(seed, "cycle, large", code, lines):
-            return
-        again, lines_again, sampled = self.run(seed, "sampled", trace, settings, "--mode", "sampled", limit=10)
-        if not self.judge(seed, "sampled", again, lines_again):
-            return
-        if again != code or (code == 2 and lines != lines_again):
-            self.find(seed, f"sampled mode ends with {again}, cycle mode with {code}: {' '.join(lines_again or lines)}")
-        elif code == 0:
-            exact, found = ({name.removeprefix("gpu."): entry["value"] for name, entry in document["stats"].items()}
-                            for document in (cycle, sampled))
-            other = [name for name in EXACT if exact.get(name) != found.get(name)]
-            if other:
-                self.find(seed, f"sampled mode: {other[0]} is {found.get(other[0])}, not {exact.get(other[0])}")
-            low, estimate, high = (found[name] / exact["cycles"] for name in
-                                   ("sampled.cycles_low", "cycles", "sampled.cycles_high"))
-            self.errors.append((abs(estimate - 1), seed))
-            self.held += low <= 1 <= high
-            if max(low - 1, 1 / high - 1) > self.options.error:
-                self.find(seed, f"sampled mode gives {estimate:.3f} of the cycles, interval {low:.3f} to {high:.3f}")
 
     def table(self, count, seconds):
         print(f"\n{count} machines from seed {self.options.first}, {seconds:.0f} s, {len(self.finds)} finds; slowest run "
-              f"{self.slowest[0]:.1f} s ({self.slowest[2]}, seed {self.slowest[1]})\n\n| runs | exit 0 | exit 2 | other |\n"
+              f"{self.slowest[0]:.1f} s (seed {self.slowest[1]})\n\n| runs | exit 0 | exit 2 | other |\n"
               "|---|---|---|---|")
-        for mode in ("cycle", "cycle, large", "sampled"):
-            codes = {code: n for (of, code), n in self.ended.items() if of == mode}
-            other = sum(n for code, n in codes.items() if code not in (0, 2))
-            print(f"| {mode} | {codes.get(0, 0)} | {codes.get(2, 0)} | {other} |")
-        if self.errors:
-            errors = sorted(self.errors)
-            at = [errors[min(len(errors) - 1, int(share * len(errors)))][0] for share in (0.5, 0.9, 1.0)]
-            print(f"\nsampled mode: {len(errors)} machines, error of cycles: median {100 * at[0]:.1f} %, 90 % below "
-                  f"{100 * at[1]:.1f} %, largest {100 * at[2]:.1f} % (seed {errors[-1][1]}); {self.held} intervals held")
+        codes = {code: n for (of, code), n in self.ended.items() if of == "machines"}
+        other = sum(n for code, n in codes.items() if code not in (0, 2))
+        print(f"| cycle | {codes.get(0, 0)} | {codes.get(2, 0)} | {other} |")
 
 
 def main():
@@ -333,10 +268,8 @@ def main():
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=math.inf, help="no new machine after so many")
-    parser.add_argument("--large-every", type=int, default=10, help="sampled mode, too, for one machine in so many")
-    parser.add_argument("--timeout", type=float, default=60, help="seconds of a run, then it hangs; large views: ten times as many")
+    parser.add_argument("--timeout", type=float, default=60, help="seconds of a run, then it hangs")
     parser.add_argument("--memory", type=int, default=4096, help="MiB of address space of a run")
-    parser.add_argument("--error", type=float, default=0.5, help="of sampled mode's cycles, beyond its interval")
     parser.add_argument("--keep", help="folder for traces of finds")
     options = parser.parse_args()
     begin = time.monotonic()

@@ -3,11 +3,11 @@
 """How far can our ignorance move the answer? The four designs with every parameter that the paper leaves open (confidence
 B or C in docs/model/configuration.md) halved and doubled, switches flipped and policies exchanged, one at a time: a plan of
 `grtx sweep`, and the table of its database. With --pairs 8 the plan has the pairs of the eight strongest parameters of a
-database, each at the value that moves most; with --strongest 4 these alone, say for cycle mode.
+database, each at the value that moves most; with --strongest 4 these alone, say for another scene.
 
   scripts/sensitivity.py plan --scene F.ply --cameras C.json --size 48 --set gpu.sms=2 -o one.toml
-  grtx sweep one.toml -o s.sqlite --machine paper --mode sampled
-  scripts/sensitivity.py table s.sqlite --mode sampled
+  grtx sweep one.toml -o s.sqlite --machine paper
+  scripts/sensitivity.py table s.sqlite
   scripts/sensitivity.py plan ... --pairs 8 --of s.sqlite -o pairs.toml       then sweep it into s.sqlite, and table again
 """
 import argparse
@@ -20,7 +20,7 @@ import sys
 
 DESIGNS = ("baseline", "sw", "hw", "grtx")
 # Switches that take a part away are not ignorance about it; and parts that none of the designs has.
-LEFT_OUT = ("rt.memory.by_shader", "rt.sphere.", "simt.registers", "simt.cost.sort_per_entry", "simt.cost.node_fetch", "sample.")
+LEFT_OUT = ("rt.memory.by_shader", "rt.sphere.", "simt.registers", "simt.cost.sort_per_entry", "simt.cost.node_fetch")
 
 
 def open_parameters(grtx):
@@ -136,12 +136,12 @@ def main():
     plan.add_argument("--pairs", type=int, default=0, metavar="N", help="pairs of the N strongest of a database")
     plan.add_argument("--strongest", type=int, default=0, metavar="N", help="the N strongest of a database")
     plan.add_argument("--of", metavar="DB", help="that database")
-    plan.add_argument("--mode", default="sampled", help="mode of its points (default: %(default)s)")
+    plan.add_argument("--mode", default="cycle", help="mode of its points (default: %(default)s)")
     plan.add_argument("-o", "--output", required=True)
     plan.set_defaults(run=write_plan)
     table = commands.add_parser("table", help="prints what a database of the plan says")
     table.add_argument("database")
-    table.add_argument("--mode", default="sampled", help="of its points (default: %(default)s)")
+    table.add_argument("--mode", default="cycle", help="of its points (default: %(default)s)")
     table.add_argument("--most", type=int, default=40, help="rows (default: %(default)s)")
     table.set_defaults(run=print_table)
     options = parser.parse_args()

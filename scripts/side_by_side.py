@@ -27,7 +27,7 @@ SMALL = Path(__file__).resolve().parent.parent / "configs" / "small.toml"
 
 SCENE = "[[scene]]\npreset = 'object'\ncount = 300\nseed = {}\nwidth = 8\nheight = 8\n"
 SWEEP = f"base = '{SMALL}'\n" + SCENE.format(7) + "[grid]\ntracer.k = [4, 8]\nrt.warp_buffer.entries = [2, 4]\n"
-SEARCH = (f"base = '{SMALL}'\nmode = 'sampled'\n" + SCENE.format(7) + SCENE.format(8) + "role = 'evaluation'\n"
+SEARCH = (f"base = '{SMALL}'\n" + SCENE.format(7) + SCENE.format(8) + "role = 'evaluation'\n"
           "[[parameter]]\nkey = 'design'\nvalues = ['sw', 'grtx']\n"
           "[[parameter]]\nkey = 'rt.warp_buffer.entries'\nvalues = [2, 4]\n"
           "[[parameter]]\nkey = 'rt.checkpoint.lanes'\nvalues = [1, 4]\n"
@@ -66,7 +66,7 @@ class Bench:
 
     def run(self, scene, output):
         return ["run", "--scene", f"s{scene}.ply", "--cameras", f"s{scene}.cameras.json", "--width", "8", "--height", "8",
-                "--config", str(SMALL), "--mode", "sampled", "--jobs", "2", "--quiet", "-o", output]
+                "--config", str(SMALL), "--jobs", "2", "--quiet", "-o", output]
 
     def results(self, output):
         document = json.loads((self.folder / output / "results.json").read_text())

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+#include "grtx/rtl_tlm/estimate/estimate.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/study/machine_notes.h"
 #include "grtx/traces/reader.h"
@@ -48,15 +48,15 @@ void add_frames(ordered_json& results, const DesignComparison& comparison, const
   }
 }
 
-/// Confidence intervals of cycles and speed-ups. Speed-ups are paired: all designs simulate the same sample.
+/// Confidence intervals of cycles and speed-ups. Speed-ups are paired: all designs simulate the same windows.
 void add_intervals(const std::map<std::string, ordered_json>& documents, const DesignComparison& comparison,
                    ordered_json& results) {
   const auto json = [](const sim::ConfidenceInterval& interval) {
     return ordered_json{{"low", interval.low}, {"high", interval.high}, {"confidence", sim::kConfidence}};
   };
-  const sim::SampledEstimate reference = sim::estimate_from_json(documents.at(comparison.reference()).at("sampled"));
+  const sim::CycleEstimate reference = sim::estimate_from_json(documents.at(comparison.reference()).at("windows"));
   for (const std::string& name : comparison.names()) {
-    const sim::SampledEstimate estimate = sim::estimate_from_json(documents.at(name).at("sampled"));
+    const sim::CycleEstimate estimate = sim::estimate_from_json(documents.at(name).at("windows"));
     results["cycles_interval"][name] = json(sim::cycles_interval(estimate));
     if (name != comparison.reference())
       results["speedup_interval"][name] = json(sim::ratio_interval(reference, estimate));

@@ -57,16 +57,15 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   check_secondary(plan.tracer.secondary);
   check_one_k(plan, comparison);
   if (!plan.view.views.empty() && plan.mode == sim::SimulationMode::windows) {
-    throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle or sampled");
+    throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle");
   }
 }
 
 /// Keys that are set and have no effect in any of the designs.
 std::vector<sim::IdleKey> idle_in_all(const RunPlan& plan, const DesignComparison& comparison) {
-  const sim::SimulationMode mode = plan.mode.value_or(sim::SimulationMode::cycle);
-  std::vector<sim::IdleKey> idle = sim::idle_keys(plan.config, mode);
+  std::vector<sim::IdleKey> idle = sim::idle_keys(plan.config);
   for (const ComparedDesign& design : comparison.designs()) {
-    const std::vector<sim::IdleKey> own = sim::idle_keys(design_config(plan, design), mode);
+    const std::vector<sim::IdleKey> own = sim::idle_keys(design_config(plan, design));
     std::erase_if(idle, [&](const sim::IdleKey& key) {
       return std::none_of(own.begin(), own.end(), [&](const sim::IdleKey& other) { return other.key == key.key; });
     });

@@ -7,12 +7,10 @@
 
 namespace grtx::study {
 
-sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
-                                    const sim::SimulationOptions& simulation, const sim::WindowOptions& windows) {
+sim::EstimatedResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
+                                      const sim::SimulationOptions& simulation, const sim::WindowOptions& windows) {
   if (mode == sim::SimulationMode::windows) return sim::simulate_windows(trace, config, windows);
-  if (mode == sim::SimulationMode::sampled)
-    return sim::simulate_sampled(trace, config, simulation, windows.target_error);
-  sim::SampledResult exact;
+  sim::EstimatedResult exact;
   exact.result = sim::simulate(trace, config, simulation);
   exact.estimate.whole = true;
   return exact;
@@ -20,12 +18,11 @@ sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string&
 
 void say_simulation_time(const std::string& command, sim::SimulationMode mode, std::uint64_t visits, double share,
                          std::uint64_t bytes, unsigned jobs) {
-  constexpr double kCycle = 3.3e5, kSampled = 1e6;  // node visits a second of one core, as measured (kManyVisits)
-  const bool sampled = mode == sim::SimulationMode::sampled, windows = mode == sim::SimulationMode::windows;
-  const double work = static_cast<double>(visits) * (windows ? share : 1.0) / jobs;
+  constexpr double kCycle = 3.3e5;  // node visits a second of one core, as measured (kManyVisits)
+  const double work = static_cast<double>(visits) * (mode == sim::SimulationMode::windows ? share : 1.0) / jobs;
   say_long_work(command, fmt::format("simulating {:.3g} M node visits", 1e-6 * static_cast<double>(visits)),
-                work / (sampled ? kSampled : kCycle), bytes,
-                mode == sim::SimulationMode::cycle ? "--mode sampled is about three times as fast" : "");
+                work / kCycle, bytes,
+                mode == sim::SimulationMode::cycle ? "of a whole frame --mode windows is faster" : "");
 }
 
 }  // namespace grtx::study

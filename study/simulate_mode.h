@@ -5,16 +5,16 @@
 #include <cstdint>
 #include <string>
 
-#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
+#include "grtx/rtl_tlm/estimate/estimated_result.h"
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::study {
 
-/// simulation: options of modes cycle and sampled. windows: options of mode windows; sampled also uses its
-/// target_error. In cycle mode the result is exact (estimate.whole).
-sim::SampledResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
-                                    const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
+/// simulation: options of mode cycle. windows: options of mode windows. In cycle mode the result is exact
+/// (estimate.whole).
+sim::EstimatedResult simulate_in_mode(sim::SimulationMode mode, const std::string& trace, const sim::GpuConfig& config,
+                                      const sim::SimulationOptions& simulation, const sim::WindowOptions& windows);
 
 /// Says on stderr what simulating takes if that is more than a minute. visits: of nodes, in all traces. jobs: traces
 /// that are simulated at a time.

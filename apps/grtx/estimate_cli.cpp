@@ -41,7 +41,7 @@ CLI::Option* add_mode_option(CLI::App* command, sim::SimulationMode& mode, const
 
 void add_estimate_options(CLI::App* command, EstimateCli& cli) {
   command->add_option("--target-error", cli.target_error,
-                      "Sampled and windows mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% "
+                      "Windows mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% "
                       "(default: none)");
   command->add_option("--share", cli.share, "Windows mode: share of the warps to simulate, above 0, at most 1");
   command->add_option("--seed", cli.seed, "Windows mode: where the windows are; the same for every design");
@@ -52,8 +52,8 @@ sim::WindowOptions estimate_options(const EstimateCli& cli, sim::SimulationMode 
   const auto needs = [](const char* option, const char* modes) {
     throw Error(option, "", fmt::format("needs --mode {}", modes));
   };
-  if (mode == sim::SimulationMode::cycle && !cli.target_error.empty()) needs("--target-error", "sampled or windows");
   if (mode != sim::SimulationMode::windows) {
+    if (!cli.target_error.empty()) needs("--target-error", "windows");
     if (cli.share != defaults.share) needs("--share", "windows");
     if (cli.seed != defaults.seed) needs("--seed", "windows");
   }
@@ -66,17 +66,13 @@ sim::WindowOptions estimate_options(const EstimateCli& cli, sim::SimulationMode 
   return options;
 }
 
-void print_interval(const sim::SampledResult& r) {
+void print_interval(const sim::EstimatedResult& r) {
   if (r.estimate.whole) return;  // exact; a note says so
   const auto& stats = r.result.document.at("stats");
   const auto number = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
-  const std::string what =
-      stats.contains("gpu.sampled.stride")
-          ? fmt::format("sampled: one event in {:.0f}", number("gpu.sampled.stride"))
-          : fmt::format("windows: {:.0f} groups ({:.1f} %) in {:.0f} windows", number("gpu.sampled.groups"),
-                        100.0 * number("gpu.sampled.share"), number("gpu.sampled.windows"));
-  say("{}; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %", what, 100.0 * number("gpu.sampled.confidence"),
-      r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
+  say("windows: {:.0f} groups ({:.1f} %) in {:.0f} windows; {:.0f} % interval {:.0f} to {:.0f} cycles, ±{:.1f} %",
+      number("gpu.windows.groups"), 100.0 * number("gpu.windows.share"), number("gpu.windows.count"),
+      100.0 * number("gpu.windows.confidence"), r.cycles.low, r.cycles.high, 100.0 * r.cycles.half_width);
 }
 
 }  // namespace grtx::apps

@@ -21,9 +21,8 @@ CLI::Option* add_mode_option(CLI::App* command, sim::SimulationMode& mode, const
 /// Adds --target-error, --share and --seed.
 void add_estimate_options(CLI::App* command, EstimateCli& cli);
 /// Checks and converts the options. Throws Error for values out of range and for options of another mode.
-/// --target-error applies to modes windows and sampled.
 sim::WindowOptions estimate_options(const EstimateCli& cli, sim::SimulationMode mode);
 /// Prints the confidence interval of an estimate and how much was simulated.
-void print_interval(const sim::SampledResult& result);
+void print_interval(const sim::EstimatedResult& result);
 
 }  // namespace grtx::apps

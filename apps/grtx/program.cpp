@@ -59,9 +59,9 @@ constexpr const char* kFirstSession = R"(Five steps of a first session, minutes 
        --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
   4. The designs simulated: speed-ups, and a report to open in a browser
      grtx run --scene object.ply --cameras object.cameras.json --width 64 \
-       --height 64 --mode sampled -o out
+       --height 64 -o out
   5. One of them on another machine: half the L1
-     grtx sim out/grtx.grtx --machine paper --set l1.bytes=65536 --mode sampled
+     grtx sim out/grtx.grtx --machine paper --set l1.bytes=65536
 
 Commands: grtx --help. Options of a command: grtx COMMAND --help.
 )";

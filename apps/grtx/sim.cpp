@@ -97,11 +97,10 @@ void check_estimate(const SimArguments& options) {
     throw Error("sim", "--mode " + std::string(name_of(options.mode)),
                 "has no waveforms, timelines or heat maps: use --mode cycle");
   }
-  if (options.mode == sim::SimulationMode::sampled) return;
   for (const auto& [option, path] :
        {std::pair("--warm", &options.simulation.warm_trace), std::pair("--warm-state", &options.simulation.warm_state),
         std::pair("--save-state", &options.simulation.save_state)}) {
-    if (!path->empty()) throw Error("sim", option, "is for --mode cycle and sampled");
+    if (!path->empty()) throw Error("sim", option, "is for --mode cycle");
   }
 }
 
@@ -128,7 +127,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     config = lab::with_keys_of(lab::design_of(options.design), k, std::move(config), lab::keys_of(options.settings));
     sim::check_config(config, "--design " + options.design);
   }
-  sim::warn_of_idle_keys(config, options.mode);
+  sim::warn_of_idle_keys(config);
   sim::check_mode(config, options.mode);
   check_estimate(options);
   if (!options.window.empty()) options.simulation.waveform.window = sim::parse_window("--vcd-window", options.window);
@@ -145,7 +144,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     const std::uint64_t visits = traces::Reader(options.trace).totals().visits();
     study::say_simulation_time("sim", options.mode, visits, windows.share, study::kMachineBytes, 1);
   }
-  sim::SampledResult estimate =
+  sim::EstimatedResult estimate =
       study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
   study::put_first(notes, result.document);
@@ -190,12 +189,11 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
-  add_mode_option(command, options->mode,
-                  "Which events take time: all, one in sample.stride, or (large traces) all of some windows");
+  add_mode_option(command, options->mode, "What is simulated: all warps, or (whole frames) windows of them");
   add_estimate_options(command, options->estimate);
   const auto gone = [](const std::string&) {
     throw Error("sim", "--threads",
-                "is gone: a simulation takes one core; --mode sampled is faster, and --jobs of grtx run and grtx sweep "
+                "is gone: a simulation takes one core; --jobs of grtx run and grtx sweep "
                 "runs several side by side");
   };
   command->add_option_function<std::string>("--threads", gone)->group("");

@@ -147,16 +147,14 @@ class Sweeps:
 
     def row(self, part, machine, view, design, k, v, meta):
         bound = max((name for name in v if name.startswith(BOUND) and name not in NO_BOUNDS), key=v.get)
-        half = (v.get("gpu.sampled.cycles_high", 0) - v.get("gpu.sampled.cycles_low", 0)) / 2 / v["gpu.cycles"]
-        mode = part.mode if half or part.mode == "cycle" else "cycle (small view)"
-        values = {"cycles": int(v["gpu.cycles"]), "half_interval": half, "energy_nj_per_ray": v["gpu.energy_nj_per_ray"],
+        values = {"cycles": int(v["gpu.cycles"]), "half_interval": 0.0, "energy_nj_per_ray": v["gpu.energy_nj_per_ray"],
                   "rt_unit_mm2": v["cost.rt_unit_mm2"], "chip_mm2": v["cost.mm2"], "bound_cycles": v[bound],
                   "l2_accesses": v["gpu.l2.accesses"], "node_latency": v["gpu.rt.node_fetch_latency"], "node_fetches": v["gpu.rt.node_fetches"],
                   "node_visits": v["gpu.rt.node_visits"], "instructions": v["gpu.simt.instructions.total"], "dram_bytes": v["gpu.dram.bytes"],
                   "node_hit_rate": v["gpu.l1.node.hit_rate"],
                   "rays": round(v["gpu.energy_nj"] / v["gpu.energy_nj_per_ray"])}
         took = "; ".join([f"tuned: {what}" for what in view.get("tuned", [])] + [f"fitted: {what}" for what in view.get("fitted", [])])
-        return {"part": part.name, "machine": machine, "mode": mode, "view": plans.label(view), "class": view["class"],
+        return {"part": part.name, "machine": machine, "mode": part.mode, "view": plans.label(view), "class": view["class"],
                 "generated": int("preset" in view), "took_part": took, "design": design, "k": k,
                 **{name: f"{value:.7g}" if isinstance(value, float) else value for name, value in values.items()}, "bound": bound.removeprefix(BOUND),
                 "model": meta["model_version"], "set": tables.hash_of_set(TOP), "date": meta["created"][:10]}

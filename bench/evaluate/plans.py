@@ -42,7 +42,7 @@ PARTS = {part.name: part for part in (
     Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
     Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
-    Part("cards", "cards", CARDS, "sampled", 64, 128, 60),
+    Part("cards", "cards", CARDS, "cycle", 64, 128, 60),
     Part("l2", "cards", ("paper-charged",), "cycle", 48, 128, 10, {key: value for key, value in QUARTER.items() if key != "l2.bytes"}),
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),

@@ -80,8 +80,8 @@ class Results:
         for scene in {what.scene: None for what in points + measurements}:
             self.make_scene(scene)
         plans = self.plans(points)
-        for number, (machine, mode, text, members) in enumerate(plans, 1):
-            self.say(f"plan {number} of {len(plans)}: {len(members)} points, machine {machine}, {mode}")
+        for number, (machine, text, members) in enumerate(plans, 1):
+            self.say(f"plan {number} of {len(plans)}: {len(members)} points, machine {machine}")
             self.sweep(machine, text, members)
         for number, what in enumerate(measurements, 1):
             self.say(f"measurement {number} of {len(measurements)}: {what.scene.name}, {dict(what.options)['accel']}")
@@ -122,20 +122,20 @@ class Results:
     # Simulations, by grtx sweep
 
     def plans(self, points):
-        """[(machine, mode, text of the plan, its points)]: scenes that share all points of a frame share a plan."""
+        """[(machine, text of the plan, its points)]: scenes that share all points of a frame share a plan."""
         by_scene = {}
         for p in points:
-            by_scene.setdefault((p.machine, p.mode, p.frame, p.scene), []).append(p)
+            by_scene.setdefault((p.machine, p.frame, p.scene), []).append(p)
         grouped = {}
-        for (machine, mode, frame, scene), members in by_scene.items():
+        for (machine, frame, scene), members in by_scene.items():
             options = tuple(sorted({p.options for p in members}, key=str))
-            grouped.setdefault((machine, mode, frame, options), []).append((scene, members))
-        return [(machine, mode, self.plan_text(mode, frame, [s for s, _ in group], options),
+            grouped.setdefault((machine, frame, options), []).append((scene, members))
+        return [(machine, self.plan_text(frame, [s for s, _ in group], options),
                  [p for _, members in group for p in members])
-                for (machine, mode, frame, options), group in grouped.items()]
+                for (machine, frame, options), group in grouped.items()]
 
-    def plan_text(self, mode, frame, scenes, options):
-        lines = [f"mode = {toml(mode)}"]
+    def plan_text(self, frame, scenes, options):
+        lines = ['mode = "cycle"']
         for scene in scenes:
             ply, cameras = self.scene_files(scene)
             lines += ["[[scene]]", f"name = {toml(scene.name)}", f"file = {toml(os.path.abspath(ply))}",
@@ -153,9 +153,9 @@ class Results:
         path = os.path.join(self.folder, "plans", hashlib.sha256(text.encode()).hexdigest()[:16] + ".toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
-        for key, _, mode, scene, _, coordinates in self.listed(path, machine):
+        for key, _, scene, _, coordinates in self.listed(path, machine):
             for p in members:
-                if p.scene.name == scene and p.mode == mode and dict(p.options) == coordinates:
+                if p.scene.name == scene and dict(p.options) == coordinates:
                     self.keys[p] = key
         lost = [p for p in members if p not in self.keys]
         if lost:
@@ -163,14 +163,14 @@ class Results:
         if any(status != "done" for _, status, *_ in self.listed(path, machine)):
             self.call("sweep", path, "-o", self.database, "--machine", machine, "--jobs", self.jobs, "--retry",
                       accept=(0, 1))
-        for key, status, mode, scene, design, coordinates in self.listed(path, machine):
+        for key, status, scene, design, coordinates in self.listed(path, machine):
             if status != "done":
                 raise Failed(f"{path}: {scene} {design} {coordinates}: {self.reason(key) or status}")
 
     def listed(self, path, machine):
         listed = json.loads(self.call("sweep", path, "-o", self.database, "--machine", machine, "--list", "--json"))
         for point in (p for p in listed["points"] if not p["earlier_plan"]):
-            yield tuple(point[name] for name in ("key", "status", "mode", "scene", "design", "varied"))
+            yield tuple(point[name] for name in ("key", "status", "scene", "design", "varied"))
 
     def query(self, sql, *arguments):
         connection = sqlite3.connect(f"file:{self.database}?mode=ro", uri=True)

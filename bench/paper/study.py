@@ -51,7 +51,6 @@ class Point:
     scene: Scene
     frame: Frame
     machine: str
-    mode: str
     options: tuple
 
 
@@ -109,14 +108,14 @@ class Study:
         self.asked[type(what)][what] = None
         return collections.defaultdict(lambda: 1.0) if self.planning else self.results.of(what)
 
-    def point(self, scene, design, machine="paper", frame="side", mode="sampled", **options):
+    def point(self, scene, design, machine="paper", frame="side", **options):
         """Statistics of a simulation: name -> value. design: of DESIGNS, or an acceleration structure. options: of the tracer with a leading t_, the others configuration keys with __ for '.'."""
         accel, checkpoint = structure(design)
         chosen = {"tracer.accel": accel, "tracer.checkpoint": checkpoint, "tracer.k": 8, "tracer.ert": 0.001}
         for name, value in options.items():
             chosen["tracer." + name[2:] if name.startswith("t_") else name.replace("__", ".")] = value
         at = self.frames[frame] if isinstance(frame, str) else frame
-        return self.ask(Point(scene, at, self.same(machine, checkpoint), mode, tuple(sorted(chosen.items()))))
+        return self.ask(Point(scene, at, self.same(machine, checkpoint), tuple(sorted(chosen.items()))))
 
     def measure(self, scene, design, machine="paper", frame="main", **options):
         """Statistics of the tracer alone: name -> value."""

@@ -348,24 +348,25 @@ class Search {
                               {"confirming", json_of(confirming_.reference())}};
     if (evaluation_) reference["evaluation"] = json_of(evaluation_->reference());
     ordered_json screening = json_of(plan_.screening);
-    return {{"schema", "grtx.search/1"},
-            {"program", program_version()},
-            {"machine", plan_.common.on.name},
-            {"seed", plan_.seed},
-            {"population", plan_.population},
-            {"margin", plan_.margin},
-            {"screening", {{"mode", plan_.common.mode}, {"set", std::move(screening)}}},
-            {"confirming", {{"mode", plan_.confirm}}},
-            {"objectives", std::move(objectives)},
-            {"constraints", std::move(constraints)},
-            {"parameters", std::move(parameters)},
-            {"reference", std::move(reference)},
-            {"counts", counts()},
-            {"invalid", invalid()},
-            {"front", front_},
-            {"candidates", std::move(candidates)},
-            {"effects", effects()},
-            {"path", std::move(path)}};
+    return {
+        {"schema", "grtx.search/1"},
+        {"program", program_version()},
+        {"machine", plan_.common.on.name},
+        {"seed", plan_.seed},
+        {"population", plan_.population},
+        {"margin", plan_.margin},
+        {"screening", {{"mode", plan_.common.mode}, {"scale", plan_.screening_scale}, {"set", std::move(screening)}}},
+        {"confirming", {{"mode", plan_.confirm}}},
+        {"objectives", std::move(objectives)},
+        {"constraints", std::move(constraints)},
+        {"parameters", std::move(parameters)},
+        {"reference", std::move(reference)},
+        {"counts", counts()},
+        {"invalid", invalid()},
+        {"front", front_},
+        {"candidates", std::move(candidates)},
+        {"effects", effects()},
+        {"path", std::move(path)}};
   }
 
   const SearchPlan& plan_;

@@ -16,6 +16,8 @@ namespace grtx::lab {
 /// the reference does not run, or lacks a value that the plan names.
 nlohmann::ordered_json run_search(const SearchPlan& plan, const TracerRules& tracer, SweepSession& session, bool quiet);
 
+/// How a result's candidates were screened, in a few words: `cycle, images × 0.5`.
+std::string screening_words(const nlohmann::ordered_json& screening);
 /// A result as text tables.
 std::string search_text(const nlohmann::ordered_json& result);
 

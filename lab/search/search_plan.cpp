@@ -23,9 +23,7 @@ constexpr double kMaxValues = 10'000;  ///< limit per parameter: more is a typin
 class SearchPlanReader {
  public:
   SearchPlanReader(const std::string& path, const TracerRules& tracer)
-      : in_(path, tracer, PlanSections::Roles::search_and_evaluation) {
-    in_.plan.mode = "sampled";
-  }
+      : in_(path, tracer, PlanSections::Roles::search_and_evaluation) {}
 
   SearchPlan read() {
     const toml::node* reference = nullptr;
@@ -63,6 +61,7 @@ class SearchPlanReader {
                   "design: names accel and checkpoint; tracer.accel and tracer.checkpoint must not be set too");
     }
     if (in_.sets_design) in_.plan.designs.clear();
+    for (const PlanScene& scene : in_.plan.scenes) check_screening(scene);
     plan_.common = in_.plan;
     return plan_;
   }
@@ -70,6 +69,12 @@ class SearchPlanReader {
  private:
   [[noreturn]] void missing(const std::string& what, const std::string& rule) const {
     throw Error(in_.plan.path, what, rule);
+  }
+
+  /// A smaller image needs to know the size of the whole one.
+  void check_screening(const PlanScene& scene) const {
+    if (plan_.screening_scale == 1.0 || scene.evaluation || (scene.width > 0 && scene.height > 0)) return;
+    throw Error(in_.plan.path, scene.place, "scene: search.screening_scale needs width and height");
   }
 
   void check_value(const toml::node& node, const std::string& key, const SweepValue& value) {
@@ -239,6 +244,8 @@ class SearchPlanReader {
         plan_.generations = count(1);
       } else if (name == "candidates") {
         plan_.candidates = count(1);
+      } else if (name == "screening_scale") {
+        plan_.screening_scale = in_.number(*node, full, 0.01, 1.0);
       } else if (name == "screening") {
         in_.read_settings(in_.table_of(*node, full), "", plan_.screening);
       } else if (name == "confirm") {
@@ -250,7 +257,7 @@ class SearchPlanReader {
       } else {
         in_.unknown(*node, full,
                     {"search.seed", "search.population", "search.generations", "search.candidates", "search.screening",
-                     "search.confirm", "search.margin", "search.path"});
+                     "search.screening_scale", "search.confirm", "search.margin", "search.path"});
       }
     }
   }

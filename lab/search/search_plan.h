@@ -39,7 +39,8 @@ struct SearchPlan {
   std::vector<SearchConstraint> constraints;
   Coordinates reference;  ///< the rest as in `base`, [set] and [tracer]
   std::string reference_place;
-  Coordinates screening;  ///< settings of the screening only
+  Coordinates screening;         ///< settings of the screening only
+  double screening_scale = 1.0;  ///< width and height of the screening's images over those of the scenes
   std::string confirm = "cycle";
   unsigned seed = 1;
   unsigned population = 40;

@@ -98,6 +98,12 @@ std::string effects_text(const ordered_json& result) {
 
 }  // namespace
 
+std::string screening_words(const ordered_json& screening) {
+  const auto mode = screening.at("mode").get<std::string>();
+  const double scale = screening.value("scale", 1.0);
+  return scale == 1.0 ? mode : fmt::format("{}, images × {}", mode, scale);
+}
+
 std::string search_text(const ordered_json& result) {
   const auto objectives = result.at("objectives").get<std::vector<std::string>>();
   const ordered_json& counts = result.at("counts");
@@ -109,7 +115,7 @@ std::string search_text(const ordered_json& result) {
                          "({}), {} on the front",
                          machine.empty() ? "" : "machine " + machine + ": ", count("candidates"),
                          counts.at("space").get<double>(), count("generations") + 1, count("broken"), count("too_dear"),
-                         count("failed"), count("screened"), result.at("screening").at("mode").get<std::string>(),
+                         count("failed"), count("screened"), screening_words(result.at("screening")),
                          count("confirmed"), result.at("confirming").at("mode").get<std::string>(), count("front"))) +
                      "\n";
   text += front_text(result, objectives) + path_text(result, objectives) + effects_text(result);

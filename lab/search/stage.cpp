@@ -28,12 +28,22 @@ void keep_scenes(SweepPlan& plan, bool evaluation) {
   std::erase_if(plan.scenes, [&](const PlanScene& scene) { return scene.evaluation != evaluation; });
 }
 
+unsigned scaled(unsigned pixels, double scale) {
+  return static_cast<unsigned>(std::max(1L, std::lround(pixels * scale)));
+}
+
 }  // namespace
 
 SweepPlan screening_plan(const SearchPlan& search) {
   SweepPlan plan = search.common;
   plan.settings.insert(plan.settings.end(), search.screening.begin(), search.screening.end());
   keep_scenes(plan, false);
+  if (search.screening_scale == 1.0) return plan;
+  for (PlanScene& scene : plan.scenes) {
+    scene.width = scaled(scene.width, search.screening_scale);
+    scene.height = scaled(scene.height, search.screening_scale);
+    scene.name += fmt::format("-{}x{}", scene.width, scene.height);  // told apart from the whole image's points
+  }
   return plan;
 }
 

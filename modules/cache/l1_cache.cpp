@@ -17,7 +17,6 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
       response_due_(config.clients, kNever),
       tags_(config.geometry),
       mshrs_(config.mshr_entries, config.mshr_merges),
-      fills_(config.sampling.stride, tags_.slots()),
       writes_back_(config.private_writes.policy == WritePolicy::write_back),
       written_by_(writes_back_ ? tags_.slots() : 0),
       miss_queue_(config.miss_queue +
@@ -34,7 +33,6 @@ L1Cache::L1Cache(const sc_core::sc_module_name& name, const Config& config, Cloc
 void L1Cache::end_of_elaboration() {
   down_ = writer_of(to_memory);
   up_ = reader_of(from_memory);
-  if (touch_memory.size() > 0) touched_ = touch_memory.operator->();
   up_.wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
     if (i < config_.widths.size()) clients_[i].width = config_.widths[i];
@@ -51,15 +49,11 @@ void L1Cache::end_of_elaboration() {
 void L1Cache::restart(Caches caches) {
   tags_.restart(caches == Caches::warm);
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
-  fills_.restart();
-  left_dirty_ = 0;
-  timed_misses_ = {};
   for (Client& client : clients_) {
     client.hits.clear();
     client.fills.clear();
     client.refused = {};
   }
-  late_.clear();
   miss_queue_.clear();
   leaving_sectors_ = leaving_lines_ = 0;
   writes_pending_ = 0;
@@ -88,14 +82,7 @@ void L1Cache::load(StateReader& state) {
 [[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
   take_response(now);  // before the requests, so that a sector filled in this cycle hits in this cycle
   take_requests(now);
-  if (!late_.empty()) push_late(now);
   send_miss(now);
-  if (fills_.next_due() <= now) {
-    fills_.release(now, [&](const MemoryResponse& filled) {
-      clients_[filled.client].fills.push({filled, now});
-      respond_at(now, filled.client);
-    });
-  }
   send_responses(now);
   return next_due(now);
 }
@@ -137,10 +124,9 @@ void L1Cache::install(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 
 void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   assert(mshrs_.in_use(mshr) && mshrs_.sector_address(mshr) == address);
-  if (!sampled()) install(now, mshr, address);
+  install(now, mshr, address);
   ++counters_.fills;
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
-  fills_.landed(now - mshrs_.allocated(mshr));
   for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
     clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
     respond_at(now, w.client);
@@ -214,7 +200,7 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
-  const bool hit = config_.perfect || (sampled() ? !access.missed : present);
+  const bool hit = config_.perfect || present;
   const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
   const bool miss = !hit && pending == MshrTable::kNone;
   if (miss) {
@@ -224,15 +210,9 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
     return refuse(client, L1Stall::merges_full);
   }
 
-  if (slot != SectorCacheTags::kNone && !sampled()) tags_.touch(slot);
-  Cycle wait = 0;
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
   if (hit) {
-    if (sampled() && present && !access.prefetch) wait = fills_.remaining(slot, sector, now);
-    if (wait > config_.latency) {
-      fills_.hold(response_to(access), now + wait);
-    } else {
-      answer_hit(now, client, access);
-    }
+    answer_hit(now, client, access);
   } else if (!miss) {
     if (!access.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
     mshrs_.merge(pending, access);
@@ -250,10 +230,9 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
     ++(miss ? counters_.prefetches_fetched : counters_.prefetches_redundant);
     return true;
   }
-  if (sampled() && access.missed && !access.prefetch) ++timed_misses_.timed;
   RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
-  ++(miss ? region.misses : hit && wait <= config_.latency ? region.hits : region.hits_on_miss);
+  ++(miss ? region.misses : hit ? region.hits : region.hits_on_miss);
   if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
   return true;
 }
@@ -268,31 +247,29 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
   }
   SectorCacheTags::Slot slot = tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
-  const bool present = sampled() ? !access.missed : slot != SectorCacheTags::kNone;
+  const bool present = slot != SectorCacheTags::kNone;
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
   if (effect.forward && !room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
   if (effect.keep && !present && !room_for_victim(access.address)) {
     return stall(L1Stall::miss_queue_full);  // not refuse(): any access may change which line is the victim
   }
   ++region.writes;
-  if (slot != SectorCacheTags::kNone) {
-    if (!sampled()) tags_.touch(slot);
+  if (present) {
+    tags_.touch(slot);
     if ((tags_.valid(slot) & sector) != 0) {
       ++region.write_hits;
       reference(slot, sector);
     }
   }
-  if (effect.keep && !sampled()) {
+  if (effect.keep) {
     if (!present) slot = allocate(now, access.address);
     tags_.set_valid(slot, sector);
     ++version_;
   }
   if (effect.dirty) {
-    if (!sampled()) {
-      if ((tags_.dirty(slot) & sector) != 0) ++counters_.rewrites;
-      tags_.set_dirty(slot, sector);
-      written_by_[slot] = access.region;
-    }
+    if ((tags_.dirty(slot) & sector) != 0) ++counters_.rewrites;
+    tags_.set_dirty(slot, sector);
+    written_by_[slot] = access.region;
     ++counters_.kept_writes;
     answer_hit(now, client, access);
   }
@@ -331,72 +308,6 @@ void L1Cache::push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Regio
 void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
   client.hits.push({response_to(access), now + client.hit_latency});
   respond_at(now + client.hit_latency, access.client);
-}
-
-Touched L1Cache::touch(const Touch& access) {
-  if (config_.perfect) return {};
-  return for_each_block(access, config_.geometry.line_bytes, [&](std::uint64_t line, std::uint8_t sectors) {
-    return access.write ? touch_write(line, sectors, access) : touch_read(line, sectors, access);
-  });
-}
-
-Touched L1Cache::touch_write(std::uint64_t line, std::uint8_t sectors, const Touch& access) {
-  SectorCacheTags::Slot slot = tags_.find(line);
-  const bool present = slot != SectorCacheTags::kNone;
-  if (present) {
-    tags_.touch(slot);
-    tags_.clear_unused_prefetch(slot, static_cast<std::uint8_t>(sectors & tags_.valid(slot)));
-  }
-  const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
-  if (effect.keep) {
-    if (!present) slot = touch_allocate(line, access.at);
-    tags_.set_valid(slot, sectors);
-  }
-  if (effect.dirty) {
-    tags_.set_dirty(slot, sectors);
-    written_by_[slot] = access.region;
-  }
-  if (effect.forward) touched_->touch({line, sectors, access.region, true, false, access.at});
-  return {present ? std::uint8_t{0} : sectors, 0};
-}
-
-Touched L1Cache::touch_read(std::uint64_t line, std::uint8_t sectors, const Touch& access) {
-  SectorCacheTags::Slot slot = tags_.find(line);
-  if (slot != SectorCacheTags::kNone) {
-    tags_.touch(slot);
-    const auto present = static_cast<std::uint8_t>(sectors & tags_.valid(slot));
-    if (!access.prefetch && (tags_.unused_prefetch(slot) & present) != 0) tags_.clear_unused_prefetch(slot, present);
-    sectors ^= present;
-  }
-  if (sectors == 0) return {};
-  if (!access.prefetch) timed_misses_.all += static_cast<unsigned>(std::popcount(sectors));
-  const Touched below = touched_->touch({line, sectors, access.region, false, access.prefetch, access.at});
-  if (slot == SectorCacheTags::kNone) slot = touch_allocate(line, access.at);
-  tags_.set_valid(slot, sectors);
-  if (access.prefetch) tags_.set_unused_prefetch(slot, sectors);
-  if (!is_private(access.region)) fills_.ask(slot, sectors, access.at);
-  return {sectors, below.missed};
-}
-
-SectorCacheTags::Slot L1Cache::touch_allocate(std::uint64_t line, Cycle at) {
-  SectorCacheTags::Victim victim;
-  const SectorCacheTags::Slot slot = tags_.insert_at(tags_.victim_slot(line), line, &victim);
-  fills_.forget(slot);
-  if (victim.dirty == 0) return slot;
-  touched_->touch({victim.address, victim.dirty, written_by_[slot], true, false, at});
-  if (++left_dirty_ % config_.sampling.stride == config_.sampling.offset) {
-    late_.push_back({victim, written_by_[slot]});
-    alarm_.request(clock_.cycle() + 1);
-  }
-  return slot;
-}
-
-void L1Cache::push_late(Cycle now) {
-  while (!late_.empty() && leaving_lines_ < config_.write_back_buffer) {
-    push_dirty(now, late_.back().victim, late_.back().region);
-    late_.pop_back();
-    ++version_;
-  }
 }
 
 void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
@@ -448,7 +359,7 @@ void L1Cache::send_response(Cycle now, std::size_t i) {
 }
 
 Cycle L1Cache::next_due(Cycle now) const {
-  Cycle due = std::min({up_.next_visible(), next_request_, next_response_, fills_.next_due()});
+  Cycle due = std::min({up_.next_visible(), next_request_, next_response_});
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   return std::max(now + 1, due);
 }
@@ -462,8 +373,7 @@ bool L1Cache::idle() const {
   const bool quiet = std::all_of(clients_.begin(), clients_.end(), [](const Client& c) {
     return c.hits.empty() && c.fills.empty() && c.request.empty();
   });
-  return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_.empty() && fills_.idle() &&
-         late_.empty();
+  return quiet && miss_queue_.empty() && mshrs_.used() == 0 && writes_pending_ == 0 && up_.empty();
 }
 
 L1Counters L1Cache::counters() const {

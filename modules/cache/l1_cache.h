@@ -16,7 +16,6 @@
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/cache_state.h"
-#include "grtx/modules/cache/decide/dilated_fills.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/decide/write_policy.h"
@@ -29,30 +28,25 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/sampling.h"
-#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
-class L1Cache final : public L1CacheModule, public touch_if {
+class L1Cache final : public L1CacheModule {
  public:
   using Config = L1CacheConfig;
 
   /// clock: core domain. Throws Error for an impossible configuration.
   L1Cache(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
   /// Counters so far. Unused prefetches include sectors still resident; mshr_cycles is current up to the last change.
   L1Counters counters() const override;
-  /// Sampled run: sectors that demand reads missed.
-  const TimedShare& timed_misses() const { return timed_misses_; }
   bool idle() const override;
   std::size_t mshr_used() const { return mshrs_.used(); }           ///< entries occupied now
   std::size_t misses_queued() const { return miss_queue_.size(); }  ///< misses and writes waiting for the crossbar
   std::uint64_t dirty_at_start() const { return dirty_at_start_; }  ///< dirty sectors left by the previous launch
-  /// Without sampling = dirty_at_start + kept_writes - rewrites - write_backs.
+  /// = dirty_at_start + kept_writes - rewrites - write_backs.
   std::uint64_t dirty_sectors() const { return tags_.count_dirty(); }
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without the resident unused prefetches
@@ -97,18 +91,13 @@ class L1Cache final : public L1CacheModule, public touch_if {
   bool accept(Cycle now, Client& client, const MemoryRequest& access);
   bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
   bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
-  Touched touch_write(std::uint64_t line, std::uint8_t sectors, const Touch& access);
-  Touched touch_read(std::uint64_t line, std::uint8_t sectors, const Touch& access);
-  SectorCacheTags::Slot touch_allocate(std::uint64_t line, Cycle at);
   void push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Region region);
-  void push_late(Cycle now);
   bool stall(L1Stall reason);
   bool refuse(Client& client, L1Stall reason);
   bool room_to_send(std::size_t entries) const {
     return miss_queue_.size() - leaving_sectors_ + entries <= config_.miss_queue;
   }
   bool room_for_victim(std::uint64_t address) const {
-    if (sampled()) return late_.empty();
     return leaving_lines_ < config_.write_back_buffer || tags_.victim(address).dirty == 0;
   }
   SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address) {
@@ -125,27 +114,17 @@ class L1Cache final : public L1CacheModule, public touch_if {
     response_due_[client] = std::min(response_due_[client], due);
     next_response_ = std::min(next_response_, due);
   }
-  bool sampled() const { return config_.sampling.on(); }
   Cycle next_due(Cycle now) const;
   void count_mshr_cycles(Cycle now);
 
   Config config_;
   LinkWriter<MemoryRequest> down_;
   LinkReader<MemoryResponse> up_;
-  touch_if* touched_ = nullptr;  ///< null if the run is not sampled
   std::vector<Client> clients_;
   WaitingLinks waiting_;             ///< clients with waiting requests
   std::vector<Cycle> response_due_;  ///< [client] cycle in which its next response may enter the link, or kNever
   SectorCacheTags tags_;
   MshrTable mshrs_;
-  DilatedFills fills_;
-  struct Late {
-    SectorCacheTags::Victim victim;
-    Region region{};
-  };
-  std::vector<Late> late_;        ///< sampled run: evicted dirty lines that wait for the write-back buffer
-  TimedShare timed_misses_;       ///< sampled run
-  std::uint64_t left_dirty_ = 0;  ///< sampled run: dirty lines evicted; one in `stride` is written back in time
   bool writes_back_;
   std::vector<Region> written_by_;  ///< [slot] region that last dirtied the line
   /// Misses, writes and write-back sectors, in FIFO order: a read never overtakes an earlier write of its data.

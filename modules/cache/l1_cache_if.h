@@ -19,8 +19,6 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/sampling.h"
-#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -34,7 +32,6 @@ class L1CacheModule : public ClockedModule {
   sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
   LinkOut<MemoryRequest> to_memory{"to_memory"};         ///< misses and writes, with client and SM filled in
   LinkIn<MemoryResponse> from_memory{"from_memory"};     ///< fills and write acknowledgements
-  TouchPort<touch_if> touch_memory{"touch_memory"};      ///< functional misses of a sampled run
 
   /// Counts so far.
   virtual L1Counters counters() const = 0;
@@ -87,7 +84,6 @@ struct L1CacheConfig {
   unsigned clients = 2;          ///< request/response port pairs; set by the assembly
   std::uint8_t sm = 0;           ///< SM number that requests carry into the crossbar; set by the assembly
   std::vector<unsigned> widths;  ///< [client] port width in sectors per cycle, 1 if absent; set by the assembly
-  Sampling sampling{};           ///< set by the assembly
   CacheGeometry geometry{};
   unsigned latency = 20;
   unsigned tag_latency = 1;

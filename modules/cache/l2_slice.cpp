@@ -16,7 +16,6 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
       tags_(config.geometry),
       written_by_(tags_.slots()),
       mshrs_(config.mshr_entries, config.mshr_merges),
-      fills_(config.sampling.stride, tags_.slots()),
       pipe_(std::size_t{config.latency} + config.queue) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw Error("configuration", "l2", rule);
@@ -38,12 +37,9 @@ void L2Slice::restart(Caches caches) {
   dram.restart();
   tags_.restart(caches == Caches::warm);
   mshrs_ = MshrTable(config_.mshr_entries, config_.mshr_merges);
-  fills_.restart();
   pipe_.clear();
   replies_.clear();
   dram_queue_.clear();
-  late_.clear();
-  left_dirty_ = 0;
   due_ = kNever;
   mshr_counted_ = 0;
   counters_ = {};
@@ -62,7 +58,7 @@ void L2Slice::load(StateReader& state) {
 
 bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
-         (!dram_queue_.empty() && dram.can_send(now)) || fills_.next_due() <= now || !late_.empty();
+         (!dram_queue_.empty() && dram.can_send(now));
 }
 
 [[gnu::flatten]] Cycle L2Slice::tick(Cycle now) {
@@ -71,9 +67,7 @@ bool L2Slice::work_at(Cycle now) const {
   prefetch_host(now);
   take_request(now);
   take_completion(now);  // before the accesses, so that a sector filled in this cycle hits in this cycle
-  if (fills_.next_due() <= now) fills_.release(now, [&](const MemoryResponse& filled) { replies_.push(filled); });
   look_up(now);
-  write_back_late();
   send_dram(now);
   send_reply(now);
   due_ = next_due(now);
@@ -127,12 +121,11 @@ bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
   const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
   if (replies_.size() + waiters.size() > config_.reply_queue) return false;
   const std::uint64_t address = mshrs_.sector_address(mshr);
-  if (sampled() ? !late_.empty() : !install(config_.interleave.local(address))) return false;
+  if (!install(config_.interleave.local(address))) return false;
   for (const MshrWaiter& w : waiters) {
     replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
   }
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
-  fills_.landed(now - mshrs_.allocated(mshr));
   count_mshr_cycles(now);
   mshrs_.release(mshr);
   return true;
@@ -158,16 +151,8 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
   const std::uint64_t local = config_.interleave.local(access.address);
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(local);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & tags_.sector_bit(local)) != 0;
-  const bool hit = config_.perfect || (sampled() ? !access.missed_below : present);
+  const bool hit = config_.perfect || present;
   RegionCounters& region = counters_.region[index(access.region)];
-  if (hit && sampled() && present) {
-    if (const Cycle wait = fills_.remaining(slot, tags_.sector_bit(local), now); wait > 0) {
-      fills_.hold(response_to(access), now + wait);
-      ++region.hits_on_miss;
-      ++region.reads;
-      return true;
-    }
-  }
   if (hit) {
     if (replies_.size() >= config_.reply_queue) return stall(L2Stall::reply_queue);
     reply(access);
@@ -184,7 +169,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     ++region.misses;
   }
   ++region.reads;
-  if (slot != SectorCacheTags::kNone && !sampled()) tags_.touch(slot);
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
   return true;
 }
 
@@ -194,8 +179,6 @@ bool L2Slice::write(const MemoryRequest& access) {
   RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
     ++region.write_hits;
-  } else if (sampled()) {
-    if (!late_.empty()) return stall(L2Stall::dram_queue);
   } else {
     const std::uint64_t local = config_.interleave.local(access.address);
     const std::uint8_t sector = tags_.sector_bit(local);
@@ -238,47 +221,6 @@ void L2Slice::write_back(const SectorCacheTags::Victim& victim, Region region) {
   }
 }
 
-void L2Slice::write_back_late() {
-  while (!late_.empty()) {
-    const auto sectors = static_cast<std::size_t>(std::popcount(late_.back().victim.dirty));
-    if (dram_queue_.size() + sectors > config_.dram_queue) return;
-    write_back(late_.back().victim, late_.back().region);
-    late_.pop_back();
-  }
-}
-
-Touched L2Slice::touch(const Touch& access) {
-  if (config_.perfect) return {};
-  Touch here = access;
-  here.address = config_.interleave.local(access.address);
-  return for_each_block(here, config_.geometry.line_bytes,
-                        [&](std::uint64_t local, std::uint8_t sectors) { return touch_line(local, sectors, access); });
-}
-
-Touched L2Slice::touch_line(std::uint64_t local, std::uint8_t sectors, const Touch& access) {
-  SectorCacheTags::Slot slot = tags_.find(local);
-  if (slot == SectorCacheTags::kNone) {
-    SectorCacheTags::Victim victim;
-    slot = tags_.insert(local, &victim);
-    fills_.forget(slot);
-    if (victim.dirty != 0 && ++left_dirty_ % config_.sampling.stride == config_.sampling.offset) {
-      late_.push_back({victim, written_by_[slot]});
-      alarm_.request(clock_.cycle() + 1);
-    }
-  } else {
-    tags_.touch(slot);
-  }
-  const auto missing = static_cast<std::uint8_t>(sectors & ~tags_.valid(slot));
-  tags_.set_valid(slot, sectors);
-  if (access.write) {
-    tags_.set_dirty(slot, sectors);
-    written_by_[slot] = access.region;
-    return {};
-  }
-  if (missing != 0) fills_.ask(slot, missing, access.at);
-  return {missing, 0};
-}
-
 void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r)); }
 
 void L2Slice::send_dram(Cycle now) {
@@ -307,9 +249,8 @@ Cycle L2Slice::next_arrival() const {
 Cycle L2Slice::next_due(Cycle now) const {
   const Cycle soon = now + 1;
   if (in_.front(now) != nullptr || !replies_.empty() || dram.front(now) != nullptr) return soon;
-  if (!late_.empty() || (!dram_queue_.empty() && dram.can_send(now))) return soon;
-  const Cycle held = std::max(soon, fills_.next_due());
-  return pipe_.empty() ? held : std::min(held, std::max(soon, pipe_.front().due));
+  if (!dram_queue_.empty() && dram.can_send(now)) return soon;
+  return pipe_.empty() ? kNever : std::max(soon, pipe_.front().due);
 }
 
 void L2Slice::count_mshr_cycles(Cycle now) {
@@ -318,8 +259,7 @@ void L2Slice::count_mshr_cycles(Cycle now) {
 }
 
 bool L2Slice::idle() const {
-  return pipe_.empty() && replies_.empty() && dram_queue_.empty() && mshrs_.used() == 0 && dram.idle() && in_.empty() &&
-         fills_.idle() && late_.empty();
+  return pipe_.empty() && replies_.empty() && dram_queue_.empty() && mshrs_.used() == 0 && dram.idle() && in_.empty();
 }
 
 Inventory L2Slice::inventory() const {

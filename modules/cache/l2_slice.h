@@ -15,7 +15,6 @@
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/cache_state.h"
-#include "grtx/modules/cache/decide/dilated_fills.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/l2_slice_if.h"
@@ -27,13 +26,11 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/sampling.h"
-#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/tlm/at_initiator.h"
 
 namespace grtx::modules {
 
-class L2Slice final : public L2SliceModule, public touch_if {
+class L2Slice final : public L2SliceModule {
  public:
   using Config = L2SliceConfig;
 
@@ -43,8 +40,6 @@ class L2Slice final : public L2SliceModule, public touch_if {
   AtInitiator dram;
   ::tlm::tlm_initiator_socket<32>& memory_socket() override { return dram.socket; }
 
-  /// All sectors of `access` must belong to this slice.
-  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const { counters_.describe(list, prefix); }
   L2Counters counters() const override { return counters_; }
@@ -89,10 +84,7 @@ class L2Slice final : public L2SliceModule, public touch_if {
   void prefetch_host(Cycle now) const;
   bool room_for_victim(std::uint64_t local) const;
   SectorCacheTags::Slot allocate(std::uint64_t local);
-  Touched touch_line(std::uint64_t local, std::uint8_t sectors, const Touch& access);
-  bool sampled() const { return config_.sampling.on(); }
   void write_back(const SectorCacheTags::Victim& victim, Region region);
-  void write_back_late();
   void reply(const MemoryRequest& access);
   void send_dram(Cycle now);
   void send_reply(Cycle now);
@@ -106,16 +98,9 @@ class L2Slice final : public L2SliceModule, public touch_if {
   SectorCacheTags tags_;            ///< by slice-local address
   std::vector<Region> written_by_;  ///< [slot] region that last dirtied the line
   MshrTable mshrs_;                 ///< by global sector address
-  DilatedFills fills_;
   RingQueue<Access> pipe_;
   RingQueue<MemoryResponse> replies_;
   RingQueue<DramRequest> dram_queue_;
-  struct Late {
-    SectorCacheTags::Victim victim;
-    Region region{};
-  };
-  std::vector<Late> late_;        ///< sampled run: evicted dirty lines that wait for dram_queue_
-  std::uint64_t left_dirty_ = 0;  ///< sampled run: dirty lines evicted; one in `stride` is written back in time
   Cycle due_ = kNever;
   Cycle mshr_counted_ = 0;
   L2Counters counters_;

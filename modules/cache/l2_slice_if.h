@@ -19,7 +19,6 @@
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/sampling.h"
 
 namespace grtx::modules {
 
@@ -81,7 +80,6 @@ struct L2Counters : CacheRegions {
 struct L2SliceConfig {
   unsigned slice = 0;  ///< number of this slice; set by the assembly
   AddressInterleave interleave{};
-  Sampling sampling{};                               ///< set by the assembly
   CacheGeometry geometry{1024 * 1024, 128, 32, 16};  ///< of one slice
   unsigned latency = 165;  ///< tags are probed after it, so misses pay it too, as with GPGPU-Sim's ROP delay
   unsigned queue = 64;
@@ -118,8 +116,7 @@ struct L2SliceConfig {
   }
 };
 
-/// The project's slice; in sampled runs it is the touch_if that the crossbar is bound to. clock: core domain. Throws
-/// Error for an impossible configuration.
+/// The project's slice. clock: core domain. Throws Error for an impossible configuration.
 std::unique_ptr<L2SliceModule> make_l2_slice(const sc_core::sc_module_name& name, const L2SliceConfig& config,
                                              ClockDomain& clock);
 

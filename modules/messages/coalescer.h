@@ -15,8 +15,6 @@ namespace grtx::modules {
 struct SectorAccess {
   std::uint64_t address = 0;
   Region region = Region::ray;
-  bool missed = false;  ///< as in MemoryRequest
-  bool missed_below = false;
   friend bool operator==(const SectorAccess&, const SectorAccess&) = default;
 };
 

@@ -62,9 +62,6 @@ struct MemoryRequest {
   bool write : 1 = false;  // bit fields keep the request at 16 B
   bool prefetch : 1 = false;
   bool write_back : 1 = false;  ///< eviction by the L1: no client waits for the acknowledgement
-  /// Sampled run: the result of the functional access when the event began (touch_if.h): not in the L1, not in the L2.
-  bool missed : 1 = false;
-  bool missed_below : 1 = false;
 };
 
 /// Which SM a memory access is for, and its region.

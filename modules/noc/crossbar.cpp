@@ -126,17 +126,7 @@ void Crossbar::end_of_elaboration() {
     require(request_out[slice]->latency() <= config_.latency, too_long);
     requests_.bind_output(slice, writer_of(request_out[slice]));
     replies_.bind_input(slice, reader_of(response_in[slice]));
-    if (touch_out[slice].size() > 0) slices_.push_back(touch_out[slice].operator->());
   }
-}
-
-Touched Crossbar::touch(const Touch& access) {
-  return for_each_block(access, config_.interleave.bytes, [&](std::uint64_t block, std::uint8_t sectors) {
-    Touch part = access;
-    part.address = block;
-    part.sectors = sectors;
-    return slices_[config_.interleave.slice(block)]->touch(part);
-  });
 }
 
 bool Crossbar::idle() const { return requests_.idle() && replies_.idle(); }

@@ -20,7 +20,6 @@
 #include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/noc/crossbar_if.h"
 
 namespace grtx::modules {
@@ -94,14 +93,13 @@ class CrossbarNetwork final : public Clocked {
   Alarm alarm_;
 };
 
-class Crossbar final : public CrossbarModule, public touch_if {
+class Crossbar final : public CrossbarModule {
  public:
   using Config = CrossbarConfig;
 
   /// clock: core domain. Throws Error for an impossible configuration.
   Crossbar(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);
 
-  Touched touch(const Touch& access) override;
   Inventory inventory() const override;
   void statistics(StatisticList& list, const std::string& prefix) const;
   CrossbarCounters counters() const override { return {requests_.counters(), replies_.counters(), {}}; }
@@ -115,7 +113,6 @@ class Crossbar final : public CrossbarModule, public touch_if {
   Config config_;
   CrossbarNetwork<MemoryRequest> requests_;
   CrossbarNetwork<MemoryResponse> replies_;
-  std::vector<touch_if*> slices_;  ///< [slice]; empty unless the run is sampled
 };
 
 }  // namespace grtx::modules

@@ -14,7 +14,6 @@
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/address_interleave.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -27,7 +26,6 @@ class CrossbarModule : public sc_core::sc_module {
   sc_core::sc_vector<LinkOut<MemoryRequest>> request_out;    ///< [slice]
   sc_core::sc_vector<LinkIn<MemoryResponse>> response_in;    ///< [slice]
   sc_core::sc_vector<LinkOut<MemoryResponse>> response_out;  ///< [sm]
-  sc_core::sc_vector<TouchPort<touch_if>> touch_out;         ///< [slice]
 
   virtual CrossbarCounters counters() const = 0;
   /// Whether no packet is inside or waiting at the input ports.
@@ -42,8 +40,7 @@ class CrossbarModule : public sc_core::sc_module {
         request_in("request_in", sms),
         request_out("request_out", slices),
         response_in("response_in", slices),
-        response_out("response_out", sms),
-        touch_out("touch_out", slices) {}
+        response_out("response_out", sms) {}
 };
 
 struct CrossbarCounters {

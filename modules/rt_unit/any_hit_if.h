@@ -27,8 +27,6 @@ class any_hit_if : public virtual sc_core::sc_interface {
   /// Whether the lane, whose traversal of the round has ended, has hits that the shader has not seen: it then waits for
   /// the part (waiting_any_hit), which finishes it.
   virtual bool holds(LaneId /*id*/) const { return false; }
-  /// Sampled run: a hit in zero time. Returns whether the SIMT core has something to do for it.
-  virtual bool touch(LaneId /*id*/, const traces::Event& /*event*/) { return true; }
 };
 
 /// Callback of the collector, implemented by the RT scheduler.

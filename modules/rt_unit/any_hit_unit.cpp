@@ -68,12 +68,6 @@ void AnyHitUnit::arrive(Cycle now, LaneId id) {
   warps_->move(entry_of(id), bit(lane_of(id)), LaneState::in_unit, LaneState::in_any_hit);
 }
 
-bool AnyHitUnit::touch(LaneId id, const traces::Event& event) {
-  counters_.unit.busy_cycles += take(id, event.outcome());
-  ++counters_.unit.answers;
-  return evicts(event.outcome());
-}
-
 void AnyHitUnit::answer(Cycle now, LaneId id) {
   ++counters_.unit.answers;
   client_->any_hit_done(now, {warps_->warp(entry_of(id)).slot, bit(lane_of(id))});

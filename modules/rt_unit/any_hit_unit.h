@@ -34,7 +34,6 @@ class AnyHitUnit final : public AnyHitModule {
   void begin_lane(LaneId id, unsigned preloaded) override { fill_[id] = preloaded; }
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned /*entry*/) override {}
-  bool touch(LaneId id, const traces::Event& event) override;
   /// Answers the hits that are done; those that fall out are sent to be stored first, one a cycle.
   void invoke(Cycle now) override;
   Cycle next_due(Cycle now) const override;

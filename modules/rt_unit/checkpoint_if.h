@@ -30,10 +30,6 @@ class checkpoint_if : public virtual sc_core::sc_interface {
   /// The lane needs its next source entry. Returns whether it is available at once; if not, entry_read() is called
   /// later.
   virtual bool read(LaneId id) = 0;
-
-  // Functional counterparts of read() and submit() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
-  virtual void touch_read(LaneId /*id*/, Cycle /*at*/) {}
-  virtual void touch_submit(LaneId /*id*/, unsigned /*entries*/, bool /*last*/, Cycle /*at*/) {}
 };
 
 /// Callbacks of the checkpoint unit, implemented by the RT scheduler.

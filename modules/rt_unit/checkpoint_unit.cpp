@@ -83,7 +83,6 @@ CheckpointUnit::CheckpointUnit(const sc_core::sc_module_name& name, const Config
 
 void CheckpointUnit::end_of_elaboration() {
   client_ = client.operator->();
-  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
 }
@@ -126,7 +125,7 @@ bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   while (lane.pending > 0) {
     if (budget == 0 || writes_.room() < layout_.most_sectors()) return false;
     const CheckpointLayout::Sectors sectors = layout_.append(lane.place);
-    for (unsigned i = 0; i < sectors.count; ++i) push_write(sectors.number[i]);
+    for (unsigned i = 0; i < sectors.count; ++i) writes_.push(sectors.number[i]);
     if (sectors.straddles) ++counters_.straddling_written;
     ++counters_.entries_written;
     --lane.pending;
@@ -134,7 +133,7 @@ bool CheckpointUnit::take(LaneId id, unsigned& budget) {
   }
   while (lane.flush && layout_.has_open_sector(lane.place)) {
     if (budget == 0 || writes_.room() == 0) return false;
-    push_write(layout_.close_sector(lane.place));
+    writes_.push(layout_.close_sector(lane.place));
     --budget;
   }
   lane.flush = false;
@@ -148,49 +147,14 @@ bool CheckpointUnit::read(LaneId id) {
   ++counters_.entries_read;
   if (lane.to_read.straddles) ++counters_.straddling_read;
   if (lane.to_read.count == 0) return true;
-  lane.found = {};
-  for (unsigned i = 0; cache_ != nullptr && i < lane.to_read.count; ++i) {
-    const Touched found = touch_sector(lane.to_read.number[i], false, touch_now());
-    lane.found.missed |= static_cast<std::uint8_t>(found.missed << i);
-    lane.found.missed_below |= static_cast<std::uint8_t>(found.missed_below << i);
-  }
   lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
   return false;
 }
 
-void CheckpointUnit::push_write(std::uint64_t sector) {
-  writes_.push({sector, cache_ != nullptr && touch_sector(sector, true, touch_now()).missed != 0});
-}
-
-Touched CheckpointUnit::touch_sector(std::uint64_t sector, bool write, Cycle at) {
-  return cache_->touch({sector * kSectorBytes, 1, Region::checkpoint, write, false, at});
-}
-
-void CheckpointUnit::touch_read(LaneId id, Cycle at) {
-  const CheckpointLayout::Sectors sectors = layout_.read(lanes_[id].place);
-  ++counters_.entries_read;
-  for (unsigned i = 0; i < sectors.count; ++i) touch_sector(sectors.number[i], false, at);
-}
-
-void CheckpointUnit::touch_submit(LaneId id, unsigned entries, bool last, Cycle at) {
-  if (entries == 0 && !last) return;
-  CheckpointLayout::Lane& place = lanes_[id].place;
-  layout_.submit(place, entries);
-  counters_.max_entries = std::max<std::uint64_t>(counters_.max_entries, place.written);
-  for (; entries > 0; --entries) {
-    const CheckpointLayout::Sectors sectors = layout_.append(place);
-    ++counters_.entries_written;
-    for (unsigned i = 0; i < sectors.count; ++i) touch_sector(sectors.number[i], true, at);
-  }
-  while (last && config_.write_combine && layout_.has_open_sector(place)) {
-    touch_sector(layout_.close_sector(place), true, at);
-  }
-}
-
 bool CheckpointUnit::write_waits(std::uint64_t sector) const {
   for (std::size_t i = 0; i < writes_.size(); ++i) {
-    if (writes_.at(i).sector == sector) return true;
+    if (writes_.at(i) == sector) return true;
   }
   return false;
 }
@@ -203,9 +167,6 @@ void CheckpointUnit::issue(Cycle now) {
     LaneContext& lane = lanes_[reads_.front()];
     const std::uint64_t sector = lane.to_read.number[lane.to_read.count - lane.reads_to_send];
     if (!write_waits(sector)) {
-      const unsigned place = lane.to_read.count - lane.reads_to_send;
-      message.missed = (lane.found.missed >> place & 1) != 0;
-      message.missed_below = (lane.found.missed_below >> place & 1) != 0;
       message.address = sector * kSectorBytes;
       message.tag = reads_.front();
       requests_.push(now, message);
@@ -215,8 +176,7 @@ void CheckpointUnit::issue(Cycle now) {
       return;
     }
   }
-  message.address = writes_.front().sector * kSectorBytes;
-  message.missed = writes_.front().missed;
+  message.address = writes_.front() * kSectorBytes;
   message.write = true;
   requests_.push(now, message);
   writes_.pop();

@@ -59,9 +59,6 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   bool needs_source_entries() const override { return layout_.needs_source_entries(); }
   bool submit(LaneId id, unsigned entries, bool last) override;
   bool read(LaneId id) override;
-  bool has_touch() const override { return true; }
-  void touch_read(LaneId id, Cycle at) override;
-  void touch_submit(LaneId id, unsigned entries, bool last, Cycle at) override;
 
   void respond(Cycle now) override;
   /// Reads have priority over writes, unless their sector is still in the write queue.
@@ -93,31 +90,23 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
     bool flush = false;                 ///< the open sectors must be written after the pending entries
     std::uint8_t reads_to_send = 0;
     std::uint8_t reads_missing = 0;
-    Touched found;  ///< sampled run: hit or miss of the sectors to read
   };
   void end_of_elaboration() override;
   bool take(LaneId id, unsigned& budget);
   bool write_waits(std::uint64_t sector) const;
-  Touched touch_sector(std::uint64_t sector, bool write, Cycle at);
-  void push_write(std::uint64_t sector);
 
   Config config_;
   const MemoryMap& map_;
   const traces::Header& header_;
   checkpoint_client_if* client_ = nullptr;
-  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   CheckpointLayout layout_;
   unsigned sm_;
   std::vector<LaneContext> lanes_;
   BoundedQueue<LaneId> submitted_;
-  BoundedQueue<LaneId> reads_;  ///< lanes with sectors to request
-  struct Write {
-    std::uint64_t sector = 0;  ///< sector number
-    bool missed = false;       ///< as in MemoryRequest
-  };
-  BoundedQueue<Write> writes_;
+  BoundedQueue<LaneId> reads_;          ///< lanes with sectors to request
+  BoundedQueue<std::uint64_t> writes_;  ///< sector numbers
   std::uint64_t outstanding_ = 0;
   Counters counters_;
 };

@@ -2,7 +2,6 @@
 #include "grtx/modules/rt_unit/memory_scheduler.h"
 
 #include <cassert>
-#include <cmath>
 #include <numeric>
 #include <ostream>
 #include <stdexcept>
@@ -59,7 +58,6 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
 void MemoryScheduler::end_of_elaboration() {
   warps_ = &warp_buffer->warps();
   fetched_node_ = fetched_node.operator->();
-  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
   batches_ = writer_of(batch);
@@ -78,7 +76,6 @@ void MemoryScheduler::restart() {
   outstanding_ = 0;
   visited_.clear();
   visited_entry_ = 0;
-  usual_latency_ = kFirstLatencies;
   counters_ = {};
 }
 
@@ -108,59 +105,20 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
     if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
       throw std::runtime_error("the node at byte " + std::to_string(address) + " is of two kinds");
     }
-    if (meets(fetches_[under_way])) {
-      fetches_[under_way].lanes |= lane;
-      return;
-    }
-    merge.erase(key);
+    fetches_[under_way].lanes |= lane;
+    return;
   }
   merge.insert(key, id);
   if (!config_.merge_in_flight) visited_.push_back(key);
   ++counters_.fetches[region];
   const auto count = static_cast<std::uint8_t>(sectors.count());
-  fetches_[id] = {node, lane, now_, count, count, {}};
-  if (cache_ != nullptr) fetches_[id].found = touch_node(node, now_);
+  fetches_[id] = {node, lane, now_, count, count};
   under_way_[entry_of(id)] |= lane;
   queue_.push({id, 0});
 }
 
-// Result bits are in the order of NodeSectors. A sector that is read twice has two bits.
-Touched MemoryScheduler::touch_node(const NodeVisit& node, Cycle at) {
-  unsigned missed = 0, missed_below = 0, place = 0, again = 0;
-  NodeSectors(node, traffic_).for_each_run([&](const SectorRun& run, bool /*last*/) {
-    if (run.again) {
-      again = place = run.sectors;
-      return;
-    }
-    const auto sectors = static_cast<std::uint8_t>((1u << run.sectors) - 1);
-    const Touched found = cache_->touch({run.address, sectors, run.region, false, false, at});
-    missed |= unsigned{found.missed} << place;
-    missed_below |= unsigned{found.missed_below} << place;
-    place += run.sectors;
-  });
-  missed |= missed >> again & ((1u << again) - 1);
-  missed_below |= missed_below >> again & ((1u << again) - 1);
-  return {static_cast<std::uint8_t>(missed), static_cast<std::uint8_t>(missed_below)};
-}
-
-SectorAccess MemoryScheduler::sector_of(const Fetch& fetch, const NodeSectors& sectors, unsigned i) const {
-  SectorAccess sector = sectors.at(i);
-  sector.missed = (fetch.found.missed >> i & 1) != 0;
-  sector.missed_below = (fetch.found.missed_below >> i & 1) != 0;
-  return sector;
-}
-
 void MemoryScheduler::count_visit(const NodeVisit& node) {
   ++counters_.visits[index(traffic_.region(node.kind, node.address))];
-}
-
-// Whether a visit still meets the pending fetch. In a sampled run, lanes are closer in time than in the machine, where
-// the fetch may already have returned: lanes drift apart like a random walk, so the time is scaled by the root of the
-// stride.
-bool MemoryScheduler::meets(const Fetch& fetch) const {
-  if (!config_.sampling.on() || !config_.merge_in_flight) return true;
-  const double apart = static_cast<double>(now_ - fetch.asked) * std::sqrt(config_.sampling.stride);
-  return apart < usual_latency_[level_of(fetch.found)];
 }
 
 void MemoryScheduler::issue(Cycle now) {
@@ -173,13 +131,11 @@ void MemoryScheduler::issue_sectors(Cycle now) {
     Pending& p = queue_.front();
     const Fetch& f = fetches_[p.fetch];
     if (p.next == 0) front_.emplace(f.node, traffic_);
-    const SectorAccess sector = sector_of(f, *front_, p.next);
+    const SectorAccess sector = front_->at(p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
     message.region = sector.region;
-    message.missed = sector.missed;
-    message.missed_below = sector.missed_below;
     requests_.push(now, message);
     ++counters_.sectors[static_cast<std::size_t>(message.region)];
     ++outstanding_;
@@ -203,7 +159,7 @@ NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
     const NodeSectors sectors(f.node, traffic_);
     message.fetches |= bit(lane_of(id));
     for (unsigned s = 0; s < f.sectors; ++s) {
-      message.sectors.push_back(sector_of(f, sectors, s));
+      message.sectors.push_back(sectors.at(s));
       ++counters_.sectors[static_cast<std::size_t>(message.sectors.back().region)];
     }
     outstanding_ += f.sectors;
@@ -245,8 +201,6 @@ void MemoryScheduler::take_batch_done(Cycle now) {
 void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
-  double& usual = usual_latency_[level_of(f.found)];
-  usual += (static_cast<double>(now - f.asked) - usual) / 64.0;
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
   const std::uint64_t key = merge_key(f.node.address, f.node.header);
   AddressIndex& merge = merge_[entry_of(id)];

@@ -20,7 +20,6 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
-#include "grtx/modules/messages/sampling.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/node_fetch_if.h"
@@ -42,8 +41,6 @@ class MemoryScheduler final : public NodeFetchModule {
   /// Visits merge only with those since the last call, and, with merge_in_flight, with pending fetches of the warp.
   void begin_warp(Cycle now, unsigned entry) override;
   void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
-  bool has_touch() const override { return true; }
-  void touch(const NodeVisit& node, Cycle at) override { touch_node(node, at); }
   void count_visit(const NodeVisit& node) override;
 
   /// Receives at most sectors_per_cycle responses, or one batch from the SIMT core.
@@ -68,24 +65,17 @@ class MemoryScheduler final : public NodeFetchModule {
     Cycle asked = 0;
     std::uint8_t sectors = 0;  ///< number of sectors
     std::uint8_t missing = 0;  ///< responses missing
-    Touched found;             ///< sampled run: hit or miss of each sector
   };
   struct Pending {
     LaneId fetch = 0;
     std::uint8_t next = 0;  ///< sector to send next
   };
-  /// Farthest level of memory that a fetch reached: 0 L1, 1 L2, 2 DRAM.
-  static std::size_t level_of(const Touched& found) { return found.missed_below != 0 ? 2 : found.missed != 0 ? 1 : 0; }
-  static constexpr std::array<double, 3> kFirstLatencies = {50.0, 250.0, 600.0};  ///< cycles; initial values
-  bool meets(const Fetch& fetch) const;
   static std::uint64_t merge_key(std::uint64_t address, bool header);
   void end_of_elaboration() override;
   void issue_sectors(Cycle now);
   void take_batch_done(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
-  Touched touch_node(const NodeVisit& node, Cycle at);
-  SectorAccess sector_of(const Fetch& fetch, const NodeSectors& sectors, unsigned index) const;
   NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
 
   Config config_;
@@ -93,8 +83,6 @@ class MemoryScheduler final : public NodeFetchModule {
   NodeTraffic traffic_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
-  touch_if* cache_ = nullptr;                              ///< null unless the run is sampled
-  std::array<double, 3> usual_latency_ = kFirstLatencies;  ///< [level_of()] running averages, cycles
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   LinkWriter<NodeFetchBatch> batches_;

@@ -31,11 +31,7 @@ class node_fetch_if : public virtual sc_core::sc_interface {
   /// Lane `id` of that warp visits the node at `address` (bytes). header: also read the BLAS header. When the node has
   /// arrived, fetched_node_if::fetched() is called.
   virtual void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) = 0;
-
-  // Functional counterparts for sampled runs (RtMemoryPart::has_touch()):
-  /// Touches the sectors of an untimed visit in the caches, in cycle `at`.
-  virtual void touch(const NodeVisit& /*node*/, Cycle /*at*/) {}
-  /// Counts an untimed visit.
+  /// Counts a further lane's visit of a node that is fetched once for all of them.
   virtual void count_visit(const NodeVisit& /*node*/) {}
 };
 

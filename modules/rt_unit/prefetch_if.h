@@ -29,8 +29,6 @@ class prefetch_if : public virtual sc_core::sc_interface {
   virtual void note_replayed(LaneId id, std::uint32_t address) = 0;
   /// The lane visits the leaf at `address` (in units).
   virtual void note_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address) = 0;
-  /// Functional counterpart of note_leaf() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
-  virtual void touch_leaf(LaneId /*id*/, const traces::RayGroup& /*group*/, std::uint32_t /*address*/, Cycle /*at*/) {}
 };
 
 /// Base class of node prefetchers.

@@ -9,7 +9,6 @@
 #include "grtx/base/strong.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
-#include "grtx/modules/messages/touch_if.h"
 
 namespace grtx::modules {
 
@@ -37,13 +36,6 @@ class RtPart : public sc_core::sc_module {
 /// A part that is a client of the L1.
 class RtMemoryPart : public RtPart {
  public:
-  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< functional access to the L1 in sampled runs
-
-  /// Whether the part implements the functional (touch) functions, which sampled runs need.
-  virtual bool has_touch() const { return false; }
-  /// Sampled run: sets the current cycle before the stages are called.
-  void set_touch_now(Cycle now) { touch_now_ = now; }
-
   /// Receives at most one response.
   virtual void respond(Cycle now) = 0;
   /// Sends at most one request.
@@ -53,10 +45,6 @@ class RtMemoryPart : public RtPart {
 
  protected:
   using RtPart::RtPart;
-  Cycle touch_now() const { return touch_now_; }
-
- private:
-  Cycle touch_now_ = 0;
 };
 
 }  // namespace grtx::modules

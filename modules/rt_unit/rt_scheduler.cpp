@@ -53,9 +53,7 @@ RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& conf
       config_(config),
       selection_(make_warp_selection(config.policy)),
       entries_(entries),
-      boxes_(boxes) {
-  if (config.sampling.on()) sampler_ = std::make_unique<EventSampler>(config.sampling, entries, *this);
-}
+      boxes_(boxes) {}
 
 void RtScheduler::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -65,13 +63,10 @@ void RtScheduler::end_of_elaboration() {
   if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
   if (stack.size() > 0) stack_ = stack.operator->();
-  if (touch_shader.size() > 0) shader_ = touch_shader.operator->();
-  if (sampler_) sampler_->watch(*buffer_);
 }
 
 void RtScheduler::restart() {
   selection_ = make_warp_selection(config_.policy);
-  if (sampler_) sampler_->restart();
   counters_ = {};
 }
 
@@ -100,7 +95,6 @@ void RtScheduler::begin(unsigned entry) {
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
     any_hit_->begin_lane(id, warp.group->rays[i].rounds[warp.round].preloaded);
   });
-  if (sampler_) sampler_->begin(entry, warp.accepted);
 }
 
 Stall RtScheduler::stall_reason() const {
@@ -130,10 +124,6 @@ void RtScheduler::schedule(Cycle now) {
   LaneMask fetching = 0;
   for_each_bit(lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
-    if (sampler_ && !sampler_->advance(id, now)) {
-      buffer_->move(entry, bit(i), LaneState::ready, end_state(id));
-      return;
-    }
     const Event event = warp.lane[i].event;
     switch (event.kind()) {
       case EventKind::visit_internal:
@@ -208,7 +198,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
   const Event event = buffer_->lane(id).event;
   const EventEffect effect(event);
   move_stack(id);
-  if (event.kind() == EventKind::visit_internal && !sampler_) note_event(id, event);
+  if (event.kind() == EventKind::visit_internal) note_event(id, event);
   if (effect.calls_shader(boxes_)) {
     count_shader_call(effect);
     any_hit_->arrive(now, id);
@@ -219,7 +209,7 @@ void RtScheduler::unit_result(Cycle now, LaneId id) {
 
 void RtScheduler::replay(LaneId id, LaneState from) {
   const Event event = buffer_->lane(id).event;
-  if (event.kind() == EventKind::replay_take && !sampler_) note_event(id, event);
+  if (event.kind() == EventKind::replay_take) note_event(id, event);
   ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
   move_stack(id);
   complete(id, EventEffect(event).checkpoints(), from);
@@ -283,58 +273,6 @@ void RtScheduler::note_event(LaneId id, const Event& event) {
     prefetcher_->note_internal(id, *buffer_->warp(entry_of(id)).group, event.node, event.pushed(), event.checkpoints);
   } else if (event.kind() == EventKind::replay_take) {
     prefetcher_->note_replayed(id, event.node);
-  }
-}
-
-void RtScheduler::touch_event(LaneId id, const Event& event, Cycle at) {
-  const traces::RayGroup& group = *buffer_->warp(entry_of(id)).group;
-  if (const std::optional<NodeVisit> node = node_visit(event, group, *traffic_)) {
-    memory_->touch(*node, at);
-    if (prefetcher_ != nullptr && event.kind() != EventKind::visit_internal) {
-      prefetcher_->touch_leaf(id, group, event.node, at);
-    }
-  }
-  note_event(id, event);
-}
-
-void RtScheduler::execute_visit(LaneId id, Cycle at) {
-  const Event event = buffer_->lane(id).event;
-  const EventEffect effect(event);
-  count_visit(event);
-  memory_->count_visit(node_of(id, event));
-  if (!effect.calls_shader(boxes_)) return;
-  count_shader_call(effect);
-  if (!any_hit_->touch(id, event)) return;
-  const Warp& warp = buffer_->warp(entry_of(id));
-  AnyHitBatch batch;
-  batch.slot = warp.slot;
-  batch.round = warp.round;
-  add_lane(batch, lane_of(id), event);
-  shader_->touch_any_hit(batch, at);
-}
-
-void RtScheduler::execute(LaneId id, Cycle at) {
-  Lane& lane = buffer_->lane(id);
-  const Event event = lane.event;
-  const EventEffect effect(event);
-  if (effect.replays()) {
-    if (checkpoint_ == nullptr) refuse(id, kRuleReplayNeedsCheckpoints);
-    checkpoint_->touch_read(id, at);
-    ++(event.kind() == EventKind::replay_take ? counters_.replay_takes : counters_.replay_forwards);
-  } else if (event.kind() == EventKind::cull) {
-    ++counters_.culls;
-  } else {
-    execute_visit(id, at);
-  }
-  move_stack(id);
-  const bool last = !lane.advance();
-  if (stack_ != nullptr) {
-    stack_->touch_settle(id, lane.stack_depth, !last && EventEffect(lane.event).takes_top(), at);
-  }
-  if (checkpoint_ != nullptr) {
-    checkpoint_->touch_submit(id, effect.checkpoints(), last, at);
-  } else if (effect.checkpoints() != 0) {
-    refuse(id, kRuleEntriesNeedCheckpoints);
   }
 }
 

@@ -17,7 +17,6 @@
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/event_sampler.h"
 #include "grtx/modules/rt_unit/rt_unit_config.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/scheduler_if.h"
@@ -36,7 +35,7 @@ class RtSchedulerState {
   ~RtSchedulerState() = default;
 };
 
-class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, public functional_events_if {
+class RtScheduler final : public RtSchedulerModule, public RtSchedulerState {
  public:
   using Config = RtSchedulerConfig;
   using Counters = RtSchedulerCounters;
@@ -46,11 +45,6 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, pub
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
-  bool has_touch() const override { return true; }
-  void touch_until(Cycle now) override { sampler_->touch_until(now); }
-  void touch_event(LaneId id, const traces::Event& event, Cycle at) override;
-  void note_event(LaneId id, const traces::Event& event) override;
-  void execute(LaneId id, Cycle at) override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
   void entries_taken(LaneId id) override;
@@ -77,8 +71,9 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, pub
   void count_visit(const traces::Event& event);
   void count_shader_call(const EventEffect& effect);
   NodeVisit node_of(LaneId id, const traces::Event& event) const;
-  void execute_visit(LaneId id, Cycle at);
   void replay(LaneId id, LaneState from);
+  /// Tells the prefetcher of an event.
+  void note_event(LaneId id, const traces::Event& event);
   /// State of a lane whose last event is done.
   LaneState end_state(LaneId id) const {
     return any_hit_->holds(id) ? LaneState::waiting_any_hit : LaneState::finished;
@@ -89,10 +84,9 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, pub
 
   Config config_;
   std::unique_ptr<WarpSelection> selection_;
-  std::unique_ptr<EventSampler> sampler_;  ///< null unless the run is sampled
   unsigned entries_;
   bool boxes_;
-  // The neighbours, looked up once; the last four are null if the configuration has none.
+  // The neighbours, looked up once; the last three are null if the configuration has none.
   WarpTable* buffer_ = nullptr;
   node_fetch_if* memory_ = nullptr;
   const NodeTraffic* traffic_ = nullptr;
@@ -100,7 +94,6 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState, pub
   checkpoint_if* checkpoint_ = nullptr;
   prefetch_if* prefetcher_ = nullptr;
   stack_if* stack_ = nullptr;
-  shader_touch_if* shader_ = nullptr;
   Counters counters_;
 };
 

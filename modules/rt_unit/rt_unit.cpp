@@ -106,9 +106,7 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
                                         header.three_level());
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
-    MemoryScheduler::Config memory = config_.memory;
-    memory.sampling = config_.sampling;
-    return std::make_unique<MemoryScheduler>(name, memory, header, entries);
+    return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);
   });
   if (config_.any_hit_unit.enabled) {
     any_hit_ = made(parts.any_hit_unit, "any_hit_unit", context_, [&](const char* name) {
@@ -149,19 +147,17 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
 
 void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
-  RtScheduler::Config scheduler = config_.scheduler;
-  scheduler.sampling = config_.sampling;
   if (config_.walks()) {
     require_walkable(header);
     auto walk = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
-      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, scheduler, entries, header);
+      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header);
     });
     walk_ = walk.get();
     scheduler_ = std::move(walk);
     return;
   }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
-    return std::make_unique<RtScheduler>(name, scheduler, entries, traces::has_box_leaves(header.accel));
+    return std::make_unique<RtScheduler>(name, config_.scheduler, entries, traces::has_box_leaves(header.accel));
   });
 }
 
@@ -230,7 +226,6 @@ void RtUnit::bind_parts() {
 
   bind_dispatch();
   bind_optional_parts();
-  if (config_.sampling.on()) bind_touches();
 }
 
 void RtUnit::bind_dispatch() {
@@ -268,21 +263,6 @@ void RtUnit::bind_optional_parts() {
     stack_->client.bind(*scheduler_);
     stack_->request.bind(stack_request);
     stack_->response.bind(stack_response);
-  }
-}
-
-// Binds the functional access ports of a sampled run.
-void RtUnit::bind_touches() {
-  const auto require = [](const RtPart* part, bool has_touch) {
-    if (!has_touch) throw Error("configuration", part->name(), "has no functional entry, which a sampled run needs");
-  };
-  require(scheduler_.get(), scheduler_->has_touch());
-  scheduler_->touch_shader.bind(touch_shader);
-  for (RtMemoryPart* part :
-       std::initializer_list<RtMemoryPart*>{memory_.get(), checkpoint_.get(), prefetcher_.get(), stack_.get()}) {
-    if (part == nullptr) continue;
-    require(part, part->has_touch());
-    part->touch_cache.bind(touch_cache);
   }
 }
 
@@ -350,10 +330,6 @@ void RtUnit::tick_units(Cycle now) {
 // that makes a lane ready is seen by the scheduler in the same cycle. Stages without work, according to the warp table
 // or a link, are not called.
 void RtUnit::run_stages(Cycle now) {
-  if (config_.sampling.on()) {
-    for (const MemoryClient& client : clients_) client.part->set_touch_now(now);
-    scheduler_->touch_until(now);
-  }
   tick_units(now);
   for (const MemoryClient& client : clients_) {
     if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);

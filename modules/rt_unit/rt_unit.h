@@ -59,7 +59,6 @@ class RtUnit final : public RtUnitModule {
   void bind_parts();
   void bind_dispatch();
   void bind_optional_parts();
-  void bind_touches();
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;

@@ -11,7 +11,6 @@
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/messages/sampling.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/prefetch_config.h"
@@ -48,7 +47,6 @@ struct WarpBufferConfig {
 
 struct RtSchedulerConfig {
   std::string policy = "oldest_first";  ///< name of a WarpSelection
-  Sampling sampling{};                  ///< set by the assembly
   void parameters(ParameterList& list) {
     list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
   }
@@ -60,7 +58,6 @@ struct MemorySchedulerConfig {
   bool by_shader = false;
   unsigned sectors_per_cycle = 1;
   NodeTrafficConfig traffic;
-  Sampling sampling{};  ///< set by the assembly
   void parameters(ParameterList& list) {
     list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
     list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
@@ -115,7 +112,6 @@ struct RtUnitConfig {
   CheckpointConfig checkpoint;
   bool sibling_prefetch = true;
   PrefetcherConfig prefetcher;
-  Sampling sampling{};  ///< set by the assembly
   /// Data path of a ray-box pipeline for a trace with this header.
   DataPath box_path(const traces::Header& header) const {
     const traces::NodeSizes sizes = header.node_sizes();

@@ -14,7 +14,6 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
-#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/rt_unit_config.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
@@ -45,9 +44,6 @@ class RtUnitModule : public ClockedModule {
   /// L1 client for stack entries; bound when has_stack().
   OptionalLinkOut<MemoryRequest> stack_request{"stack_request"};
   OptionalLinkIn<MemoryResponse> stack_response{"stack_response"};
-  // Functional access to the L1 and the SIMT core in sampled runs.
-  TouchPort<touch_if> touch_cache{"touch_cache"};
-  TouchPort<shader_touch_if> touch_shader{"touch_shader"};
 
   virtual bool has_checkpoint() const = 0;
   virtual bool has_prefetcher() const = 0;

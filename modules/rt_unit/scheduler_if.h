@@ -34,14 +34,9 @@ class RtSchedulerModule : public RtPart,
   Optional<checkpoint_if> checkpoint{"checkpoint"};
   Optional<prefetch_if> prefetch{"prefetch"};
   Optional<stack_if> stack{"stack"};
-  TouchPort<shader_touch_if> touch_shader{"touch_shader"};  ///< functional access to the SIMT core in sampled runs
 
   /// Selects a warp, if any is ready, and handles the next event of all its ready lanes.
   virtual void schedule(Cycle now) = 0;
-  /// Whether the scheduler supports sampled runs. If so, it implements touch_until().
-  virtual bool has_touch() const { return false; }
-  /// Lets the untimed events that are due by `now` touch the caches.
-  virtual void touch_until(Cycle /*now*/) {}
   /// Counts `cycles` cycles in which nothing happened, under the stall reason of the current state.
   virtual void count_idle(Cycle cycles) = 0;
   /// Number of cycles so far in which a warp was scheduled.

@@ -35,23 +35,8 @@ bool SiblingPrefetcher::waits(std::uint64_t address) const {
 }
 
 void SiblingPrefetcher::end_of_elaboration() {
-  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
-}
-
-void SiblingPrefetcher::touch_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address, Cycle at) {
-  const Siblings siblings = decisions_.take(id, group, address);
-  if (siblings.mask == 0) return;
-  decisions_.records().for_each_child(
-      group.nodes[siblings.definition], siblings.mask,
-      [&](traces::NodeKind kind, std::uint32_t child) { touch_node(kind, traffic_.address(child), at); });
-}
-
-Touched SiblingPrefetcher::touch_node(traces::NodeKind kind, std::uint64_t address, Cycle at) {
-  const SectorRun run = traffic_.run(kind, address);
-  const auto sectors = static_cast<std::uint8_t>((1u << run.sectors) - 1);
-  return cache_->touch({run.address, sectors, run.region, false, true, at});
 }
 
 void SiblingPrefetcher::respond(Cycle now) {
@@ -70,8 +55,6 @@ void SiblingPrefetcher::issue(Cycle now) {
   message.address = node.address + kSectorBytes * p.next;
   message.region = node.region;
   message.prefetch = true;
-  message.missed = (p.found.missed >> p.next & 1) != 0;
-  message.missed_below = (p.found.missed_below >> p.next & 1) != 0;
   ++decisions_.counters().sectors;
   if (++p.next == node.sectors) queue_.pop();
   requests_.push(now, message);

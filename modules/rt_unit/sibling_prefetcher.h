@@ -46,9 +46,6 @@ class SiblingPrefetcher final : public PrefetchModule {
     }
   }
 
-  bool has_touch() const override { return true; }
-  void touch_leaf(LaneId id, const traces::RayGroup& group, std::uint32_t address, Cycle at) override;
-
   void respond(Cycle now) override;
   void issue(Cycle now) override;
   bool busy() const override { return !queue_.empty(); }
@@ -66,24 +63,19 @@ class SiblingPrefetcher final : public PrefetchModule {
     std::uint64_t address = 0;
     traces::NodeKind kind = traces::NodeKind::internal;
     std::uint8_t next = 0;
-    Touched found;  ///< sampled run: hit or miss of each sector
   };
   void end_of_elaboration() override;
   // This class is the Queue of PrefetchDecisions.
   friend PrefetchDecisions;
   bool waits(std::uint64_t address) const;
   bool full() const { return queue_.room() == 0; }
-  void push(traces::NodeKind kind, std::uint64_t address) {
-    queue_.push({address, kind, 0, cache_ == nullptr ? Touched() : touch_node(kind, address, touch_now())});
-  }
-  Touched touch_node(traces::NodeKind kind, std::uint64_t address, Cycle at);
+  void push(traces::NodeKind kind, std::uint64_t address) { queue_.push({address, kind, 0}); }
 
   Config config_;
   Triggers triggers_;
   std::size_t lanes_;
   const NodeTraffic& traffic_;
   PrefetchDecisions decisions_;
-  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   BoundedQueue<Pending> queue_;

@@ -22,8 +22,6 @@ class stack_if : public virtual sc_core::sc_interface {
   /// The lane's stack now has `depth` entries. takes_top: its next event takes the top entry. Returns whether the lane
   /// must wait for a spill or fill; if so, stack_settled() is called later.
   virtual bool settle(LaneId id, std::uint32_t depth, bool takes_top) = 0;
-  /// Functional counterpart of settle() for sampled runs (RtMemoryPart::has_touch()), in cycle `at`.
-  virtual void touch_settle(LaneId /*id*/, std::uint32_t /*depth*/, bool /*takes_top*/, Cycle /*at*/) {}
 };
 
 /// Callback of the stack unit, implemented by the RT scheduler.

@@ -35,7 +35,6 @@ StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, cons
 
 void StackUnit::end_of_elaboration() {
   client_ = client.operator->();
-  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   requests_ = writer_of(request);
   responses_ = reader_of(response);
 }
@@ -53,34 +52,14 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   lane.next = move.first;
   lane.to_spill = static_cast<std::uint8_t>(move.spills);
   count_move(lane.stack, move);
-  if (cache_ != nullptr) lane.found = touch_move(lane, move, touch_now());
   queue_.push(id);
   return true;
-}
-
-void StackUnit::touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cycle at) {
-  LaneContext& lane = lanes_[id];
-  const StackSpill::Move move = spill_.settle(lane.stack, depth, takes_top);
-  if (!move.any()) return;
-  count_move(lane.stack, move);
-  touch_move(lane, move, at);
 }
 
 void StackUnit::count_move(const StackSpill::Lane& lane, const StackSpill::Move& move) {
   counters_.moved_out += move.spills;
   counters_.moved_in += move.fill ? 1 : 0;
   counters_.max_spilled = std::max<std::uint64_t>(counters_.max_spilled, lane.in_memory);
-}
-
-Touched StackUnit::touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at) {
-  Touched all;
-  for (unsigned i = 0; i < (move.fill ? 1 : move.spills); ++i) {
-    const Touched found =
-        cache_->touch({map_.stack_sector(lane.ray, move.first + i), 1, Region::stack, !move.fill, false, at});
-    all.missed |= static_cast<std::uint8_t>(found.missed << i);
-    all.missed_below |= static_cast<std::uint8_t>(found.missed_below << i);
-  }
-  return all;
 }
 
 bool StackUnit::send(Cycle now, LaneId id) {
@@ -90,10 +69,6 @@ bool StackUnit::send(Cycle now, LaneId id) {
   message.region = Region::stack;
   message.write = lane.to_spill > 0;
   message.address = map_.stack_sector(lane.ray, lane.next++);
-  message.missed = (lane.found.missed & 1) != 0;
-  message.missed_below = (lane.found.missed_below & 1) != 0;
-  lane.found.missed >>= 1;
-  lane.found.missed_below >>= 1;
   requests_.push(now, message);
   ++outstanding_;
   if (!message.write) {

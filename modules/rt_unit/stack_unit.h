@@ -37,8 +37,6 @@ class StackUnit final : public StackModule {
 
   void begin_lane(LaneId id, std::uint16_t slot) override;
   bool settle(LaneId id, std::uint32_t depth, bool takes_top) override;
-  bool has_touch() const override { return true; }
-  void touch_settle(LaneId id, std::uint32_t depth, bool takes_top, Cycle at) override;
 
   void respond(Cycle now) override;
   /// Sectors are sent in the order of settle() calls.
@@ -63,18 +61,15 @@ class StackUnit final : public StackModule {
     StackSpill::Lane stack;
     std::uint32_t next = 0;     ///< next sector of the stack area to write or read
     std::uint8_t to_spill = 0;  ///< sectors left to spill
-    Touched found;              ///< sampled run: hit or miss of the move's sectors from `next` on
   };
   void end_of_elaboration() override;
   /// Sends the lane's next sector. Returns true if it was its last spill.
   bool send(Cycle now, LaneId id);
-  Touched touch_move(const LaneContext& lane, const StackSpill::Move& move, Cycle at);
   void count_move(const StackSpill::Lane& lane, const StackSpill::Move& move);
 
   StackSpill spill_;
   const MemoryMap& map_;
   stack_client_if* client_ = nullptr;
-  touch_if* cache_ = nullptr;  ///< null unless the run is sampled
   LinkWriter<MemoryRequest> requests_;
   LinkReader<MemoryResponse> responses_;
   unsigned sm_;

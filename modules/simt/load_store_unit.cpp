@@ -29,8 +29,7 @@ void LoadStoreUnit::enqueue(unsigned slot, std::span<const SectorAccess> sectors
   const std::size_t mask = ring_.size() - 1;
   auto& by_region = write ? counters_.stores : counters_.loads;
   for (const SectorAccess& sector : sectors) {
-    ring_[(head_ + size_) & mask] = {
-        sector.address, static_cast<std::uint16_t>(slot), sector.region, write, sector.missed, sector.missed_below};
+    ring_[(head_ + size_) & mask] = {sector.address, static_cast<std::uint16_t>(slot), sector.region, write};
     ++size_;
     ++by_region[static_cast<std::size_t>(sector.region)];
   }
@@ -49,8 +48,6 @@ unsigned LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& request
     request.client = client_;
     request.region = oldest.region;
     request.write = oldest.write;
-    request.missed = oldest.missed;
-    request.missed_below = oldest.missed_below;
     requests.push(now, request);
     head_ = (head_ + 1) & (ring_.size() - 1);
     if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host

@@ -49,8 +49,6 @@ class LoadStoreUnit {
     std::uint16_t slot = 0;
     Region region = Region::ray;
     bool write = false;
-    bool missed = false;
-    bool missed_below = false;
   };
   void grow(std::size_t at_least);
 

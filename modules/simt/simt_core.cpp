@@ -61,7 +61,6 @@ void SimtCore::restart(Caches) {
   next_ready_ = next_drained_ = kNever;
   last_active_ = 0;
   counters_ = {};
-  timed_instructions_ = {};
 }
 
 void SimtCore::start_of_simulation() {
@@ -87,7 +86,6 @@ void SimtCore::start_of_simulation() {
   }
   memory_request_ = writer_of(memory_request);
   memory_response_ = reader_of(memory_response);
-  if (touch_cache.size() > 0) cache_ = touch_cache.operator->();
   launch_.wake(&alarm_);
   memory_response_.wake(&alarm_);
 }
@@ -181,7 +179,7 @@ void SimtCore::accept_messages(Cycle now) {
     }
     for (const AnyHitBatch* batch; (batch = rt.any_hit_batch.front(now)) != nullptr; rt.any_hit_batch.pop(now)) {
       if (program_.has_heaps()) {
-        store_evicted(*batch, now);
+        store_evicted(*batch);
         continue;
       }
       assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
@@ -213,7 +211,7 @@ void SimtCore::finish_phases(Cycle now) {
   }
   for_each_bit(service, [&](unsigned slot) { more_steps(slot) ? load_step(slot, now) : finish_service(slot, now); });
   for_each_bit(ray_generation, [&](unsigned slot) {
-    store(slot, now);
+    store(slot);
     finish_ray_generation(slot, now);
   });
 }
@@ -226,7 +224,7 @@ bool SimtCore::service_waits(unsigned slot) const {
 
 void SimtCore::finish_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
-  store(slot, now);
+  store(slot);
   if (warp.service == Service::intersection && warp.hits.lanes != 0) {
     starting_service_ |= bit(slot);
     return;
@@ -322,9 +320,8 @@ void SimtCore::start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now)
   load(slot, now);
 }
 
-void SimtCore::store_evicted(const AnyHitBatch& batch, Cycle now) {
+void SimtCore::store_evicted(const AnyHitBatch& batch) {
   program_.store_evicted(batch, phase_);
-  if (cache_ != nullptr) touch_all(*cache_, phase_.stores, true, now);
   lsu_.enqueue(batch.slot, phase_.stores, true);
 }
 
@@ -353,43 +350,9 @@ void SimtCore::fill_phase(unsigned slot) {
   }
 }
 
-// Sampled run: an untimed phase ends at once, and the next one begins.
 void SimtCore::start_ray_generation(unsigned slot, Cycle now) {
-  for (;;) {
-    fill_phase(slot);
-    timed_instructions_.all += phase_.instructions;
-    if (phase_takes_time(slot)) {
-      timed_instructions_.timed += phase_.instructions;
-      return load(slot, now);
-    }
-    touch_phase(phase_, now);
-    finish_ray_generation(slot, now);
-    if ((starting_ray_generation_ & bit(slot)) == 0) return;
-    starting_ray_generation_ &= ~bit(slot);
-  }
-}
-
-bool SimtCore::phase_takes_time(unsigned slot) const {
-  if (!config_.sampling.on()) return true;
-  const unsigned place = config_.sampling.first(program_.group(slot)->index);
-  return (program_.round(slot) + static_cast<unsigned>(phase_.kind) + place) % config_.sampling.stride == 0;
-}
-
-void SimtCore::touch_phase(ShaderPhase& phase, Cycle at) {
-  touch_all(*cache_, phase.loads, false, at);
-  touch_all(*cache_, phase.stores, true, at);
-}
-
-void SimtCore::touch_any_hit(const AnyHitBatch& batch, Cycle at) {
-  AnyHitBatch hits = batch;
-  if (program_.intersects()) {
-    program_.intersection(batch, touched_phase_);
-    touch_phase(touched_phase_, at);
-    hits = ShaderProgram::hits_of(batch);
-    if (hits.lanes == 0) return;
-  }
-  program_.has_heaps() ? program_.store_evicted(hits, touched_phase_) : program_.any_hit(hits, touched_phase_);
-  touch_phase(touched_phase_, at);
+  fill_phase(slot);
+  load(slot, now);
 }
 
 void SimtCore::load(unsigned slot, Cycle now) {
@@ -421,8 +384,7 @@ void SimtCore::load_step(unsigned slot, Cycle now) {
   send_loads(slot, std::span(warp.loads).subspan(begin, end - begin), now);
 }
 
-void SimtCore::send_loads(unsigned slot, std::span<SectorAccess> loads, Cycle now) {
-  if (cache_ != nullptr) touch_all(*cache_, loads, false, now);
+void SimtCore::send_loads(unsigned slot, std::span<const SectorAccess> loads, Cycle now) {
   lsu_.enqueue(slot, loads, false);
   enter(slot, WarpActivity::memory, now);
 }
@@ -439,8 +401,7 @@ void SimtCore::issue(unsigned slot, Cycle now) {
   if (last) ++counters_.phases[static_cast<std::size_t>(warp.kind)];
 }
 
-void SimtCore::store(unsigned slot, Cycle now) {
-  if (cache_ != nullptr) touch_all(*cache_, slots_[slot].stores, true, now);
+void SimtCore::store(unsigned slot) {
   if (!slots_[slot].stores.empty()) lsu_.enqueue(slot, slots_[slot].stores, true);
 }
 

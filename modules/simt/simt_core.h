@@ -21,8 +21,6 @@
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
-#include "grtx/modules/messages/sampling.h"
-#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/issue_slots.h"
 #include "grtx/modules/simt/decide/shader_program.h"
@@ -33,13 +31,12 @@
 
 namespace grtx::modules {
 
-class SimtCore final : public SimtCoreModule, public shader_touch_if {
+class SimtCore final : public SimtCoreModule {
  public:
   /// `map` must outlive the module. Throws Error if the header or the configuration is outside what the core can run.
   SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, const SimtCoreConfig& config,
            const traces::Header& header, const MemoryMap& map);
 
-  void touch_any_hit(const AnyHitBatch& batch, Cycle at) override;
   bool idle() const override;
   unsigned resident() const;
   unsigned slots() const { return static_cast<unsigned>(slots_.size()); }
@@ -52,8 +49,6 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   /// Last cycle in which tick() did any work; the visible state has not changed since.
   Cycle last_active() const { return last_active_; }
   SimtCounters counters() const override;
-  /// Sampled run: warp instructions of ray generation (untimed any-hit calls are not batched).
-  const TimedShare& timed_instructions() const { return timed_instructions_; }
   void statistics(StatisticList& list, const std::string& prefix) const { describe(counters(), list, prefix); }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
@@ -116,21 +111,18 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   void finish_service(unsigned slot, Cycle now);
   void start_service(unsigned slot, Cycle now);
   /// Stores a hit that fell out of its heap.
-  void store_evicted(const AnyHitBatch& batch, Cycle now);
+  void store_evicted(const AnyHitBatch& batch);
   void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
   bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void fill_phase(unsigned slot);
-  /// Sampled run: whether the ray generation shader's phase is a timed one.
-  bool phase_takes_time(unsigned slot) const;
-  void touch_phase(ShaderPhase& phase, Cycle at);
   void load(unsigned slot, Cycle now);
   /// Sends the loads of a phase, or of one step of it.
-  void send_loads(unsigned slot, std::span<SectorAccess> loads, Cycle now);
+  void send_loads(unsigned slot, std::span<const SectorAccess> loads, Cycle now);
   void issue(unsigned slot, Cycle now);
   void send(Cycle now);
   void next_round(unsigned slot);
-  void store(unsigned slot, Cycle now);
+  void store(unsigned slot);
   void end_if_drained(unsigned slot, Cycle now);
   void enter(unsigned slot, WarpActivity activity, Cycle now);
 
@@ -142,8 +134,6 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   LoadStoreUnit lsu_;
   std::vector<Slot> slots_;
   ShaderPhase phase_;                    ///< scratch
-  ShaderPhase touched_phase_;            ///< scratch, for untimed events
-  touch_if* cache_ = nullptr;            ///< null unless the run is sampled
   std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
   std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
   Cycle next_ready_ = kNever;            ///< earliest Slot::ready
@@ -159,7 +149,6 @@ class SimtCore final : public SimtCoreModule, public shader_touch_if {
   RingQueue<NodesFetched> nodes_fetched_;
   RingQueue<std::uint16_t> ends_;
   SimtCounters counters_;
-  TimedShare timed_instructions_;  ///< sampled run
 
   // The ports' links, looked up once.
   LinkReader<LaunchWarp> launch_;

@@ -16,8 +16,6 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
-#include "grtx/modules/messages/sampling.h"
-#include "grtx/modules/messages/touch_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/shader_costs.h"
 #include "grtx/modules/simt/register_file.h"
@@ -48,7 +46,6 @@ class SimtCoreModule : public ClockedModule {
   ForEachRtUnitOrNone<link_out_if<NodeFetchDone>> node_fetch_done{"node_fetch_done"};
   LinkOut<MemoryRequest> memory_request{"memory_request"};
   LinkIn<MemoryResponse> memory_response{"memory_response"};
-  TouchPort<touch_if> touch_cache{"touch_cache"};  ///< functional access to the L1 in sampled runs
 
   /// Counters up to the clock's current cycle.
   virtual SimtCounters counters() const = 0;
@@ -64,7 +61,6 @@ class SimtCoreModule : public ClockedModule {
 struct SimtCoreConfig {
   unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
   unsigned schedulers = 4;
-  Sampling sampling{};           ///< set by the assembly
   unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
   unsigned instruction_latency = 4;
   std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly

@@ -14,7 +14,7 @@ from . import program as grtx
 from .errors import StatisticsError, StrPath, unknown
 from .frames import Results, named, read_results, statistics_document, statistics_frame, table
 
-Mode = Literal["cycle", "sampled", "windows"]
+Mode = Literal["cycle", "windows"]
 Settings = Mapping[str, Any]
 
 

@@ -67,13 +67,13 @@ double student_quantile(double p, double degrees) {
   return 0.5 * (low + high);
 }
 
-ConfidenceInterval cycles_interval(const SampledEstimate& e) {
+ConfidenceInterval cycles_interval(const CycleEstimate& e) {
   if (e.whole) return interval(e.log_cycles, 0.0, 0.0);
   return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom), e.degrees_of_freedom,
                             e.bias.cycles, e.bias.degrees);
 }
 
-ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other) {
+ConfidenceInterval ratio_interval(const CycleEstimate& base, const CycleEstimate& other) {
   const double log_ratio = base.log_cycles - other.log_cycles;
   if (base.whole && other.whole) return interval(log_ratio, 0.0, 0.0);
   std::map<std::uint64_t, GroupEvidence> differences;
@@ -82,7 +82,7 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
   std::vector<GroupEvidence> evidence;
   for (const auto& [group, e] : differences) evidence.push_back(e);
   double degrees = 1e9;
-  for (const SampledEstimate* e : {&base, &other}) {
+  for (const CycleEstimate* e : {&base, &other}) {
     if (!e->whole) degrees = std::min(degrees, e->degrees_of_freedom);
   }
   // A design that was simulated completely has no bias: only the other's counts.
@@ -91,7 +91,7 @@ ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEsti
                             base.whole ? other.bias.degrees : base.bias.degrees);
 }
 
-nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
+nlohmann::ordered_json to_json(const CycleEstimate& estimate) {
   nlohmann::ordered_json json;
   json["log_cycles"] = estimate.log_cycles;
   json["whole"] = estimate.whole;
@@ -104,8 +104,8 @@ nlohmann::ordered_json to_json(const SampledEstimate& estimate) {
   return json;
 }
 
-SampledEstimate estimate_from_json(const nlohmann::ordered_json& json) {
-  SampledEstimate estimate;
+CycleEstimate estimate_from_json(const nlohmann::ordered_json& json) {
+  CycleEstimate estimate;
   estimate.log_cycles = json.at("log_cycles").get<double>();
   estimate.whole = json.at("whole").get<bool>();
   estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();

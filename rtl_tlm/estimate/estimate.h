@@ -16,14 +16,14 @@ struct ModelBias {
   double degrees = 4.0;  ///< of freedom: number of independent scenes that it was measured on, minus one
 };
 
-/// Contribution of one subsample to the estimate: a window (windows mode) or an SM (sampled mode).
+/// Contribution of one window to the estimate.
 struct GroupEvidence {
-  std::uint64_t group = 0;  ///< first group of the window, or number of the SM
+  std::uint64_t group = 0;  ///< first group of the window
   double residual = 0.0;    ///< relative deviation from the expected value
   double influence = 0.0;   ///< on the logarithm of the cycles; the sum of squares estimates its variance
 };
 
-struct SampledEstimate {
+struct CycleEstimate {
   double log_cycles = 0.0;
   bool whole = false;  ///< everything was simulated: exact
   double degrees_of_freedom = 1.0;
@@ -40,11 +40,11 @@ struct ConfidenceInterval {
 /// Quantile of Student's t distribution, 0 < p < 1, degrees >= 1.
 double student_quantile(double p, double degrees);
 
-ConfidenceInterval cycles_interval(const SampledEstimate& estimate);
+ConfidenceInterval cycles_interval(const CycleEstimate& estimate);
 /// Interval of cycles(base) / cycles(other). Subsamples of the same group are paired: errors that both have cancel.
-ConfidenceInterval ratio_interval(const SampledEstimate& base, const SampledEstimate& other);
+ConfidenceInterval ratio_interval(const CycleEstimate& base, const CycleEstimate& other);
 
-nlohmann::ordered_json to_json(const SampledEstimate& estimate);
-SampledEstimate estimate_from_json(const nlohmann::ordered_json& json);
+nlohmann::ordered_json to_json(const CycleEstimate& estimate);
+CycleEstimate estimate_from_json(const nlohmann::ordered_json& json);
 
 }  // namespace grtx::sim

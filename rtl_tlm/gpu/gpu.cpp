@@ -120,10 +120,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     slices_[i]->request.bind(*slice_requests_[i]);
     slices_[i]->response.bind(*slice_responses_[i]);
     slices_[i]->memory_socket().bind(dram[i]);
-    if (config.sampling.on()) crossbar_->touch_out[i].bind(modules::functional<modules::touch_if>(*slices_[i]));
   }
-  if (!config.sampling.on()) return;
-  for (const auto& sm : sms_) sm->touch_memory.bind(modules::functional<modules::touch_if>(*crossbar_));
 }
 
 void Gpu::restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches) {

@@ -74,7 +74,6 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("dram", dram);
   // Exists only if the program has registered a memory system that is configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
-  list.part("sample", sample);
   own.parameters(list);
   list.rule(
       "gpu.rt_units", [this] { return rt_units <= resident(); },
@@ -112,11 +111,7 @@ std::vector<modules::Parameter> config_keys(GpuConfig& config) {
   return list.items();
 }
 
-SmConfig GpuConfig::sm(unsigned index) const {
-  SmConfig config{index, rt_units, resident(), simt, rt, l1, sm_links, own};
-  config.rt.sampling = config.simt.sampling = config.l1.sampling = sampling;
-  return config;
-}
+SmConfig GpuConfig::sm(unsigned index) const { return {index, rt_units, resident(), simt, rt, l1, sm_links, own}; }
 
 modules::CrossbarConfig GpuConfig::crossbar_config() const {
   modules::CrossbarConfig config = crossbar;
@@ -129,7 +124,6 @@ modules::L2SliceConfig GpuConfig::l2_slice(unsigned slice) const {
   modules::L2SliceConfig config = l2;
   config.slice = slice;
   config.interleave = interleave;
-  config.sampling = sampling;
   config.geometry.bytes = l2_bytes / interleave.slices;
   return config;
 }

@@ -31,20 +31,6 @@ struct GpuLinks {
   }
 };
 
-/// How `--mode sampled` samples; not hardware.
-struct SampleKeys {
-  unsigned stride = 8;
-  unsigned offset = 0;
-  void parameters(modules::ParameterList& list) {
-    list.add("stride", stride, {1, 64}, "events",
-             "sampled mode: one in so many of a lane's events takes time; 1 is cycle mode", modules::kOurs)
-        .came_later();
-    list.add("offset", offset, {0, 63}, "events", "sampled mode: which one of the stride", modules::kOurs).came_later();
-    list.rule(
-        "offset", [this] { return offset < stride; }, "must be below the stride");
-  }
-};
-
 /// Keys of external DRAM simulators, which have their own configuration file.
 struct DramSimulatorConfig {
   std::string file;
@@ -81,9 +67,7 @@ struct GpuConfig {
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2SliceConfig l2;                 ///< of a slice; l2_slice() sets its size from l2_bytes
   modules::Dram::Config dram;
-  SampleKeys sample;
-  modules::Sampling sampling;  ///< of this run: set from `sample` in sampled mode, else off
-  modules::OwnKeys own;        ///< keys of user-supplied units, and of units that not every machine has
+  modules::OwnKeys own;  ///< keys of user-supplied units, and of units that not every machine has
 
   /// All keys, in the order of the documentation.
   void parameters(modules::ParameterList& list);

@@ -74,11 +74,6 @@ GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const E
   for (const auto& sm : gpu.sms()) {
     c.simt_of.push_back(sm->simt().counters());
     c.l1_of.push_back(sm->l1_counters());
-    const auto* const l1 = dynamic_cast<const modules::L1Cache*>(&sm->l1());
-    const auto* const simt = dynamic_cast<const modules::SimtCore*>(&sm->simt());
-    if (l1 == nullptr || simt == nullptr || !l1->config().sampling.on()) continue;
-    c.timed_misses.push_back(l1->timed_misses());
-    c.timed_instructions.push_back(simt->timed_instructions());
   }
   for (const auto& slice : gpu.slices()) c.l2_of.push_back(slice->counters());
   c.crossbar = gpu.crossbar().counters();

@@ -20,9 +20,6 @@ struct GpuCounters {
   std::vector<modules::SimtCounters> simt_of;
   std::vector<modules::L1Counters> l1_of;
   std::vector<modules::L2Counters> l2_of;
-  /// Sampled run, by SM with an L1 and SIMT core of the project: sectors that demand reads missed in the L1, and
-  /// instructions.
-  std::vector<modules::TimedShare> timed_misses, timed_instructions;
   modules::RtUnitCounters rt;
   modules::SimtCounters simt;
   modules::L1Counters l1;

@@ -10,7 +10,7 @@
 
 namespace grtx::sim {
 
-std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
+std::vector<IdleKey> idle_keys(const GpuConfig& config) {
   const std::vector<std::string> with_file = memory_systems_with_file();
   const bool by_file = std::find(with_file.begin(), with_file.end(), config.dram_model) != with_file.end();
   const std::string& scheduling = config.dram.channel.scheduling;
@@ -20,9 +20,6 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
   for (const modules::Parameter& parameter : config_keys(copy)) {
     const std::string& key = parameter.name;
     if (values.at(key) == defaults.at(key)) continue;
-    if (key.starts_with("sample.") && mode != SimulationMode::sampled) {
-      idle.push_back({key, "--mode " + std::string(name_of(mode))});
-    }
     if (key == "l1.write_back_buffer" && config.l1.private_writes.policy == modules::WritePolicy::write_through) {
       idle.push_back({key, "l1.private_writes = write_through"});
     }
@@ -57,7 +54,7 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config, SimulationMode mode) {
   return idle;
 }
 
-void warn_of_idle_keys(const GpuConfig& config, SimulationMode mode) { warn_of(idle_keys(config, mode)); }
+void warn_of_idle_keys(const GpuConfig& config) { warn_of(idle_keys(config)); }
 
 void warn_of(const std::vector<IdleKey>& keys) {
   std::map<std::string, std::vector<std::string>> idle;  // by reason

@@ -9,9 +9,8 @@
 namespace grtx::sim {
 
 std::string gone_mode(const std::string& name) {
-  if (name != "fast") return "";
-  return "mode 'fast' is gone: 'sampled' takes its place, the machine of cycle mode with one event in sample.stride "
-         "taking time";
+  if (name != "fast" && name != "sampled") return "";
+  return fmt::format("mode '{}' is gone: use cycle; of whole frames, windows", name);
 }
 
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
@@ -19,9 +18,9 @@ Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
   const nlohmann::ordered_json keys = config_json(config);
   for (const char* key : {"rt.checkpoint.implementation", "rt.box.implementation", "rt.transform.implementation"}) {
     if (keys.at(key) == "tlm") continue;
-    return {key, fmt::format("must be tlm with --mode {}: RTL is compared on whole traces", name_of(mode))};
+    return {key, "must be tlm with --mode windows: RTL is compared on whole traces"};
   }
-  if (mode == SimulationMode::windows && config.dram_model != kBuiltInMemory) {
+  if (config.dram_model != kBuiltInMemory) {
     return {"dram.model", "must be built_in with --mode windows: the windows' bias was measured with it"};
   }
   return {};

@@ -12,11 +12,10 @@ namespace grtx::sim {
 
 /// All modes simulate the same machine.
 enum class SimulationMode : std::uint8_t {
-  cycle,    ///< every event takes time
-  sampled,  ///< one in sample.stride events of each lane takes time (estimate/sampled_simulation.h)
-  windows   ///< only windows of the trace are simulated (estimate/windows)
+  cycle,   ///< every event takes time
+  windows  ///< only windows of the trace are simulated (estimate/windows)
 };
-constexpr auto enum_names(SimulationMode) { return names_in_order<SimulationMode>({"cycle", "sampled", "windows"}); }
+constexpr auto enum_names(SimulationMode) { return names_in_order<SimulationMode>({"cycle", "windows"}); }
 
 /// Error text for the name of a removed mode; "" for any other name.
 std::string gone_mode(const std::string& name);
@@ -27,8 +26,8 @@ struct Unmodelled {
   std::string rule;
   explicit operator bool() const { return !key.empty(); }
 };
-/// The first key that selects a unit in SystemVerilog, in a mode other than cycle: such a unit cannot execute an event
-/// in zero time, and is compared on whole traces. In windows mode also a DRAM model other than the built-in one.
+/// In windows mode the first key that selects a unit in SystemVerilog, which is compared on whole traces, or a DRAM
+/// model other than the built-in one.
 Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode);
 /// Throws Error for such a key.
 void check_mode(const GpuConfig& config, SimulationMode mode);

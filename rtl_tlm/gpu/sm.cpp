@@ -86,7 +86,6 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
   simt_->memory_response.bind(*responses_[clients.simt]);
   l1_->to_memory.bind(to_memory);
   l1_->from_memory.bind(from_memory);
-  if (config.rt.sampling.on()) bind_touches();
 }
 
 void Sm::make_rt_links(const SmConfig& config) {
@@ -132,17 +131,6 @@ void Sm::make_l1_links(const SmConfig& config, const L1Clients& clients) {
     requests_.push_back(link<MemoryRequest>(clients.names[i] + "_request", config.links.l1_latency, capacity));
     responses_.push_back(link<MemoryResponse>(clients.names[i] + "_response", config.links.l1_latency, capacity));
   }
-}
-
-void Sm::bind_touches() {
-  auto& cache = modules::functional<modules::touch_if>(*l1_);
-  auto& shader = modules::functional<modules::shader_touch_if>(*simt_);
-  for (const auto& rt : rt_) {
-    rt->touch_cache.bind(cache);
-    rt->touch_shader.bind(shader);
-  }
-  simt_->touch_cache.bind(cache);
-  l1_->touch_memory.bind(touch_memory);
 }
 
 void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {

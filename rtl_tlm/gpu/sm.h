@@ -63,7 +63,6 @@ class Sm final : public sc_core::sc_module {
   modules::LinkOut<modules::WarpEnded> ended{"ended"};
   modules::LinkOut<modules::MemoryRequest> to_memory{"to_memory"};
   modules::LinkIn<modules::MemoryResponse> from_memory{"from_memory"};
-  modules::TouchPort<modules::touch_if> touch_memory{"touch_memory"};  ///< bound in sampled runs only
 
   const modules::SimtCoreModule& simt() const { return *simt_; }
   const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
@@ -108,7 +107,6 @@ class Sm final : public sc_core::sc_module {
   void make_l1_links(const SmConfig& config, const L1Clients& clients);
   /// clients: names of the L1's ports.
   void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
-  void bind_touches();
 
   /// Between the SIMT core and one RT unit; the last two exist when the shader cores fetch the nodes.
   struct RtLinks {

@@ -257,7 +257,7 @@ void GpuComponent::sample() {
 void GpuComponent::warps_ended() {
   if (!launch_ || !gpu_->finished()) return;
   launch_->end = settle(*gpu_, *memory_);
-  launch_->over_time = launch_->series.json(gpu_->distributor().end_cycle(), options_.machine.sampling.stride);
+  launch_->over_time = launch_->series.json(gpu_->distributor().end_cycle());
   launch_->drains = true;
   drain();
 }

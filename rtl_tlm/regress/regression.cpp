@@ -16,7 +16,6 @@
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/base/stopwatch.h"
-#include "grtx/rtl_tlm/estimate/sampled_simulation.h"
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/run/statistics_table.h"
 
@@ -228,9 +227,6 @@ SimulationResult simulate_case(const RegressionCase& regression_case, const GpuC
   }
   SimulationOptions options;
   options.price = price;
-  if (regression_case.mode == SimulationMode::sampled) {
-    return simulate_sampled(regression_case.trace, config, options).result;
-  }
   return simulate(regression_case.trace, config, options);
 }
 

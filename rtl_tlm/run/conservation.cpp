@@ -58,8 +58,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
 }
 
 /// The work of the trace was done, each piece once.
-void check_work(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups, bool sampled,
-                const Equal& equal) {
+void check_work(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups, const Equal& equal) {
   const modules::RtScheduler::Counters& events = c.rt.scheduler;
   equal("warps ended", c.simt.warps, groups);
   equal("ray rounds executed", c.simt.shader.ray_rounds, totals.rounds);
@@ -73,12 +72,8 @@ void check_work(const GpuCounters& c, const traces::Totals& totals, std::uint64_
   equal("hits of SIMT cores and any-hit units", c.simt.shader.any_hit_calls + heaps.hits, totals.any_hit_calls);
   equal("hits answered by any-hit units", heaps.answers, heaps.hits);
   const bool boxes = events.intersection_calls != 0;
-  // In a sampled run, calls in zero time are batches of one lane.
-  const std::uint64_t without_time =
-      sampled ? (boxes ? events.intersection_calls : events.any_hit_calls) - heaps.hits - c.rt.any_hit.lanes : 0;
   equal("batches of calls at the SIMT cores",
-        boxes ? c.simt.shader.intersection_batches : c.simt.shader.any_hit_batches,
-        c.rt.any_hit.batches + without_time);
+        boxes ? c.simt.shader.intersection_batches : c.simt.shader.any_hit_batches, c.rt.any_hit.batches);
   equal("intersection calls of the RT units", events.intersection_calls, boxes ? totals.visits_leaf : 0);
   equal("intersection calls of the SIMT cores", c.simt.shader.intersection_calls, events.intersection_calls);
   equal("evictions", c.simt.shader.evictions, totals.evictions);
@@ -121,13 +116,12 @@ void check_traffic(const GpuCounters& c, const Equal& equal) {
 
 }  // namespace
 
-std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups,
-                                          bool sampled) {
+std::vector<std::string> count_violations(const GpuCounters& c, const traces::Totals& totals, std::uint64_t groups) {
   std::vector<std::string> violations;
   const Equal equal = [&](const std::string& what, std::uint64_t executed, std::uint64_t expected) {
     if (executed != expected) violations.push_back(fmt::format("{}: {} instead of {}", what, executed, expected));
   };
-  check_work(c, totals, groups, sampled, equal);
+  check_work(c, totals, groups, equal);
   check_traffic(c, equal);
   check_regions(c, equal);
 
@@ -148,7 +142,7 @@ std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem
   if (!memory.idle()) violations.push_back("the DRAM is not empty at the end");
   for (const auto& sm : gpu.sms()) {
     const auto* own = dynamic_cast<const modules::L1Cache*>(&sm->l1());
-    if (own == nullptr || own->config().sampling.on()) continue;  // writes in zero time are not counted
+    if (own == nullptr) continue;
     const modules::L1Counters l1 = own->counters();
     if (own->dirty_at_start() + l1.kept_writes != l1.rewrites + l1.write_backs + own->dirty_sectors()) {
       violations.push_back(fmt::format("{}: {} sectors kept, {} of them again, {} written back, {} dirty", own->name(),

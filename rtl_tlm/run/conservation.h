@@ -13,9 +13,9 @@ namespace grtx::sim {
 
 // Each returns one line for each law that does not hold; none in a correct run.
 
-/// Work and requests. totals, groups: content and number of the groups that ran. sampled: some events took no time.
+/// Work and requests. totals, groups: content and number of the groups that ran.
 std::vector<std::string> count_violations(const GpuCounters& counters, const traces::Totals& totals,
-                                          std::uint64_t groups, bool sampled = false);
+                                          std::uint64_t groups);
 /// Queues, MSHRs, warp slots and DRAM payloads at the end.
 std::vector<std::string> emptiness_violations(const Gpu& gpu, const MemorySystem& memory);
 /// No run is faster than a lower bound.

@@ -29,7 +29,7 @@ void OccupancySeries::sample() {
   next_ += interval_;
 }
 
-nlohmann::ordered_json OccupancySeries::json(Cycle end, unsigned stride) const {
+nlohmann::ordered_json OccupancySeries::json(Cycle end) const {
   using nlohmann::ordered_json;
   std::vector<Point> points = points_;
   while (!points.empty() && points.back().cycle >= end) points.pop_back();
@@ -41,7 +41,7 @@ nlohmann::ordered_json OccupancySeries::json(Cycle end, unsigned stride) const {
   for (const Point& p : points) {
     const double length = static_cast<double>(p.cycle - before.cycle);
     const double unit_cycles = length * static_cast<double>(units);
-    cycles.push_back(p.cycle * stride);
+    cycles.push_back(p.cycle);
     occupancy.push_back(static_cast<double>(p.rt_warps - before.rt_warps) / unit_cycles);
     issue.push_back(static_cast<double>(p.rt_selections - before.rt_selections) / unit_cycles);
     resident.push_back(p.resident);

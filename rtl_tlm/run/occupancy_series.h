@@ -23,8 +23,8 @@ class OccupancySeries {
   Cycle next() const { return next_; }
   void sample();
   /// The points up to `end`, the last cycle of the run: {"end_of_interval": [cycles], name: {unit, description,
-  /// values}}. stride: of a sampled run, else 1; cycles are multiplied by it.
-  nlohmann::ordered_json json(Cycle end, unsigned stride) const;
+  /// values}}.
+  nlohmann::ordered_json json(Cycle end) const;
 
  private:
   /// Sums since the start of the run.

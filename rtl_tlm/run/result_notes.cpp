@@ -92,10 +92,6 @@ ResultNotes run_notes(const GpuConfig& config, const traces::Header& header, std
     notes.push_back({"fewer-slots", fmt::format("the registers of an SM hold {} warps, not gpu.resident_warps = {}",
                                                 config.resident(), config.resident_warps)});
   }
-  if (config.sampling.on()) {
-    notes.push_back(
-        {"stride", fmt::format("estimated: of each lane's events one in {} took time", config.sampling.stride)});
-  }
   add_free_rides(config, header, notes);
   add_partial_launch(config, header, groups, statistics, notes);
   add_dropped_fills(statistics, notes);

@@ -22,7 +22,7 @@ struct FinishedRun {
   std::uint64_t memory_bytes = 0;  ///< that all launches needed
 };
 
-/// Fills cycles, statistics, violations, notes, binding_bound and sampled_work of `result`. source: gave the run its
+/// Fills cycles, statistics, violations, notes and binding_bound of `result`. source: gave the run its
 /// groups. price: see SimulationOptions.
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const EnergyPricing& price, SimulationResult& result);

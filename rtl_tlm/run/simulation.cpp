@@ -134,7 +134,7 @@ std::optional<SavedState> warm_state(const SimulationOptions& options, const Gpu
   if (options.warm_state.empty()) return std::nullopt;
   if (!options.warm_trace.empty()) throw Error("sim", "--warm-state", "stands for --warm: give one of them");
   SavedState state = read_state(options.warm_state);
-  require_fits(state, options.warm_state, config, reader, std::string(mode_of(config)));
+  require_fits(state, options.warm_state, config, reader, std::string(name_of(SimulationMode::cycle)));
   return state;
 }
 
@@ -147,7 +147,7 @@ std::string ran_before(const Work& work) {
 void save_state(const Work& work, FinishedRun& finished) {
   const std::string before = ran_before(work);
   write_state(work.options.save_state,
-              {std::string(mode_of(work.config)), config_hash(work.config), hardware_of(work.reader.header()),
+              {std::string(name_of(SimulationMode::cycle)), config_hash(work.config), hardware_of(work.reader.header()),
                addressed_scene(work.reader.header()), (before.empty() ? "" : before + " ") + work.reader.content_hash(),
                camera_of(work.reader), finished.memory_bytes, std::move(finished.units)});
 }
@@ -295,7 +295,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   try {
     run_to_end(gpu, *memory, source.count(), options, series);
     end = settle(gpu, *memory);
-    finished.over_time = series.json(gpu.distributor().end_cycle(), config.sampling.stride);
+    finished.over_time = series.json(gpu.distributor().end_cycle());
     drain(gpu, *memory, options);
   } catch (const sc_core::sc_report&) {  // perhaps an observer could not write its file
     observers.rethrow_failure();

@@ -43,13 +43,6 @@ struct SimulationOptions {
   MemorySystemFactory memory;  ///< replaces the one that dram.model names
 };
 
-/// Subsamples of a sampled run, one per SM with units of the project: timed events compared with all events.
-struct SampledWork {
-  std::vector<modules::TimedShare> misses;        ///< sectors that demand reads missed in the L1
-  std::vector<modules::TimedShare> instructions;  ///< of ray generation in the SIMT core
-  double issue_share = 0.0;  ///< instructions / issue slots of the run: how far instructions determine the cycles
-};
-
 struct SimulationResult {
   Cycle cycles = 0;
   modules::StatisticList statistics;          ///< identical for identical inputs
@@ -58,14 +51,13 @@ struct SimulationResult {
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
   ResultNotes notes;                          ///< caveats on these figures
   std::string binding_bound;                  ///< name of the largest lower bound
-  SampledWork sampled_work;                   ///< of a sampled run
   nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
   unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
   std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
-/// Simulates the trace in sampled mode if config.sampling is on, else in cycle mode. SystemC elaborates once per
-/// process: call it once, or each time in a ChildProcess. Throws Error for a bad trace or configuration,
+/// Simulates the trace in cycle mode. SystemC elaborates once per process: call it once, or each time in a
+/// ChildProcess. Throws Error for a bad trace or configuration,
 /// std::runtime_error (with all modules' states on stderr) on a deadlock of the model.
 SimulationResult simulate(const std::string& trace_path, const GpuConfig& config, const SimulationOptions& options);
 

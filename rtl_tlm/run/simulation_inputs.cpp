@@ -11,10 +11,6 @@ std::string camera_of(const traces::Reader& trace) {
   return camera == trace.header().inputs.end() ? "" : camera->second;
 }
 
-std::string_view mode_of(const GpuConfig& config) {
-  return name_of(config.sampling.on() ? SimulationMode::sampled : SimulationMode::cycle);
-}
-
 void add_run_before(std::map<std::string, std::string>& inputs, const std::string& ran, const std::string& camera) {
   if (!ran.empty()) inputs["warm"] = ran;
   if (!camera.empty()) inputs["warm.camera_hash"] = camera;
@@ -39,7 +35,7 @@ std::map<std::string, std::string> simulation_inputs(const traces::Reader& trace
   }
   inputs["trace_hash"] = trace.content_hash();
   inputs["config_hash"] = config_hash(config);
-  inputs["mode"] = mode_of(config);
+  inputs["mode"] = name_of(SimulationMode::cycle);
   const FilesRead memory = memory_files(config);
   for (const auto& [name, value] : memory.files().empty() ? std::map<std::string, std::string>() : memory.inputs()) {
     inputs["memory." + name] = value;

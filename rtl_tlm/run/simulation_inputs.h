@@ -14,9 +14,6 @@ namespace grtx::sim {
 /// Hash of a trace's camera; "" where its header does not say.
 std::string camera_of(const traces::Reader& trace);
 
-/// Name of the way in which a configuration is simulated: `cycle` or `sampled`.
-std::string_view mode_of(const GpuConfig& config);
-
 /// Adds what warmed the caches. ran: content hashes of the traces, "" if none did. camera: hash of the last one's:
 /// traces of two designs differ even for the same view.
 void add_run_before(std::map<std::string, std::string>& inputs, const std::string& ran, const std::string& camera);

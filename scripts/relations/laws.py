@@ -119,16 +119,14 @@ EXECUTED = {"tracer.visits.internal": "gpu.rt.visits_internal", "tracer.visits.i
 
 @relation()
 def machines_execute_the_trace(case):
-    """Every machine and mode that counts events executes those of the trace; trace-check and trace --stats count the same."""
+    """Every machine executes the events of the trace; trace-check and trace --stats count the same."""
     rng = case.rng
     views.traced(case, "s")
     counted = case.statistics("s.trace.json")
-    mode = rng.choice(["cycle", "cycle", "sampled"])
-    case.grtx("sim", "s.grtx", "--machine", rng.choice(views.MACHINES), *views.settings(rng), "--mode", mode, "--stats", "s.json",
-              "--quiet")
+    case.grtx("sim", "s.grtx", "--machine", rng.choice(views.MACHINES), *views.settings(rng), "--stats", "s.json", "--quiet")
     run = case.statistics("s.json")
     for traced, executed in EXECUTED.items():
-        case.near(f"{mode}: {traced} and {executed}", counted[traced], run[executed])
+        case.near(f"{traced} and {executed}", counted[traced], run[executed])
     totals = case.seen(case.printed(case.grtx("trace-check", "s.grtx", "--json"))["totals"])
     for name in ("rounds", "visits_internal", "visits_instance", "visits_leaf", "processed", "blended"):
         case.near(f"trace-check: {name}", totals[name], counted[f"tracer.{name.replace('visits_', 'visits.')}"])

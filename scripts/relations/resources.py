@@ -35,7 +35,6 @@ NOT_A_RESOURCE = {
     "dram.bank_groups": "a shape", "dram.group_bytes": "a shape", "dram.row_bytes": "a shape", "dram.burst_bytes": "a shape",
     "dram.hit_cap": "fairness", "dram.age_cap": "fairness",
     "dram.timing.rcd_wr": "0 is rcd", "dram.timing.refi": "0 is no refresh",
-    "sample.stride": "no hardware", "sample.offset": "no hardware",
 }
 # More of these may be slower, by so much, and why.
 MAY_BE_SLOWER = {
@@ -171,8 +170,7 @@ def warm_is_warm(case):
               "-o", "first.grtx", "--quiet")
     case.grtx("trace", "--scene", "s.ply", "--cameras", "s.cameras.json", "--view", 0, *views.size(rng), "--accel", "tlas-tri20",
               "-o", "then.grtx", "--quiet")
-    mode = rng.choice(["cycle", "sampled"])
-    machine = ["--machine", rng.choice(views.MACHINES), *views.settings(rng), "--mode", mode]
+    machine = ["--machine", rng.choice(views.MACHINES), *views.settings(rng)]
     case.grtx("sim", "then.grtx", *machine, "--warm", "first.grtx", "--stats", "a.json", "--quiet")
     case.grtx("sim", "first.grtx", *machine, "--save-state", "state", "--quiet")
     case.grtx("sim", "then.grtx", *machine, "--warm-state", "state", "--stats", "b.json", "--quiet")

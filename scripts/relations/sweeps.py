@@ -18,16 +18,16 @@ def toml(value):
     return json.dumps(value)
 
 
-def plan(case, name, designs=("baseline", "sw", "hw", "grtx"), axes=2, values=2, mode="cycle"):
+def plan(case, name, designs=("baseline", "sw", "hw", "grtx"), axes=2, values=2):
     """Writes NAME.toml: a generated scene, one or two views, a grid. Gives what it is made of."""
     rng = case.rng
     chosen = {key: rng.sample(AXES[key], min(values, len(AXES[key]))) for key in rng.sample(list(AXES), axes)}
     scene = {"preset": rng.choice(gaussians.PRESETS), "count": rng.randrange(60, 300), "seed": rng.randrange(1 << 30),
              "sh_degree": rng.randrange(4), "views": rng.choice([[0], [1], [0, 1]]), "width": rng.randrange(4, 14),
              "height": rng.randrange(4, 14), "fov_scale": rng.choice([0.5, 1.0, 1.5])}
-    made = {"designs": rng.sample(designs, rng.choice([1, 2])), "scene": scene, "grid": chosen, "mode": mode,
+    made = {"designs": rng.sample(designs, rng.choice([1, 2])), "scene": scene, "grid": chosen,
             "set": {"gpu.sms": rng.choice([1, 2])}}
-    case.write(f"{name}.toml", f"designs = {toml(made['designs'])}\nmode = {toml(mode)}\n[[scene]]\n" +
+    case.write(f"{name}.toml", f"designs = {toml(made['designs'])}\n[[scene]]\n" +
                "".join(f"{key} = {toml(value)}\n" for key, value in scene.items()) +
                "[set]\n" + "".join(f"{key} = {toml(value)}\n" for key, value in made["set"].items()) +
                "[grid]\n" + "".join(f"{key} = {toml(value)}\n" for key, value in chosen.items()))
@@ -47,10 +47,10 @@ def points(case, database):
 
 @relation(each=3)
 def sweep_points_are_runs(case):
-    """A point of a sweep has every statistic, area and leakage of trace, sim and cost called by hand, on any machine and in any mode."""
+    """A point of a sweep has every statistic, area and leakage of trace, sim and cost called by hand, on any machine."""
     rng = case.rng
-    machine, mode = rng.choice(views.MACHINES), rng.choice(["cycle", "cycle", "sampled"])
-    made = plan(case, "plan", mode=mode)
+    machine = rng.choice(views.MACHINES)
+    made = plan(case, "plan")
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     scene = made["scene"]
     case.grtx("synth", "--preset", scene["preset"], "--count", scene["count"], "--seed", scene["seed"], "--sh-degree",
@@ -65,7 +65,7 @@ def sweep_points_are_runs(case):
     view = coordinates.get("view", scene["views"][0])
     case.grtx("trace", "--scene", "s.ply", "--cameras", "s.cameras.json", "--view", view, "--width", scene["width"], "--height",
               scene["height"], "--fov-scale", scene["fov_scale"], "--machine", machine, *structure(design), *tracer, "-o", "s.grtx", "--quiet")
-    case.grtx("sim", "s.grtx", "--machine", machine, *settings, "--mode", mode, "--stats", "s.json", "--quiet")
+    case.grtx("sim", "s.grtx", "--machine", machine, *settings, "--stats", "s.json", "--quiet")
     what = f"sweep and sim, {design} {coordinates} on {machine}"
     case.same(what, case.seen(values_of(document["stats"])), case.statistics("s.json"))
     own = case.json("s.json")
@@ -84,7 +84,7 @@ def sweep_traces_are_traces(case):
     machine = rng.choice(views.MACHINES)
     axes = {key: AXES[key] for key in AXES if key.startswith("tracer.")}
     chosen = {key: rng.sample(axes[key], 2) for key in rng.sample(list(axes), 2)}
-    case.write("plan.toml", "designs = ['sw', 'grtx', 'baseline']\nmode = 'sampled'\n[[scene]]\nfile = 's.ply'\n"
+    case.write("plan.toml", "designs = ['sw', 'grtx', 'baseline']\n[[scene]]\nfile = 's.ply'\n"
                             "cameras = 's.cameras.json'\nviews = [0, 1]\nwidth = 9\nheight = 5\n[grid]\n" +
                "".join(f"{key} = {toml(value)}\n" for key, value in chosen.items()))
     case.grtx("sweep", "plan.toml", "--machine", machine, "--jobs", rng.choice([1, 2]), "-o", "db.sqlite", "--quiet")
@@ -101,7 +101,7 @@ def sweep_traces_are_traces(case):
 def killed_sweeps_end_as_undisturbed(case):
     """A sweep that is killed again and again, and started again, ends with the results of an undisturbed one."""
     rng = case.rng
-    plan(case, "plan", mode="sampled")
+    plan(case, "plan")
     sweep = ["sweep", "plan.toml", "--jobs", rng.choice([1, 2]), "--quiet", "-o"]
     case.grtx(*sweep, "whole.sqlite")
     os.makedirs(case.path("killed"), exist_ok=True)
@@ -153,7 +153,7 @@ FIGURES = {"gpu.time_us": "time, µs", "gpu.cycles": "cycles", "cost.mm2": "mm²
 def a_figure_is_one_figure(case):
     """SQLite's document and table, read_sweep, sweep --list and the report's table give the same figure for a point."""
     machine = case.rng.choice(views.MACHINES)
-    plan(case, "plan", mode="sampled")
+    plan(case, "plan")
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     case.grtx("report", "db.sqlite", "-o", "r.html", "--quiet")
     rows = case.rows("db.sqlite", "SELECT id, machine, mode, scene, design, coordinates, document FROM point ORDER BY id")
@@ -200,7 +200,7 @@ def edited_plans_are_new_plans(case):
     """A database that an edited plan, or the same on another machine, goes on with tells what a new one tells."""
     rng = case.rng
     machine, other = rng.sample(views.MACHINES, 2)
-    plan(case, "plan", axes=1, mode="sampled")
+    plan(case, "plan", axes=1)
     with open(case.path("plan.toml"), encoding="utf-8") as file:
         text = file.read()
     edits = [("gpu.sms = 2", "gpu.sms = 3"), ("gpu.sms = 1", "gpu.sms = 3"), ("[grid]", "[tracer]\nert = 0.1\n[grid]"),
@@ -219,7 +219,7 @@ def edited_plans_are_new_plans(case):
 @relation(each=4)
 def sweeps_do_not_depend_on_their_order(case):
     """A plan in two parts, in one database, gives the points of the whole plan; so do its axes in another order."""
-    made = plan(case, "plan", axes=2, values=2, mode="sampled")
+    made = plan(case, "plan", axes=2, values=2)
     with open(case.path("plan.toml"), encoding="utf-8") as file:
         text = file.read()
     head, grid = text.split("[grid]\n")

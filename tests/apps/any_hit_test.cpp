@@ -57,7 +57,7 @@ TEST_F(AnyHit, DelayedGivesTheSameImageAndASoundTraceOfTheEleventhVersion) {
 TEST_F(AnyHit, DelayedTracesRunInEveryMode) {
   for (const std::string accel : {"ellipsoid", "box"}) {
     trace("delayed", "--any-hit delayed --accel " + accel);
-    for (const std::string mode : {"", "--mode windows", "--mode sampled --set sample.stride=4"}) {
+    for (const std::string mode : {"", "--mode windows"}) {
       must("sim delayed.grtx " + mode + small() + "--stats s.json");
       EXPECT_EQ(stat("s.json", "gpu.rt.node_visits"), stat("delayed.json", "tracer.visits.total")) << mode;
       EXPECT_EQ(stat("s.json", "gpu.simt.any_hit.calls"), stat("delayed.json", "tracer.any_hit.calls")) << mode;

@@ -52,36 +52,29 @@ TEST_F(CliSim, QuietPrintsNothing) {
 }
 
 TEST_F(CliSim, AModeThatIsGoneNamesWhatTookItsPlace) {
-  const Outcome outcome = folder_.run("sim t.grtx --mode fast");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("mode 'fast' is gone: 'sampled' takes its place"));
-  EXPECT_THAT(folder_.run("run --scene s.ply --mode fast").err, HasSubstr("'sampled' takes its place"));
+  folder_.write("sweep.toml", "mode = 'sampled'\n[[scene]]\npreset = 'object'\n[grid]\ngpu.sms = [1]\n");
+  for (const char* mode : {"fast", "sampled"}) {
+    const std::string says = fmt::format("mode '{}' is gone: use cycle; of whole frames, windows", mode);
+    for (const std::string command : {"sim t.grtx", "run --scene s.ply --cameras s.cameras.json -o out"}) {
+      const Outcome outcome = folder_.run(command + " --mode " + mode);
+      EXPECT_EQ(outcome.code, 2);
+      EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr(says));
+    }
+  }
+  const Outcome sweep = folder_.run("sweep sweep.toml -o s.sqlite");
+  EXPECT_EQ(sweep.code, 2);
+  EXPECT_TRUE(is_one_error_line(sweep.err)) << sweep.err;
+  EXPECT_THAT(sweep.err, HasSubstr("mode 'sampled' is gone: use cycle; of whole frames, windows"));
 }
 
 TEST_F(CliSim, ThreadsOfOneSimulationAreGoneAndTheLineSaysWhatThereIs) {
   const Outcome outcome = folder_.run("sim t.grtx --threads 2");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("--threads: is gone: a simulation takes one core; --mode sampled is faster"));
+  EXPECT_THAT(outcome.err, HasSubstr("--threads: is gone: a simulation takes one core; --jobs of grtx run"));
   EXPECT_THAT(folder_.run("sim --help").out, Not(HasSubstr("--threads")));
   EXPECT_THAT(folder_.run("sim t.grtx --thread 2").err, Not(HasSubstr("--threads")));
-}
-
-TEST_F(CliSim, ASmallViewInSampledModeIsThatOfCycleMode) {
-  ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats cycle.json").code, 0);
-  const Outcome outcome = folder_.run("sim t.grtx --quiet --mode sampled --stats sampled.json");
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr(" node visits are too few to sample"));
-  const auto cycle = nlohmann::json::parse(folder_.read("cycle.json"));
-  const auto sampled = nlohmann::json::parse(folder_.read("sampled.json"));
-  EXPECT_EQ(sampled.at("inputs").at("mode"), "sampled");
-  EXPECT_EQ(sampled.at("stats").at("gpu.sampled.half_width").at("value"), 0.0);
-  EXPECT_EQ(sampled.at("stats").at("gpu.sampled.stride").at("value"), 1);
-  for (const auto& [name, entry] : cycle.at("stats").items()) {
-    if (name.starts_with("host.")) continue;
-    EXPECT_EQ(sampled.at("stats").at(name), entry) << name;
-  }
 }
 
 TEST_F(CliSim, SettingsComeAfterTheFile) {
@@ -93,28 +86,22 @@ TEST_F(CliSim, SettingsComeAfterTheFile) {
   EXPECT_EQ(json.at("config").at("l1.latency"), 25);
 }
 
-TEST_F(CliSim, KeysOfSampledModeAreNamedInOthers) {
-  const std::string sim = "sim t.grtx --quiet --set sample.stride=2 --mode ";
-  EXPECT_THAT(folder_.run(sim + "cycle").err, HasSubstr("sample.stride has no effect with --mode cycle"));
-  const Outcome windows = folder_.run(sim + "windows");
-  EXPECT_EQ(windows.code, 0) << windows.err;
-  EXPECT_THAT(windows.err, AllOf(HasSubstr("sample.stride has no effect with --mode windows"),
-                                 HasSubstr("t.grtx: all of it is simulated, in cycle mode: ")));
-  EXPECT_THAT(folder_.run(sim + "sampled").err, Not(HasSubstr("no effect")));
+TEST_F(CliSim, KeysOfTheRemovedModeSayWhatThereIs) {
+  const Outcome outcome = folder_.run("sim t.grtx --quiet --set sample.stride=2");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("in its place: --mode cycle; of whole frames, --mode windows"));
 }
 
 TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {
   const std::string trace = "sim '" + grtx::paths::source_dir() + "/data/traces/grtx.grtx' --quiet " + kSmall +
                             "--set l1.bytes=4096 --set l1.ways=1 --set l1.private_writes=write_back "
                             "--set l1.private_allocate=true ";
-  for (const char* mode : {"cycle", "sampled"}) {
-    const std::string run = trace + "--mode " + mode + " --set l1.write_back_buffer=";
-    EXPECT_THAT(folder_.run(run + "1").err,
-                AllOf(HasSubstr("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
-                      HasSubstr("l1.write_back_buffer\n")))
-        << mode;
-    EXPECT_THAT(folder_.run(run + "64").err, Not(HasSubstr("dropped"))) << mode;
-  }
+  const std::string run = trace + "--set l1.write_back_buffer=";
+  EXPECT_THAT(folder_.run(run + "1").err,
+              AllOf(HasSubstr("grtx: sim: "), HasSubstr(" % of the fills of the L1 were dropped"),
+                    HasSubstr("l1.write_back_buffer\n")));
+  EXPECT_THAT(folder_.run(run + "64").err, Not(HasSubstr("dropped")));
 }
 
 TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
@@ -127,7 +114,7 @@ TEST_F(CliSim, WritesAWaveformThatGtkwavesConverterReads) {
 
 TEST_F(CliSim, ASavedStateGivesTheStatisticsOfWarm) {
   const std::string run = "sim t.grtx --quiet " + kSmall;
-  for (const std::string mode : {"--mode cycle ", "--mode sampled "}) {
+  for (const std::string mode : {"", "--mode cycle "}) {
     ASSERT_EQ(folder_.run(run + mode + "--save-state t.state").code, 0);
     ASSERT_EQ(folder_.run(run + mode + "--stats cold.json").code, 0);
     ASSERT_EQ(folder_.run(run + mode + "--warm t.grtx --stats one.json").code, 0);

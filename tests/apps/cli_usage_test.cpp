@@ -71,11 +71,13 @@ TEST(CliUsage, VersionIsPrinted) {
 TEST(CliUsage, NamesOfEarlierVersionsAreAnsweredWithWhatIsInTheirPlace) {
   const Folder folder;
   const std::pair<const char*, const char*> cases[] = {
-      {"sim t.grtx --mode fast", "'sampled'"},
-      {"sim t.grtx --mode model", "'sampled'"},
+      {"sim t.grtx --mode fast", "use cycle"},
+      {"sim t.grtx --mode sampled", "use cycle"},
+      {"sim t.grtx --mode model", "'cycle'"},
       {"sim t.grtx --sample-engine 4", "in its place: --mode windows"},
       {"sim t.grtx --jobs 2", "in its place: a sweep with --jobs"},
-      {"cost --set fast.step=3", "in its place: --mode sampled"},
+      {"cost --set fast.step=3", "in its place: --mode cycle"},
+      {"cost --set sample.stride=4", "in its place: --mode cycle"},
       {"cost --set simt.private_store.entries=3", "in its place: rt.any_hit_unit.enabled"},
       {"cost --set rt.checkpoint.forward=true", "in its place: --checkpoint-bins"},
       {"cost --machine modern", "the nearest is ada;"},

@@ -43,7 +43,7 @@ TEST_F(MachineTest, GivesTheHardwareItsKeysUnderConfigAndSet) {
   folder_.write("own.toml", "[l1]\nbytes = 65536\nlatency = 25\n[l2]\nlatency = 100\n");
   folder_.write("over.toml", "[l1]\nlatency = 30\n");
   must(std::string("trace") + kView + "-o t.grtx");
-  must("sim t.grtx --quiet --mode sampled --machine own.toml --config over.toml --set l2.latency=120 --stats s.json");
+  must("sim t.grtx --quiet --machine own.toml --config over.toml --set l2.latency=120 --stats s.json");
   const nlohmann::json config = json("s.json").at("config");
   EXPECT_EQ(config.at("l1.bytes"), 65536);
   EXPECT_EQ(config.at("l1.latency"), 30);
@@ -55,9 +55,9 @@ TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
   for (const auto& [machine, config] :
        {std::pair("", ""), std::pair("", " --config over.toml"), std::pair(" --machine paper-charged", ""),
         std::pair(" --machine ada-share", " --config over.toml")}) {
-    must(std::string("run") + kView + "--mode sampled -o out" + machine + config);
+    must(std::string("run") + kView + "-o out" + machine + config);
     must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx" + machine);
-    must(std::string("sim t.grtx --quiet --mode sampled --stats s.json") + machine + config);
+    must(std::string("sim t.grtx --quiet --stats s.json") + machine + config);
     EXPECT_EQ(folder_.read("t.grtx"), folder_.read("out/grtx.grtx")) << machine;
     const nlohmann::json run = json("out/results.json"), sim = json("s.json");
     EXPECT_EQ(sim.at("config"), run.at("config")) << machine << config;
@@ -71,14 +71,14 @@ TEST_F(MachineTest, StatisticsSayWhetherItWasChanged) {
   for (const auto& [set, name] :
        {std::pair("", "paper"), std::pair(" --set l2.latency=120", "paper, changed"),
         std::pair(" --machine paper-charged", "paper-charged"), std::pair(" --machine '' --set l2.latency=120", "")}) {
-    must(std::string("sim t.grtx --quiet --mode sampled --stats s.json") + set);
+    must(std::string("sim t.grtx --quiet --stats s.json") + set);
     EXPECT_EQ(json("s.json").at("inputs").at("machine"), name);
   }
 }
 
 TEST_F(MachineTest, TheCostOfARunHasTheBinsOfItsTrace) {
   must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx --machine paper-lean");
-  must("sim t.grtx --quiet --mode sampled --machine paper-lean --stats s.json");
+  must("sim t.grtx --quiet --machine paper-lean --stats s.json");
   const nlohmann::json energy =
       nlohmann::json::parse(folder_.run("cost --json --machine paper-lean --stats s.json").out);
   double sum = 0.0;
@@ -87,12 +87,11 @@ TEST_F(MachineTest, TheCostOfARunHasTheBinsOfItsTrace) {
 }
 
 TEST_F(MachineTest, IsPaperForEveryCommandThatNamesNone) {
-  const std::string plan =
-      "mode = \"sampled\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\nwidth = 16\nheight = 8\n";
+  const std::string plan = "[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\nwidth = 16\nheight = 8\n";
   folder_.write("plan.toml", plan);
   must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx --stats t.json");
   EXPECT_EQ(json("t.json").at("inputs").at("machine"), "paper");
-  must("sim t.grtx --quiet --mode sampled --machine paper --stats s.json");
+  must("sim t.grtx --quiet --machine paper --stats s.json");
   const nlohmann::json config = json("s.json").at("config");
   EXPECT_EQ(config.at("rt.checkpoint.traffic"), "uncharged");
   EXPECT_EQ(nlohmann::json::parse(folder_.run("cost --json").out).at("config"), config);
@@ -116,8 +115,8 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
         std::pair("paper-charged", ""),
         std::pair("ada-share --set rt.checkpoint.traffic=uncharged",
                   "checkpoint traffic is free on this machine (rt.checkpoint.traffic=charged charges it)\n")}) {
-    const Outcome outcome = folder_.run(std::string("run") + kView +
-                                        "--designs baseline,sw,hw,grtx --mode sampled -o out --machine " + machine);
+    const Outcome outcome =
+        folder_.run(std::string("run") + kView + "--designs baseline,sw,hw,grtx -o out --machine " + machine);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.ends_with(*text == 0 ? "bit-identical\n" : text)) << outcome.out;
   }
@@ -125,8 +124,7 @@ TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
 
 TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
   for (const std::string machine : {"paper", "paper-charged", "ada-share"}) {
-    const Outcome outcome =
-        folder_.run(std::string("run") + kView + "--mode sampled --machine " + machine + " -o " + machine);
+    const Outcome outcome = folder_.run(std::string("run") + kView + "--machine " + machine + " -o " + machine);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("machine: " + machine), std::string::npos) << outcome.out;
     const nlohmann::json results = json(machine + "/results.json");
@@ -138,8 +136,7 @@ TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
 TEST_F(MachineTest, MachinesOfOtherGpusRunAndStateWhereEachKeyIsFrom) {
   for (const std::string machine :
        {"ada", "ada-share", "blackwell", "blackwell-share", "rdna4", "rdna4-share", "rtx2060", "rtx2060-share"}) {
-    const Outcome outcome =
-        folder_.run(std::string("run") + kView + "--mode sampled --machine " + machine + " -o " + machine);
+    const Outcome outcome = folder_.run(std::string("run") + kView + "--machine " + machine + " -o " + machine);
     ASSERT_EQ(outcome.code, 0) << machine << ": " << outcome.err;
     EXPECT_TRUE(json(machine + "/results.json").at("images_identical").get<bool>());
     std::istringstream file(read_file(grtx::paths::source_dir() + "/configs/machines/" + machine + ".toml"));
@@ -158,7 +155,7 @@ TEST_F(MachineTest, SweepPutsItBelowThePlan) {
                 "[tracer]\nchild_order = \"slot\"\nsort_key = \"peak\"\n[l1]\nbytes = 65536\nlatency = 25\n");
   folder_.write("base.toml", "[l1]\nlatency = 30\n");
   folder_.write("plan.toml",
-                "base = \"base.toml\"\nmode = \"sampled\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\n"
+                "base = \"base.toml\"\n[[scene]]\nfile = \"s.ply\"\ncameras = \"s.cameras.json\"\n"
                 "width = 16\nheight = 8\n[tracer]\nchild_order = \"near_first\"\n");
   must("sweep plan.toml --machine own.toml -o db.sqlite --jobs 1 --quiet");
   const auto found = [&](const char* query) {

@@ -35,7 +35,7 @@ class OnePrice : public testing::Test {
       const std::string on = " --machine " + machine;
       must("trace --quiet --scene " + scene + " --cameras s.cameras.json --width 8 --height 8 -o t.grtx " + options +
            on);
-      must("sim t.grtx --quiet --mode sampled --stats s.json" + on);
+      must("sim t.grtx --quiet --stats s.json" + on);
       const nlohmann::json stats = nlohmann::json::parse(folder_.read("s.json")).at("stats");
       double parts = 0.0;
       for (const auto& [name, entry] : stats.items()) {
@@ -98,7 +98,7 @@ TEST_F(OnePrice, AMachinesNodesArePricedWithSixBoxes) {
 // One area for widths 2 to 8; 23.737 mm2 for an object list whose machine has 23.848.
 TEST_F(OnePrice, ASweepHasOneAreaForAllWidthsAndForAnObjectList) {
   const std::string view = "cameras = 's.cameras.json'\nwidth = 8\nheight = 8\n";
-  folder_.write("plan.toml", "mode = 'sampled'\n[[scene]]\nname = 'one'\nfile = 's.ply'\n" + view +
+  folder_.write("plan.toml", "[[scene]]\nname = 'one'\nfile = 's.ply'\n" + view +
                                  "[[scene]]\nname = 'list'\nfile = 'objects.json'\n" + view +
                                  "[grid]\n\"tracer.bvh_width\" = [2, 8]\n");
   must("sweep plan.toml -o db.sqlite --jobs 1 --quiet");

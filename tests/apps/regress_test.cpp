@@ -48,7 +48,7 @@ class Regress : public ::testing::Test {
 
 TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   write_case("cycle");
-  write_case("sampled", "mode = 'sampled'\n");
+  write_case("named", "mode = 'cycle'\n");
   write_case("below/windows", "mode = 'windows'\nshare = 0.5\nmachine = 'paper'\n", "../../t.grtx");
   const Outcome recorded = record();
   EXPECT_EQ(recorded.code, 0) << recorded.err;
@@ -147,7 +147,8 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
                {"mode = 'windows'\nshare = 2.0\n", "line 4: share: must be a number, 0 to 1"},
                {"mode = 'windows'\nshare = 0\n", "line 4: share: must be above 0"},
                {"mode = 'windows'\nsample_model = 'calls'\n", "line 4: unknown key 'sample_model', the nearest is"},
-               {"mode = 'fast'\n", "line 3: mode 'fast' is gone: 'sampled' takes its place"},
+               {"mode = 'sampled'\n", "line 3: mode 'sampled' is gone: use cycle; of whole frames, windows"},
+               {"mode = 'fast'\n", "line 3: mode 'fast' is gone: use cycle; of whole frames, windows"},
                {"statistics = []\n", "line 3: statistics: the list is empty"},
                {"[tolerance]\ngpu.cycles = 0.1\n", "tolerance: a pattern is a text"},
                {"[tolerance]\n'gpu.cycles' = -1\n", "line 4: tolerance: gpu.cycles: must be a number"},

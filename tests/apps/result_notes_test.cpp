@@ -101,12 +101,6 @@ TEST_F(ResultNotes, ClampedRowsAreAnotherScene) {
               HasSubstr("reading the scene changed 12 of 517 rows: exp(scale) < 1e-6, set to 1e-6"));
 }
 
-TEST_F(ResultNotes, AViewThatIsTooSmallToSampleSaysSo) {
-  trace("--machine blackwell-share");
-  EXPECT_EQ(of_sim("--mode sampled --machine blackwell-share"),
-            (std::set<std::string>{"partial-launch", "small-view"}));
-}
-
 TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {
   folder_.write("plan.toml", "[[scene]]\nfile = 's.ply'\ncameras = 's.cameras.json'\nwidth = 16\nheight = 16\n");
   must("sweep plan.toml -o db.sqlite --jobs 1");
@@ -174,7 +168,7 @@ TEST_F(ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
 }
 
 TEST_F(ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
-  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --mode sampled -o out ";
+  const std::string run = "run --scene s.ply --cameras s.cameras.json --width 16 --height 16 -o out ";
   EXPECT_THAT(must(run).err, Not(HasSubstr("tracer options")));
   EXPECT_THAT(must(run + "--child-order near_first").err, HasSubstr("child_order is near_first, not slot"));
 }

@@ -127,7 +127,7 @@ TEST_F(RunTest, PicturesOfAnEarlierRunGo) {
 TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   std::filesystem::create_directories(folder + "/out");
-  const std::string run = "run " + scene_arguments() + config() + "--mode sampled --quiet -o " + folder + "/out";
+  const std::string run = "run " + scene_arguments() + config() + "--quiet -o " + folder + "/out";
   {
     const FileLock other(folder + "/out/run.lock", "out", "");  // as another process holds it
     const Outcome refused = grtx(run);
@@ -186,8 +186,8 @@ TEST_F(RunTest, CachesStayWarmFromFrameToFrame) {
   const nlohmann::json one = json("one/results.json").at("designs");
   for (const unsigned frames : {2U, 3U}) {
     const bool cycle = frames == 2;
-    must("run " + scene + roomy + (cycle ? "--mode cycle --views 0:1" : "--mode sampled --views 0:2") + " --quiet -o " +
-         folder + "/out");
+    must("run " + scene + roomy + (cycle ? "--mode cycle --views 0:1" : "--views 0:2") + " --quiet -o " + folder +
+         "/out");
     const nlohmann::json results = json("out/results.json");
     EXPECT_TRUE(results.at("images_identical").get<bool>());
     EXPECT_TRUE(results.at("violations").empty());

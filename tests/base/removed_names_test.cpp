@@ -9,7 +9,7 @@
 TEST(RemovedNames, HaveSomethingInTheirPlace) {
   EXPECT_EQ(grtx::in_place_of("--sample-engine"), "--mode windows");
   EXPECT_EQ(grtx::in_place_of("simt.private_store.entries"), "rt.any_hit_unit.enabled");
-  EXPECT_EQ(grtx::in_place_of("fast.step"), "--mode sampled");
+  EXPECT_EQ(grtx::in_place_of("fast.step"), "--mode cycle");
   EXPECT_EQ(grtx::said_of_removed("rt.checkpoint.forward"), "which was removed; in its place: --checkpoint-bins");
 }
 

@@ -39,7 +39,7 @@ const std::vector<InputReader>& lab_readers() {
        nullptr,
        [] {
          return one(
-             "designs = ['baseline', 'grtx']\nmode = 'sampled'\nconfirm = 'cycle'\n[[scene]]\npreset = 'object'\ncount "
+             "designs = ['baseline', 'grtx']\nconfirm = 'cycle'\n[[scene]]\npreset = 'object'\ncount "
              "= "
              "100\nviews = [0, 1]\nwidth = 8\n[set]\ngpu.sms = 2\n[tracer]\nk = 8\n[limits]\nseconds = 5\n[grid]\n"
              "l1.latency = {from = 10, to = 40, steps = 3, integer = true}\n[random]\ncount = 5\nseed = 3\n"

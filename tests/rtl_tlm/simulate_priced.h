@@ -11,30 +11,22 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/lab/cost/energy_statistics.h"
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
 
 namespace grtx::sim::test {
 
-/// The machine in that mode; sampled mode samples small traces, too.
-inline GpuConfig in_mode(GpuConfig config, SimulationMode mode) {
-  if (mode == SimulationMode::sampled) config.sampling = {config.sample.stride, config.sample.offset};
-  return config;
-}
-
 inline SimulationResult simulate_priced(const std::string& trace, const GpuConfig& config,
-                                        SimulationOptions options = {}, SimulationMode mode = SimulationMode::cycle) {
+                                        SimulationOptions options = {}) {
   options.price = lab::describe_energy;
-  return simulate(trace, in_mode(config, mode), options);
+  return simulate(trace, config, options);
 }
 
 /// Statistics of a run on configs/small.toml with settings, which must break no law.
-inline nlohmann::ordered_json small_statistics(const std::string& trace, const std::vector<std::string>& settings,
-                                               SimulationMode mode) {
+inline nlohmann::ordered_json small_statistics(const std::string& trace, const std::vector<std::string>& settings) {
   ChildProcess child("simulation", [&] {
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-    const SimulationResult result = simulate_priced(trace, config, {}, mode);
+    const SimulationResult result = simulate_priced(trace, config);
     nlohmann::ordered_json answer = {{"stats", result.document.at("stats")}, {"violations", result.violations}};
     return answer.dump();
   });

@@ -62,14 +62,14 @@ class CheckDocs(unittest.TestCase):
             "docs/start.md": "",
             "rtl_tlm/run/model_version.h": "inline constexpr int kModelVersion = 2;\n",
             "tests/rtl_tlm/run/golden.tsv": f"statistic\tsw\ngpu.cycles\t{cycles}\ngpu.queue\t{changes.get('queue', '3')}\n",
-            "data/traces/records.tsv": "statistic\tsw.sampled\ngpu.cycles\t7\n",
+            "data/traces/records.tsv": "statistic\tsw.windows\ngpu.cycles\t7\n",
             "docs/results/data/model_versions.csv": "version,date,records,what changed\n1,2026-11-21,,first\n2,2026-11-22,HASH,second\n",
             "docs/results/readings.md": f"# R\n\n| | |\n|---|---|\n| command | x |\n| date | y |\n| model version | {cell} |\n| machine | any |\n"
                                         f"{changes.get('assumes', '| assumes | z |')}\n",
             "docs/results/data/older_pages.csv": "page,model,date,reason\n" + changes.get("excepted", ""),
             "README.md": f"# G\n\n* A room gains 3.4 ([r](docs/results/readings.md)){changes.get('said', '')}.\n",
         }
-        hashed = "data/traces/records.tsv sw.sampled gpu.cycles 7\ntests/rtl_tlm/run/golden.tsv sw gpu.cycles 100"
+        hashed = "data/traces/records.tsv sw.windows gpu.cycles 7\ntests/rtl_tlm/run/golden.tsv sw gpu.cycles 100"
         tree["docs/results/data/model_versions.csv"] = tree["docs/results/data/model_versions.csv"].replace(
             "HASH", hashlib.sha256(hashed.encode()).hexdigest()[:16])
         return tree

@@ -52,7 +52,7 @@ class Completions(unittest.TestCase):
         self.assertLessEqual(set(names), set(self.bash("grtx ")))
         self.assertEqual(self.bash("grtx synt"), ["synth"])
         self.assertEqual(self.bash("grtx sim --mod"), ["--mode"])
-        self.assertEqual(self.bash("grtx sim --mode "), ["cycle", "sampled", "windows"])
+        self.assertEqual(self.bash("grtx sim --mode "), ["cycle", "windows"])
         self.assertEqual(self.bash("grtx sim --machine paper-l"), ["paper-lean"])
         self.assertEqual(self.bash("grtx sim --set gpu.sm"), ["gpu.sms="])
         self.assertEqual(self.bash("grtx info sc"), ["scene.ply"])
@@ -69,7 +69,7 @@ class Completions(unittest.TestCase):
             return [found.split("\t")[0] for found in run.stdout.splitlines()]
 
         self.assertEqual(offered("grtx synt"), ["synth"])
-        self.assertEqual(offered("grtx sim --mode "), ["cycle", "sampled", "windows"])
+        self.assertEqual(offered("grtx sim --mode "), ["cycle", "windows"])
         self.assertIn("--machine", offered("grtx sim --m"))
         self.assertIn("scene.ply", offered("grtx run --scene sc"))
 

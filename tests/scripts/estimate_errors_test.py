@@ -38,54 +38,50 @@ class EstimateErrors(unittest.TestCase):
     def test_errors_are_those_of_cycles_and_of_speed_ups(self):
         self.point("cycle", "baseline", 1000, seconds=8)
         self.point("cycle", "grtx", 500)
-        self.point("sampled", "baseline", 1010, seconds=2)
-        self.point("sampled", "grtx", 490)  # speed-up 2.0612 in place of 2
+        self.point("windows", "baseline", 1010, seconds=2)
+        self.point("windows", "grtx", 490)  # speed-up 2.0612 in place of 2
         out = self.run_script("--cases").stdout
-        self.assertIn("| sampled | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
-        self.assertIn("| sampled | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
-        self.assertIn("| sampled | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
+        self.assertIn("| windows | m | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertIn("| windows | m | 1 | 3.1 % | 3.1 % | +3.1 % | s 0, m, grtx |", out)
+        self.assertIn("| windows | m | s | 0 |  | baseline | 1000 | +1.0 % |  | 4.0 |", out)
 
     def test_cases_of_scenes_that_took_part_stand_apart(self):
         for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
             self.point("cycle", design, cycles)
-            self.point("sampled", design, estimate)
+            self.point("windows", design, estimate)
         out = self.run_script("--used", "other 0, s 0").stdout
-        self.assertIn("| sampled | m, used | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
+        self.assertIn("| windows | m, used | 2 | 1.5 % | 2.0 % | -2.0 % | s 0, m, grtx |", out)
         self.assertNotIn("held out", out)
-        self.assertIn("| sampled | all, held out | 2 | 1.5 % |", self.run_script("--used", "s 1").stdout)
+        self.assertIn("| windows | all, held out | 2 | 1.5 % |", self.run_script("--used", "s 1").stdout)
 
     def test_cases_on_record_are_those_of_the_database(self):
         for design, cycles, estimate in (("baseline", 1000, 1010), ("grtx", 500, 490)):
             self.point("cycle", design, cycles)
-            self.point("sampled", design, estimate)
+            self.point("windows", design, estimate)
         path = os.path.join(self.folder, "cases.csv")
         out = self.run_script("--cases", "--csv", path).stdout
         recorded = subprocess.run([sys.executable, SCRIPT, f"m={path}", "--cases"], capture_output=True, text=True)
         self.assertEqual(recorded.stdout, out)
 
-    def test_offsets_of_an_estimate_are_cases_of_one_point_and_other_coordinates_are_not(self):
+    def test_coordinates_that_cycle_mode_lacks_have_nothing_to_be_compared_with(self):
         self.point("cycle", "grtx", 500, {"tracer.k": 8})
-        for offset in (1, 2, 3):
-            self.point("sampled", "grtx", 500 + offset, {"tracer.k": 8, "sample.offset": offset})
-        self.point("sampled", "grtx", 900, {"tracer.k": 16, "sample.offset": 1})  # nothing to compare it with
-        self.point("sampled", "grtx", 900, {"tracer.k": 8}, status="failed")
-        self.assertIn("| sampled | m | 3 | 0.4 % | 0.6 % | +0.6 % | s 0, m, grtx, sample.offset = 3, tracer.k = 8 |", self.run_script().stdout)
+        self.point("windows", "grtx", 501, {"tracer.k": 8})
+        self.point("windows", "grtx", 900, {"tracer.k": 16})
+        self.point("windows", "grtx", 900, {"tracer.k": 8}, status="failed")
+        self.assertIn("| windows | m | 1 | 0.2 % | 0.2 % | +0.2 % | s 0, m, grtx, tracer.k = 8 |", self.run_script().stdout)
 
     def test_intervals_are_counted_where_they_have_a_width(self):
-        self.point("cycle", "grtx", 500)
-        for mode in ("sampled", "windows"):
-            for offset, (cycles, low, high) in enumerate([(505, 490, 510), (520, 510, 530), (500, 500, 500)]):
-                self.point(mode, "grtx", cycles, {"sample.offset": offset}, sampled__cycles_low=low, sampled__cycles_high=high)
-        out = self.run_script().stdout
-        for mode in ("sampled", "windows"):
-            # Half widths: 505 / 490 and 520 / 510.
-            self.assertIn(f"Intervals of cycles in {mode} mode that held the true value: 1 of 2 (50 %); half of an interval is 2.5 % in the mean.", out)
+        for k, (cycles, low, high) in enumerate([(505, 490, 510), (520, 510, 530), (500, 500, 500)], 1):
+            self.point("cycle", "grtx", 500, {"tracer.k": k})
+            self.point("windows", "grtx", cycles, {"tracer.k": k}, windows__cycles_low=low, windows__cycles_high=high)
+        # Half widths: 505 / 490 and 520 / 510.
+        self.assertIn("Intervals of cycles in windows mode that held the true value: 1 of 2 (50 %); half of an interval is 2.5 % in the mean.", self.run_script().stdout)
 
-    def statistics(self, name, cycles, sampled=None):
+    def statistics(self, name, cycles, estimate=None):
         document = {"stats": {"gpu.cycles": {"value": cycles}}}
-        if sampled is not None:
-            document["sampled"] = {"log_cycles": math.log(cycles), "whole": False, "degrees_of_freedom": 20, "bias": [0.01, 0.01],
-                                   "evidence": [[group, 0, influence] for group, influence in sampled.items()]}
+        if estimate is not None:
+            document["windows"] = {"log_cycles": math.log(cycles), "whole": False, "degrees_of_freedom": 20, "bias": [0.01, 0.01],
+                                   "evidence": [[group, 0, influence] for group, influence in estimate.items()]}
         with open(os.path.join(self.folder, name + ".json"), "w", encoding="utf-8") as file:
             json.dump(document, file)
 
@@ -120,7 +116,7 @@ class EstimateErrors(unittest.TestCase):
     def test_limits_and_an_empty_comparison_fail(self):
         self.point("cycle", "grtx", 500)
         self.assertEqual(self.run_script().returncode, 1)
-        self.point("sampled", "grtx", 520)
+        self.point("windows", "grtx", 520)
         self.assertEqual(self.run_script("--max-worst", "4.1", "--max-mean", "4.1").returncode, 0)
         failed = self.run_script("--max-worst", "3.9")
         self.assertEqual(failed.returncode, 1)

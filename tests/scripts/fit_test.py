@@ -64,7 +64,7 @@ class Fit(unittest.TestCase):
     def figures(self, machines):
         """A file of --csv. machines: {machine: {view: {figure: value}}}."""
         return self.write("f.csv", "mode,machine,view,figure,value\n" + "".join(
-            f'sampled,{machine},{view},"{name}",{value}\n' for machine, views in machines.items() for view, own in views.items()
+            f'cycle,{machine},{view},"{name}",{value}\n' for machine, views in machines.items() for view, own in views.items()
             for name, value in own.items()))
 
     def test_what_is_within_20_percent_is_counted_of_means(self):
@@ -184,10 +184,10 @@ class Fit(unittest.TestCase):
                  (("table", "--from", self.path("none.csv")), "none.csv: No such file"), (("table", "--from", good), "no view that each machine has"),
                  (("table", "slow", "--from", good), "no machine 'slow'"), (("select", "queue", "--from", good), "begins with the machine without freedoms"),
                  (("table", "--from", self.write("h.csv", "machine,view,figure,value\n")), "h.csv:1: must be mode,machine,view,figure,value"),
-                 (("table", "--from", self.write("t.csv", "mode,machine,view,figure,value\nsampled,paper,b,sw,two\n")), "t.csv:2: must be"),
-                 (("table", "--from", self.write("v.csv", "mode,machine,view,figure,value\nsampled,paper,d,sw,2\n")), "v.csv:2: no view 'd' in the plan"),
-                 (("table", "--from", self.write("z.csv", "mode,machine,view,figure,value\nsampled,paper,b,sw,0\n")), "z.csv:2: a figure must be above 0"),
-                 (("table", "--from", self.write("m.csv", "mode,machine,view,figure,value\nsampled,swift,b,sw,2\n")), "no freedom 'swift'")]
+                 (("table", "--from", self.write("t.csv", "mode,machine,view,figure,value\ncycle,paper,b,sw,two\n")), "t.csv:2: must be"),
+                 (("table", "--from", self.write("v.csv", "mode,machine,view,figure,value\ncycle,paper,d,sw,2\n")), "v.csv:2: no view 'd' in the plan"),
+                 (("table", "--from", self.write("z.csv", "mode,machine,view,figure,value\ncycle,paper,b,sw,0\n")), "z.csv:2: a figure must be above 0"),
+                 (("table", "--from", self.write("m.csv", "mode,machine,view,figure,value\ncycle,swift,b,sw,2\n")), "no freedom 'swift'")]
         cases = [(arguments, rule, "plan.toml") for arguments, rule in cases]
         cases += [(("table", "--from", good), "broken.toml: Expected ']'", "broken.toml"), (("table", "--from", good), "no table [set]", "short.toml")]
         for arguments, rule, plan in cases:

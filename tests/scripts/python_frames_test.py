@@ -28,7 +28,7 @@ except ImportError as error:
     sys.exit(77)
 
 PROGRAM = ""
-PLAN = """mode = "sampled"
+PLAN = """mode = "cycle"
 designs = ["baseline", "grtx"]
 [[scene]]
 name = "s"
@@ -55,9 +55,9 @@ class Frames(unittest.TestCase):
         cls.path = staticmethod(lambda name: os.path.join(folder.name, name))
         grtx("synth", "--preset", "object", "--count", "400", "--seed", "1", "-o", cls.path("s.ply"), "--quiet")
         grtx("run", "--scene", cls.path("s.ply"), "--cameras", cls.path("s.cameras.json"), "--width", "8", "--height", "8",
-             "--mode", "sampled", "-o", cls.path("run"), "--quiet")
+             "-o", cls.path("run"), "--quiet")
         trace = next(f for f in os.listdir(cls.path("run")) if f.endswith(".grtx"))
-        grtx("sim", os.path.join(cls.path("run"), trace), "--mode", "sampled", "--stats", cls.path("stats.json"), "--quiet")
+        grtx("sim", os.path.join(cls.path("run"), trace), "--stats", cls.path("stats.json"), "--quiet")
         with open(cls.path("plan.toml"), "w", encoding="utf-8") as file:
             file.write(PLAN)
         grtx("sweep", cls.path("plan.toml"), "-o", cls.path("s.sqlite"), "--quiet")
@@ -75,29 +75,28 @@ class Frames(unittest.TestCase):
 
     def test_a_call_runs_the_program_and_gives_frames(self):
         trace = self.trace()
-        frame = grtx_tlm.simulate(trace, {"l1.bytes": 65536}, program=PROGRAM, mode="sampled")
+        frame = grtx_tlm.simulate(trace, {"l1.bytes": 65536}, program=PROGRAM)
         self.assertEqual(frame.attrs["config"]["l1.bytes"], 65536)
-        self.assertEqual(frame.attrs["inputs"]["mode"], "sampled")
+        self.assertEqual(frame.attrs["inputs"]["mode"], "cycle")
         with self.assertRaises(grtx_tlm.ProgramError) as caught:
             grtx_tlm.simulate(trace, {"l1.byte": 1}, program=PROGRAM)
         self.assertEqual(caught.exception.code, 2)
         self.assertIn("unknown key 'l1.byte', the nearest is 'l1.bytes'", str(caught.exception))
-        results = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), program=PROGRAM, width=8, height=8,
-                               mode="sampled")
+        results = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), program=PROGRAM, width=8, height=8)
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
 
     def test_many_runs_are_one_tidy_frame(self):
         trace = self.trace()
         many = grtx_tlm.simulate_all({"a": trace, "b": trace}, {"l1.bytes": [32768, 65536], "rt.prefetch.enabled": True},
-                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM, mode="sampled")
+                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM)
         self.assertEqual(list(many.columns), ["trace", "l1.bytes", "rt.prefetch.enabled", "mode", "gpu.cycles",
                                               "gpu.l1.all.hit_rate"])
         self.assertEqual(many["l1.bytes"].tolist(), [32768, 65536] * 2)
         self.assertEqual(many["gpu.cycles"].dtype, "int64")
         for _, row in many.iterrows():
             alone = grtx_tlm.simulate(trace, {"l1.bytes": row["l1.bytes"], "rt.prefetch.enabled": True}, program=PROGRAM,
-                                      mode="sampled")
+                                      mode="cycle")
             self.assertEqual(row["gpu.cycles"], alone.loc["gpu.cycles", "value"])
 
     def test_the_course_of_a_run_is_a_frame(self):
@@ -128,7 +127,7 @@ class Frames(unittest.TestCase):
              "--views", "0:1", "--designs", "baseline,grtx,gautracer", "--mode", "cycle", "-o", self.path("two"), "--quiet")
         results, sequence = grtx_tlm.read_results(self.path("run")), grtx_tlm.read_results(self.path("two"))
         sweep = grtx_tlm.read_sweep(self.path("s.sqlite"))
-        many = grtx_tlm.simulate_all(self.trace(), {"l1.bytes": [32768, 65536]}, program=PROGRAM, mode="sampled")
+        many = grtx_tlm.simulate_all(self.trace(), {"l1.bytes": [32768, 65536]}, program=PROGRAM)
         frames = {"statistics": statistics, "over_time": grtx_tlm.over_time(course), "results": results.statistics,
                   "frames": sequence.frames, "speedup": results.speedup.to_frame(), "sweep": sweep, "many": many,
                   "shares": plots.stall_shares(results.statistics)}
@@ -158,7 +157,7 @@ class Frames(unittest.TestCase):
         axes = ({"l1.bytes": np.array([32768, 65536]), "gpu.sms": range(1, 3)},
                 {"l1.bytes": pd.Series([32768, 65536]), "gpu.sms": (1, 2)}, {"l1.bytes": [32768, 65536], "gpu.sms": [1, 2]})
         frames = [grtx_tlm.simulate_all(pathlib.Path(self.trace()), settings, "gpu.cycles", 2, program=PROGRAM,
-                                        mode=np.array(["sampled"])) for settings in axes]
+                                        mode=np.array(["cycle"])) for settings in axes]
         self.assertEqual(list(frames[0].columns), ["trace", "l1.bytes", "gpu.sms", "mode", "gpu.cycles"])
         self.assertEqual(frames[0]["l1.bytes"].tolist(), [32768, 32768, 65536, 65536])
         for other in frames[1:]:
@@ -169,18 +168,18 @@ class Frames(unittest.TestCase):
 
     def test_one_text_is_one_name_not_its_letters(self):
         self.assertEqual(grtx_tlm.read_sweep(self.path("s.sqlite"), "gpu.cycles").columns[-1], "gpu.cycles")
-        one = grtx_tlm.simulate_all(self.trace(), values="gpu.cycles", program=PROGRAM, mode="sampled")
-        self.assertEqual((one["trace"].tolist(), one["mode"].tolist()), ([os.path.basename(self.trace())], ["sampled"]))
+        one = grtx_tlm.simulate_all(self.trace(), values="gpu.cycles", program=PROGRAM)
+        self.assertEqual((one["trace"].tolist(), one["mode"].tolist()), ([os.path.basename(self.trace())], ["cycle"]))
         with self.assertRaisesRegex(TypeError, "settings: must be {key: value}"):
             grtx_tlm.simulate(self.trace(), "l1.bytes=1", program=PROGRAM)
         both = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), {"l1.bytes": 65536}, designs="grtx", width=8,
-                            height=8, mode="sampled", program=PROGRAM)
+                            height=8, program=PROGRAM)
         self.assertEqual((list(both.statistics), both.config["l1.bytes"]), (["grtx"], 65536))
 
     def test_two_traces_of_one_name_are_two_rows(self):
         os.makedirs(self.path("copy"), exist_ok=True)
         copy = shutil.copy(self.trace(), self.path("copy"))
-        many = grtx_tlm.simulate_all([self.trace(), copy], values=["gpu.cycles"], program=PROGRAM, mode="sampled")
+        many = grtx_tlm.simulate_all([self.trace(), copy], values=["gpu.cycles"], program=PROGRAM)
         self.assertEqual(many["trace"].tolist(), [self.trace(), copy])
 
     def test_lists_are_options_of_several_values(self):
@@ -195,7 +194,7 @@ class Frames(unittest.TestCase):
     def test_an_unknown_name_is_told_with_what_is_near(self):
         sweep = grtx_tlm.read_sweep(self.path("s.sqlite"))
         calls = [(lambda: grtx_tlm.read_sweep(self.path("s.sqlite"), "gpu.cycle"), "'gpu.cycle'; near it: gpu.cycles"),
-                 (lambda: grtx_tlm.simulate_all(self.trace(), values=["gpu.cycle"], program=PROGRAM, mode="sampled"),
+                 (lambda: grtx_tlm.simulate_all(self.trace(), values=["gpu.cycle"], program=PROGRAM),
                   "values: there is no 'gpu.cycle'; near it: gpu.cycles"),
                  (lambda: plots.plot_pareto(sweep, "cost.mm3"), "'cost.mm3'; near it: cost.mm2"),
                  (lambda: plots.pareto_front(sweep, "cost.mm2", "gpu.time"), "'gpu.time'; near it: gpu.time_us"),
@@ -266,7 +265,7 @@ class Frames(unittest.TestCase):
         frame = grtx_tlm.read_sweep(path, ["gpu.time_us", "cost.mm2"])
         self.assertEqual(frame["machine"].tolist(), ["paper"] * 4 + ["paper-charged"] * 4)
         self.assertEqual(frame["earlier_plan"].tolist(), [True] * 4 + [False] * 4)
-        self.assertEqual((frame["mode"].unique().tolist(), frame.attrs["shared"]["height"]), (["sampled"], 8))
+        self.assertEqual((frame["mode"].unique().tolist(), frame.attrs["shared"]["height"]), (["cycle"], 8))
         self.assertTrue(set(plots.pareto_front(frame, "cost.mm2", "gpu.time_us").index) <= {5, 6, 7, 8})
         self.assertEqual(sum(len(dot.get_offsets()) for dot in plots.plot_pareto(frame).collections), 4)
         # On one machine the plans differ in what they set.

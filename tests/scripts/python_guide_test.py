@@ -27,7 +27,7 @@ except ImportError as error:
     sys.exit(77)
 
 PROGRAM = ""
-PLAN = """mode = "sampled"
+PLAN = """mode = "cycle"
 designs = ["baseline", "grtx"]
 [[scene]]
 file = "room.ply"
@@ -49,7 +49,7 @@ class Guide(unittest.TestCase):
                 subprocess.run([PROGRAM, *arguments, "--quiet"], cwd=folder, check=True, capture_output=True)
             grtx("synth", "--preset", "object", "--count", "400", "--seed", "1", "-o", "room.ply")
             grtx("run", "--scene", "room.ply", "--cameras", "room.cameras.json", "--width", "8", "--height", "8", "--mode",
-                 "sampled", "-o", "out")
+                 "cycle", "-o", "out")
             shutil.copy(os.path.join(folder, "out", "grtx.grtx"), os.path.join(folder, "room.grtx"))
             with open(os.path.join(folder, "plan.toml"), "w", encoding="utf-8") as file:
                 file.write(PLAN)

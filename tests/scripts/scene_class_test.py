@@ -38,7 +38,7 @@ class SceneClass(unittest.TestCase):
         # 16 x 16 pixels are eight warps, fewer than the sample takes: every entry is looked at.
         subprocess.run([PROGRAM, "trace", "--scene", self.scene, "--cameras", cameras, "--width", "16", "--height", "16", "--accel",
                         "tlas-tri20", "--checkpoint", "on", "-o", trace, "--quiet"], check=True)
-        subprocess.run([PROGRAM, "sim", trace, "--mode", "sampled", "--stats", statistics, "--quiet"], check=True)
+        subprocess.run([PROGRAM, "sim", trace, "--stats", statistics, "--quiet"], check=True)
         with open(statistics, encoding="utf-8") as file:
             simulated = json.load(file)["stats"]
         entries = scene_class.look_at_entries(PROGRAM, trace)

@@ -68,7 +68,6 @@ candidates = 8
 CASE = """title = 'tiny'
 trace = '../scene.grtx'
 machine = 'paper'
-mode = 'sampled'
 """
 
 
@@ -93,7 +92,7 @@ class Tables(unittest.TestCase):
             with open(os.path.join(cls.folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
         for command in ("synth --preset object --count 300 --seed 1 -o scene.ply", f"trace {VIEW} --accel tlas-tri20 --checkpoint on -o scene.grtx",
-                        "sim scene.grtx --machine paper --mode sampled --stats stats.json", f"trace {VIEW} --no-trace --image a.pfm",
+                        "sim scene.grtx --machine paper --stats stats.json", f"trace {VIEW} --no-trace --image a.pfm",
                         f"trace {VIEW} --no-trace --ert 0.5 --image b.pfm", "regress cases --update --reason first"):
             done = cls.call(f"{command} --quiet")
             assert done.returncode == 0, done.stderr
@@ -167,7 +166,7 @@ class Tables(unittest.TestCase):
         self.assertEqual(document["bytes"], os.path.getsize(os.path.join(self.folder, "ray.html")))
 
     def test_3_simulations(self):
-        for mode in ("cycle", "sampled", "windows"):
+        for mode in ("cycle", "windows"):
             text, document = self.both(f"sim scene.grtx --machine paper --mode {mode}")
             text = text.replace("\n  ", " ")
             self.assertIn(f"{stat(document, 'gpu.cycles')} cycles, {stat(document, 'gpu.time_us'):.1f} us", text)
@@ -177,7 +176,7 @@ class Tables(unittest.TestCase):
             self.assertIn(section["title"], text)
             for label in section["bars"]:
                 self.assertIn(label, text)
-        text, document = self.both(f"run {VIEW} --mode sampled -o out")
+        text, document = self.both(f"run {VIEW} -o out")
         for design, statistics in document["designs"].items():
             row = re.search(rf"^{design} +({NUMBER}) +({NUMBER}) +({NUMBER}) ", text, re.M)
             cycles = statistics["gpu.cycles"]["value"]
@@ -218,7 +217,7 @@ class Tables(unittest.TestCase):
         text, document = self.both("sweep plan.toml -o s.sqlite --list")
         self.assertEqual([line.split()[0] for line in text.splitlines()[:-1] if not line.startswith(" ")], [point["key"] for point in document["points"]])
         self.assertEqual({point["status"] for point in document["points"]}, {"done"})
-        self.call("sweep plan.toml -o other.sqlite --mode sampled --quiet")
+        self.call("sweep plan.toml -o other.sqlite --mode windows --quiet")
         text, document = self.both("sweep --compare s.sqlite other.sqlite", code=1)
         self.assertEqual(len(document["differences"]), len(re.findall(r"^\S", text, re.M)))
         text, document = self.both("search search.toml -o n.sqlite")

@@ -23,7 +23,7 @@ std::optional<Interval> ratio_of(const std::optional<Interval>& over, const std:
 /// Interval of gpu.cycles if it was estimated, else nullopt. value(name): returns a statistic, NaN if missing.
 template <typename Value>
 std::optional<Interval> cycles_interval(Value&& value) {
-  const Interval interval{value("gpu.sampled.cycles_low"), value("gpu.sampled.cycles_high")};
+  const Interval interval{value("gpu.windows.cycles_low"), value("gpu.windows.cycles_high")};
   if (!(interval.low < interval.high)) return std::nullopt;  // also if everything was simulated
   return interval;
 }

@@ -74,8 +74,8 @@ std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes
 std::string subject_html(const ReportRun& run, bool open) {
   const std::string name = run.name.empty() ? "" : "<strong>" + escape(run.name) + "</strong>: ";
   std::string out = "<p class=\"subject\">" + name + escape(run.results.label) + ".";
-  const auto sampled = [](const DesignResult& d) { return d.cycles_interval().has_value(); };
-  if (std::any_of(run.results.designs.begin(), run.results.designs.end(), sampled)) {
+  const auto estimated = [](const DesignResult& d) { return d.cycles_interval().has_value(); };
+  if (std::any_of(run.results.designs.begin(), run.results.designs.end(), estimated)) {
     out +=
         " Estimated from a sample: intervals in brackets hold the true cycles with 95 % confidence; all other "
         "figures are estimates, too.";

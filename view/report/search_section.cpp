@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "grtx/lab/search/search.h"
 #include "grtx/lab/sweep/axis.h"
 #include "grtx/view/report/charts.h"
 #include "grtx/view/report/html.h"
@@ -64,7 +65,7 @@ class SearchPage {
                sweep_.id, escape(sweep_.results.file), subject_html(sweep_.results), cell(counts.at("candidates")),
                cell(counts.at("space")), counts.at("generations").get<std::size_t>() + 1, cell(counts.at("broken")),
                cell(counts.at("too_dear")), cell(counts.at("failed")), cell(counts.at("screened")),
-               cell(search_.at("screening").at("mode")), cell(counts.at("confirmed")),
+               escape(lab::screening_words(search_.at("screening"))), cell(counts.at("confirmed")),
                cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
                escape(words(search_.at("reference").at("coordinates"))),
                constraints.empty() ? "" : " Constraints: " + escape(constraints) + ".") +

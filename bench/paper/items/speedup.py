@@ -13,7 +13,7 @@ ONE_RAY = Frame(1, 1, 1.0)  # sizes do not depend on rays
 PROXIES = ["tri80", "tlas-tri80", "ellipsoid", "tlas-sphere"]
 
 
-def speedups(study, scene, machine, mode="sampled", frame="main", **options):
+def speedups(study, scene, machine, frame="main", **options):
     cycles = {d: study.point(scene, d, machine, frame, mode, **options)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
     return {d: cycles["baseline"] / cycles[d] for d in DESIGNS}
 
@@ -23,7 +23,6 @@ def build(study, page):
     main_comparison(study, page, machines)
     readings(study, page, machines)
     orders(study, page)
-    confirmation(study, page)
     proxies(study, page)
 
 
@@ -87,19 +86,6 @@ def orders(study, page):
 
 def root_mean_square_log(ours, paper):
     return math.sqrt(sum(math.log(a / b) ** 2 for a, b in zip(ours, paper)) / len(paper))
-
-
-def confirmation(study, page):
-    page.text("## Cycle by cycle",
-              "The figures above are of sampled mode. The same comparison in cycle mode, on frame *side*:")
-    rows = []
-    for scene in study.scenes:
-        if scene.name not in study.values["confirm"]:
-            continue
-        sampled, cycle = (speedups(study, scene, "paper", mode, "side") for mode in ("sampled", "cycle"))
-        for design in DESIGNS:
-            rows.append([scene.name, design, sampled[design], cycle[design], f"{100 * (sampled[design] / cycle[design] - 1):+.1f} %"])
-    page.table(["scene", "design", "sampled", "cycle", "sampled against cycle"], rows)
 
 
 def proxies(study, page):

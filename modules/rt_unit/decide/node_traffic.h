@@ -46,7 +46,6 @@ struct SectorRun {
   std::uint64_t address = 0;
   unsigned sectors = 0;
   Region region{};
-  bool again = false;  ///< the next run reads them again
 };
 
 class NodeTraffic {

@@ -66,13 +66,6 @@ class NodeSectors {
     if (index >= before) return {header_ + kSectorBytes * (index - before), header_region_};
     return {body_.address + (index < lead_ ? 0 : kSectorBytes * (index - lead_)), body_.region};
   }
-  /// Calls f(run, whether it is the last) for each run of sectors.
-  template <typename F>
-  void for_each_run(F&& f) const {
-    if (lead_ != 0) f(SectorRun{body_.address, lead_, body_.region, true}, false);
-    f(body_, tail_ == 0);
-    if (tail_ != 0) f(SectorRun{header_, tail_, header_region_}, true);
-  }
 
  private:
   static bool is_primitive(traces::NodeKind kind) {

@@ -21,7 +21,7 @@ constexpr std::uint64_t measured_groups(std::uint64_t slots) { return 3 * settli
 inline constexpr std::uint64_t kFewestWindows = 20;
 
 /// Divides the trace into strata of equal size, with one window each: at a random place, in the last stratum at its
-/// end, so that the sampled run ends as the whole one does. slots: warp slots of the GPU. Empty if `share` of the
+/// end, so that the estimated run ends as the whole one does. slots: warp slots of the GPU. Empty if `share` of the
 /// groups is less than kFewestWindows windows, or if windows do not fit into their strata. The first window starts with
 /// empty caches and therefore settles for `slots` groups, or as many as its stratum has room for.
 std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, double share, std::uint64_t seed);

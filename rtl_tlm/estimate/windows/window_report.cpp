@@ -58,10 +58,10 @@ std::map<std::string, std::string> WindowReport::inputs() const {
   return all;
 }
 
-void WindowReport::describe(const SampledResult& r, const Sample& sample, const std::string& note,
+void WindowReport::describe(const EstimatedResult& r, const Sample& sample, const std::string& note,
                             modules::StatisticList& list) const {
   const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
-    list.add(std::string("gpu.sampled.") + name, value, unit, description);
+    list.add(std::string("gpu.windows.") + name, value, unit, description);
   };
   const std::uint64_t all = reader_.group_count();
   add("share", all == 0 ? 0.0 : static_cast<double>(sample.groups) / static_cast<double>(all), "ratio",
@@ -92,7 +92,7 @@ void WindowReport::add_energy(modules::StatisticList& list) const {
   }
 }
 
-void WindowReport::finish(SampledResult& r) const {
+void WindowReport::finish(EstimatedResult& r) const {
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double cpu = cpu_of_all_processes() - start_cpu_;
   modules::StatisticList& host = r.result.host;
@@ -103,14 +103,14 @@ void WindowReport::finish(SampledResult& r) const {
   r.result.inputs = inputs();
   r.result.document =
       statistics_document(config_json(config_), r.result.inputs, r.result.notes, r.result.statistics, r.result.host);
-  r.result.document["sampled"] = to_json(r.estimate);
+  r.result.document["windows"] = to_json(r.estimate);
 }
 
-SampledResult WindowReport::whole(const std::string& why) const {
+EstimatedResult WindowReport::whole(const std::string& why) const {
   fmt::print(stderr, "grtx: windows mode: {}: all of it is simulated, in cycle mode: {}\n", reader_.path(), why);
   SimulationOptions options;
   options.price = options_.price;
-  SampledResult r;
+  EstimatedResult r;
   r.result = simulate_in_child(reader_.path(), config_, options);
   make_whole(r);
   r.result.inputs = inputs();

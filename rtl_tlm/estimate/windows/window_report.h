@@ -24,15 +24,15 @@ class WindowReport {
     std::uint64_t groups = 0;  ///< simulated
     double residual = 0.0;
   };
-  /// Adds gpu.sampled.*. note: why the whole trace was simulated; empty if it was not.
-  void describe(const SampledResult& result, const Sample& sample, const std::string& note,
+  /// Adds gpu.windows.*. note: why the whole trace was simulated; empty if it was not.
+  void describe(const EstimatedResult& result, const Sample& sample, const std::string& note,
                 modules::StatisticList& list) const;
   /// Adds the energy statistics of the whole machine for the counts in `list`, if options.price is set.
   void add_energy(modules::StatisticList& list) const;
   /// Fills inputs, host.* and document of a result whose statistics are complete.
-  void finish(SampledResult& result) const;
+  void finish(EstimatedResult& result) const;
   /// Simulates the whole trace in cycle mode instead of estimating, and prints the reason `why` to stderr.
-  SampledResult whole(const std::string& why) const;
+  EstimatedResult whole(const std::string& why) const;
 
  private:
   std::map<std::string, std::string> inputs() const;

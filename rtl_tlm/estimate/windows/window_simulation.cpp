@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::uint64_t kCounted = 8192;  ///< groups outside the windows whose costs are counted, approximately
 
-constexpr const char* kSequence = "a sequence of frames needs cycle or sampled mode: windows would start a frame cold";
+constexpr const char* kSequence = "a sequence of frames needs cycle mode: windows would start a frame cold";
 
 std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident(); }
 
@@ -41,7 +41,7 @@ class WindowedRun {
     if (!reader.header().frame_groups.empty()) throw Error(reader.path(), "", kSequence);
   }
 
-  SampledResult run() {
+  EstimatedResult run() {
     if (options_.share > kWholeFrom) return report_.whole("as asked for");
     if (const std::string why = unsuited_to_windows(reader_, config_, options_); !why.empty()) {
       return report_.whole(why);
@@ -51,7 +51,7 @@ class WindowedRun {
     }
     for (double share = options_.share;; share *= 2.0) {
       simulate(share);
-      const SampledEstimate estimate = evaluate();
+      const CycleEstimate estimate = evaluate();
       const ConfidenceInterval interval = cycles_interval(estimate);
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) {
         return finished(estimate, interval);
@@ -63,7 +63,7 @@ class WindowedRun {
  private:
   /// Half-width of an interval whose only error is the bias.
   double least_half_width() const {
-    SampledEstimate estimate;
+    CycleEstimate estimate;
     estimate.bias = kWindowsBias;
     return cycles_interval(estimate).half_width;
   }
@@ -100,9 +100,9 @@ class WindowedRun {
     finish_group_run(*child, thinned_);
   }
 
-  SampledEstimate evaluate() {
+  CycleEstimate evaluate() {
     windows_estimate_ = estimate_windows(thinned_.times, windows_, costs_);
-    SampledEstimate estimate;
+    CycleEstimate estimate;
     estimate.log_cycles = std::log(windows_estimate_.cycles);
     estimate.degrees_of_freedom = windows_estimate_.degrees_of_freedom;
     estimate.evidence = windows_estimate_.evidence;
@@ -113,8 +113,8 @@ class WindowedRun {
     return estimate;
   }
 
-  SampledResult finished(const SampledEstimate& estimate, const ConfidenceInterval& interval) const {
-    SampledResult r;
+  EstimatedResult finished(const CycleEstimate& estimate, const ConfidenceInterval& interval) const {
+    EstimatedResult r;
     r.estimate = estimate;
     r.cycles = interval;
     r.result.cycles = static_cast<Cycle>(std::llround(interval.value));
@@ -135,10 +135,10 @@ class WindowedRun {
     report_.add_energy(r.result.statistics);
     report_.describe(r, {thinned_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;
-    list.add("gpu.sampled.windows", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");
-    list.add("gpu.sampled.windows.sector", windows_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
-    list.add("gpu.sampled.windows.far", windows_estimate_.rates[1], "cycles/sector", "fitted: a sector beyond the L2");
-    list.add("gpu.sampled.windows.step", windows_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
+    list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");
+    list.add("gpu.windows.sector", windows_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
+    list.add("gpu.windows.far", windows_estimate_.rates[1], "cycles/sector", "fitted: a sector beyond the L2");
+    list.add("gpu.windows.step", windows_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
     report_.finish(r);
     return r;
   }
@@ -193,7 +193,7 @@ void check_windows(const WindowOptions& options) {
   }
 }
 
-SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options) {
+EstimatedResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options) {
   check_windows(options);
   check_config(config, "configuration");
   check_mode(config, SimulationMode::windows);

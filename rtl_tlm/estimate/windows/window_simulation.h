@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "grtx/rtl_tlm/estimate/sampled_result.h"
+#include "grtx/rtl_tlm/estimate/estimated_result.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
@@ -35,6 +35,6 @@ bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const Wi
 /// A trace that windows do not suit (too few groups, secondary rays) is simulated completely in cycle mode, and a line
 /// on stderr says so. Every simulation runs in a ChildProcess, so this may be called repeatedly. Throws what simulate()
 /// throws, and Error for bad options, a sequence of frames, a unit in RTL, or a DRAM model other than built_in.
-SampledResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options);
+EstimatedResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options);
 
 }  // namespace grtx::sim

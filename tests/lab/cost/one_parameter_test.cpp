@@ -335,7 +335,6 @@ TEST(OneParameterTable, EveryKeyIsClassifiedOnceAndWithAReasonWhenOnlyOneMoves) 
   sim::GpuConfig config;
   std::set<std::string> keys, classified;
   for (const modules::Parameter& key : sim::config_keys(config)) {
-    if (key.name.starts_with("sample.")) continue;        // how sampled mode samples: no hardware
     if (key.name == "dram.model") continue;               // has one value until a program registers more
     if (key.name.ends_with(".implementation")) continue;  // two ways to simulate the same hardware
     keys.insert(key.name);

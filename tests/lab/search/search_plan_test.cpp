@@ -72,13 +72,14 @@ design = "sw"
 seed = 5
 population = 12
 candidates = 500
-confirm = "sampled"
+confirm = "windows"
 margin = 0.02
 path = false
+screening_scale = 0.5
 [search.screening]
-sample.stride = 16
+l1.latency = 30
 )");
-  EXPECT_EQ(plan.common.mode, "sampled");
+  EXPECT_EQ(plan.common.mode, "cycle");
   ASSERT_EQ(plan.common.scenes.size(), 2U);
   EXPECT_FALSE(plan.common.scenes[0].evaluation);
   EXPECT_TRUE(plan.common.scenes[1].evaluation);
@@ -99,12 +100,13 @@ sample.stride = 16
   EXPECT_TRUE(plan.constraints[2].relative);
   EXPECT_EQ(plan.constraints[2].bound, 1.0);
   EXPECT_EQ(plan.reference, (Coordinates{{"design", "sw"}, {"tracer.k", 8}}));  // in the order of the parameters
-  EXPECT_EQ(plan.screening, (Coordinates{{"sample.stride", 16}}));
-  EXPECT_EQ(plan.confirm, "sampled");
+  EXPECT_EQ(plan.screening, (Coordinates{{"l1.latency", 30}}));
+  EXPECT_EQ(plan.confirm, "windows");
   EXPECT_EQ(plan.seed, 5U);
   EXPECT_EQ(plan.population, 12U);
   EXPECT_EQ(plan.candidates, 500U);
   EXPECT_EQ(plan.margin, 0.02);
+  EXPECT_EQ(plan.screening_scale, 0.5);
   EXPECT_FALSE(plan.path);
 }
 
@@ -167,12 +169,13 @@ TEST_F(SearchPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
       {scene + parameter + "[reference]\nl2.bytes = 4096\n", "line 7",
        "reference: 'l2.bytes' is no [[parameter]], the nearest is 'l1.bytes'"},
       {scene + parameter + "[reference]\nl1.bytes = 1\n", "line 7", "l1.bytes: must be 32 to"},
-      {whole + "[search.screening]\nsample.stirde = 4\n", "line 12", "unknown key 'sample.stirde', the nearest is"},
+      {whole + "[search.screening]\nl1.latenyc = 4\n", "line 12", "unknown key 'l1.latenyc', the nearest is"},
       {scene + parameter + "[reference]\n[search]\npopulation = 10\n", "line 8",
        "search.population: must be a multiple"},
       {scene + parameter + "[reference]\n[search]\npopulation = 4\n", "line 8",
        "search.population: must be an integer"},
       {scene + parameter + "[reference]\n[search]\nmargin = 2\n", "line 8", "search.margin: must be 0 to 1"},
+      {scene + parameter + "[reference]\n[search]\nscreening_scale = 0\n", "line 8", "search.screening_scale: must be"},
       {scene + parameter + "[reference]\n[search]\npath = 1\n", "line 8", "search.path: must be true or false"},
       {scene + parameter + "[reference]\n[search]\ncandidate = 1\n", "line 8",
        "unknown key 'search.candidate', the nearest is 'search.candidates'"},

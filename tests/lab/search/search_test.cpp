@@ -115,15 +115,47 @@ TEST_F(SearchProgram, WhatIsTooDearIsNotSimulated) {
   std::size_t simulated = 0;
   for (const std::string& area : rows("a.sqlite",
                                       "SELECT printf('%.17g', value) FROM point JOIN value ON point_id = id AND name = "
-                                      "'cost.rt_unit_mm2' WHERE mode = 'sampled'")) {
+                                      "'cost.rt_unit_mm2' WHERE scene = 'object-300-7'")) {
     simulated += std::stod(area) <= bound ? 1 : 0;
   }
   EXPECT_EQ(simulated, found.at("counts").at("screened"));
   EXPECT_EQ(simulated + 1,
-            rows("a.sqlite", "SELECT id FROM point WHERE mode = 'sampled'").size());  // and the reference
+            rows("a.sqlite", "SELECT id FROM point WHERE scene = 'object-300-7'").size());  // and the reference
   for (const json& at : found.at("front")) {
     EXPECT_LE(found.at("candidates").at(at.get<std::size_t>()).at("confirming").at("ratios").at(1).get<double>(), 0.98);
   }
+}
+
+// Screening took the whole image in a mode that erred by 14 %: now it is cycle mode on a smaller image, and what is
+// confirmed has the whole one.
+TEST_F(SearchProgram, ScreensSmallerImagesAndConfirmsTheFrontAtTheWholeSize) {
+  write_search("candidates = 8\nmargin = 1.0\nscreening_scale = 0.5");
+  const Outcome outcome = sweep("a.sqlite");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("8 screened (cycle, images × 0.5), 8 confirmed (cycle)"));
+  const auto rays = [&](const std::string& scene) {
+    return rows(
+        "a.sqlite",
+        "SELECT DISTINCT mode || ' ' || (SELECT CAST(value AS INTEGER) FROM value WHERE point_id = id AND name = "
+        "'gpu.distributor.groups') FROM point WHERE scene = '" +
+            scene + "'");
+  };
+  EXPECT_EQ(rays("object-300-7-4x4"), Texts{"cycle 1"});  // 16 rays are a warp
+  EXPECT_EQ(rays("object-300-7"), Texts{"cycle 2"});
+  EXPECT_EQ(rays("object-300-8"), Texts{"cycle 2"}) << "the evaluation";
+  const json found = result("a.sqlite");
+  EXPECT_EQ(found.at("screening").at("scale"), 0.5);
+  for (const json& one : found.at("candidates")) {
+    EXPECT_NE(one.at("screening").at("ratios"), one.at("confirming").at("ratios"));
+  }
+}
+
+TEST_F(SearchProgram, AScaleOfTheScreeningNeedsTheSizeOfTheImages) {
+  write_search("candidates = 8\nscreening_scale = 0.5",
+               "[[scene]]\nname = 'whole'\npreset = 'object'\ncount = 300\nseed = 9\n");
+  const Outcome outcome = sweep("b.sqlite", "--quiet");
+  EXPECT_EQ(outcome.code, 2) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("scene: search.screening_scale needs width and height"));
 }
 
 TEST_F(SearchProgram, AConstraintOnAStatisticRefusesWhatWasSimulated) {

@@ -32,7 +32,7 @@ TEST_F(SweepPlanTest, SaysWhatIsVaried) {
 base = "base.toml"
 designs = ["baseline", "grtx"]
 mode = "cycle"
-confirm = "sampled"
+confirm = "windows"
 [limits]
 seconds = 60
 memory_mb = 500.5
@@ -65,7 +65,7 @@ rt.box.count = {values = [1, 2]}
 )");
   EXPECT_EQ(plan.base, folder + "/base.toml");
   EXPECT_EQ(plan.designs, (std::vector<std::string>{"baseline", "grtx"}));
-  EXPECT_EQ(plan.confirm, "sampled");
+  EXPECT_EQ(plan.confirm, "windows");
   EXPECT_EQ(plan.limits.seconds, 60);
   EXPECT_EQ(plan.limits.memory_mb, 500.5);
   ASSERT_EQ(plan.scenes.size(), 2U);

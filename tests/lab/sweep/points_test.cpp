@@ -68,7 +68,7 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
        [](SweepPlan& p) {
          p.points = {{{"l1.latency", 21}}};
        }},
-      {"mode", false, [](SweepPlan& p) { p.mode = "sampled"; }},
+      {"mode", false, [](SweepPlan& p) { p.mode = "windows"; }},
       {"machine", false, [](SweepPlan& p) { p.on.name = "paper-charged"; }},
   };
   for (const auto& c : cases) {
@@ -181,7 +181,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 // Databases hold keys: how they are made must not change them.
 TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   SweepPlan p = plan();
-  p.mode = "sampled";
+  p.mode = "windows";
   p.on.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
@@ -192,7 +192,7 @@ TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   const nlohmann::ordered_json inputs = {{"trace", point.trace_key},
                                          {"config", sim::config_json(config)},
                                          {"machine", "own"},
-                                         {"mode", "sampled"},
+                                         {"mode", "windows"},
                                          {"program", "grtx \"1\""}};
   EXPECT_EQ(point.key, hex(xxh3(inputs.dump())));
 }

@@ -29,9 +29,8 @@ class SharedStructures : public test::SweepBench {
   /// Two views of the scene, and what is varied.
   void write_views(const std::string& varied, const std::string& scene = "room.ply") const {
     write_file(folder + "/plan.toml",
-               "base = '" + grtx::paths::source_dir() + "/configs/small.toml'\nmode = 'sampled'\n" + varied +
-                   "\n[[scene]]\nfile = '" + scene + "'\ncameras = 'room.cameras.json'\nviews = [0, 3]\n" +
-                   "width = 8\nheight = 8\n");
+               "base = '" + grtx::paths::source_dir() + "/configs/small.toml'\n" + varied + "\n[[scene]]\nfile = '" +
+                   scene + "'\ncameras = 'room.cameras.json'\nviews = [0, 3]\n" + "width = 8\nheight = 8\n");
   }
   struct Work {
     int traces = 0, structures = 0;

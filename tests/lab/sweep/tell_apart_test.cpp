@@ -68,10 +68,10 @@ TEST(TellApart, WhatAllShareAndWhatTheOtherNamesSayIsNone) {
   elsewhere.scene = "hall";
   StoredPoint modern = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":8})");
   modern.machine = "modern";
-  StoredPoint sampled = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":2})");
-  sampled.mode = "sampled";
+  StoredPoint windows = point(R"({"files":"a","tracer":{"accel":"tlas-tri20"},"trace_format":4})", R"({"l1.ways":2})");
+  windows.mode = "windows";
   EXPECT_EQ(told_apart({point(R"({"files":"a","tracer":{"accel":"tlas-tri20"}})", R"({"l1.ways":4})"), baseline,
-                        elsewhere, modern, sampled}),
+                        elsewhere, modern, windows}),
             Texts(5, "{}"));
 }
 

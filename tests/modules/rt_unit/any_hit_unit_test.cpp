@@ -133,22 +133,5 @@ TEST_F(AnyHitUnitTest, WithCheckpointingWhatFallsOutIsSentOneACycle) {
   EXPECT_EQ(bench.answers, (Bench::Answers{{12, 2}, {12, 0}, {14, 1}}));
 }
 
-TEST_F(AnyHitUnitTest, AHitInZeroTimeFillsTheHeapAndSaysWhatFallsOut) {
-  Bench bench(heaps(32), 2, true, {LeafOutcome::inserted});
-  const auto touch = [&](LeafOutcome outcome) {
-    traces::Event event = bench.group.rays[0].events[0];
-    event.detail = static_cast<std::uint8_t>(outcome);
-    return bench.unit.touch(0, event);
-  };
-  bench.unit.begin_lane(0, 0);
-  EXPECT_FALSE(touch(LeafOutcome::inserted));
-  EXPECT_FALSE(touch(LeafOutcome::inserted));
-  EXPECT_TRUE(touch(LeafOutcome::displaced));
-  EXPECT_TRUE(touch(LeafOutcome::rejected));
-  EXPECT_FALSE(touch(LeafOutcome::ignored));
-  EXPECT_EQ(bench.unit.counters().unit.busy_cycles, 2U + 4 + 6 + 2 + 2);
-  EXPECT_TRUE(bench.unit.idle());
-}
-
 }  // namespace
 }  // namespace grtx::modules

@@ -100,25 +100,6 @@ TEST(NodeSectors, ALeafIsLedByItsDescriptor) {
   EXPECT_EQ(NodeSectors({NodeKind::internal, 640, false}, t).count(), 2u) << "internal nodes have no descriptor";
 }
 
-TEST(NodeSectors, RunsAreTheSameSectors) {
-  const NodeTraffic with_descriptor = traffic(true, {64, true, true});
-  for (const NodeVisit& visit :
-       {NodeVisit{NodeKind::internal, 0, false}, NodeVisit{NodeKind::instance, 256, true},
-        NodeVisit{NodeKind::instance, 256, false}, NodeVisit{NodeKind::triangle, 8192, false}}) {
-    const NodeSectors sectors(visit, with_descriptor);
-    std::vector<std::pair<std::uint64_t, Region>> all;
-    unsigned last_runs = 0;
-    sectors.for_each_run([&](const SectorRun& run, bool last) {
-      for (unsigned i = 0; i < run.sectors; ++i) all.emplace_back(run.address + kSectorBytes * i, run.region);
-      EXPECT_EQ(last, all.size() == sectors.count());
-      last_runs += last ? 1 : 0;
-      EXPECT_EQ(run.again, visit.kind == NodeKind::triangle && !last);
-    });
-    EXPECT_EQ(all, sectors_of(sectors));
-    EXPECT_EQ(last_runs, 1u);
-  }
-}
-
 // Layout compact: nodes of 80 B begin at a sector or in the middle of one, and take three either way; of an instance
 // leaf the first unit is read, and it names the root, so that no header is.
 TEST(NodeSectors, CompactNodesTakeThreeSectorsWhereverTheyBegin) {

@@ -20,16 +20,16 @@ TEST(StudentQuantile, IsThatOfTheTables) {
   EXPECT_NEAR(student_quantile(0.025, 5), -2.57058, 1e-4);
 }
 
-SampledEstimate some_estimate(double cycles, double sign) {
-  SampledEstimate e{.log_cycles = std::log(cycles),
-                    .degrees_of_freedom = 6.0,
-                    .bias = {0.09, 0.16},
-                    .evidence = {{3, 0.02, 0.004}, {8, -0.03, 0.002 * sign}, {11, 0.01, -0.001}}};
+CycleEstimate some_estimate(double cycles, double sign) {
+  CycleEstimate e{.log_cycles = std::log(cycles),
+                  .degrees_of_freedom = 6.0,
+                  .bias = {0.09, 0.16},
+                  .evidence = {{3, 0.02, 0.004}, {8, -0.03, 0.002 * sign}, {11, 0.01, -0.001}}};
   return e;
 }
 
 TEST(CyclesInterval, AddsUpItsTerms) {
-  SampledEstimate e = some_estimate(1e6, 1.0);
+  CycleEstimate e = some_estimate(1e6, 1.0);
   e.bias.cycles = 0.005;
   const ConfidenceInterval interval = cycles_interval(e);
   // By hand: influences 4, 2, 1 thousandths; 8 / 6 for few windows.
@@ -45,7 +45,7 @@ TEST(CyclesInterval, AddsUpItsTerms) {
 }
 
 TEST(CyclesInterval, IsNeverNarrowerForWindowsThatScatterMore) {
-  SampledEstimate e;
+  CycleEstimate e;
   e.bias.cycles = 0.09;
   e.degrees_of_freedom = 20.0;
   double narrowest = 0.0;
@@ -59,8 +59,8 @@ TEST(CyclesInterval, IsNeverNarrowerForWindowsThatScatterMore) {
 }
 
 TEST(RatioInterval, CancelsWhatPairsHaveInCommon) {
-  const SampledEstimate base = some_estimate(3e6, 1.0);
-  SampledEstimate other = some_estimate(1e6, 1.0);
+  const CycleEstimate base = some_estimate(3e6, 1.0);
+  CycleEstimate other = some_estimate(1e6, 1.0);
   const ConfidenceInterval paired = ratio_interval(base, other);
   EXPECT_NEAR(paired.value, 3.0, 1e-12);
   EXPECT_NEAR(paired.deviation, 0.16, 1e-12) << "only the bias is left";
@@ -69,13 +69,13 @@ TEST(RatioInterval, CancelsWhatPairsHaveInCommon) {
 }
 
 TEST(RatioInterval, DiffersWhereTheWindowsDo) {
-  const SampledEstimate base = some_estimate(3e6, 1.0), other = some_estimate(1e6, -1.0);
+  const CycleEstimate base = some_estimate(3e6, 1.0), other = some_estimate(1e6, -1.0);
   const double variance = 8.0 / 6.0 * std::pow(0.002 + 0.002, 2) + 0.16 * 0.16;
   EXPECT_NEAR(ratio_interval(base, other).deviation, std::sqrt(variance), 1e-12);
 }
 
 TEST(CyclesInterval, ASmallerBiasMakesItNarrower) {
-  SampledEstimate e = some_estimate(1e6, 1.0);
+  CycleEstimate e = some_estimate(1e6, 1.0);
   const double wide = cycles_interval(e).half_width;
   e.bias = {0.012, 0.02};
   EXPECT_LT(cycles_interval(e).half_width, 0.6 * wide);
@@ -84,15 +84,15 @@ TEST(CyclesInterval, ASmallerBiasMakesItNarrower) {
 }
 
 TEST(RatioInterval, AWholeRunAddsNoBias) {
-  SampledEstimate base = some_estimate(3e6, 1.0);
-  SampledEstimate other = some_estimate(1e6, 1.0);
+  CycleEstimate base = some_estimate(3e6, 1.0);
+  CycleEstimate other = some_estimate(1e6, 1.0);
   other.whole = true;
   other.evidence.clear();
   EXPECT_NEAR(ratio_interval(base, other).deviation, cycles_interval(base).deviation, 1e-3);
 }
 
 TEST(WholeRun, HasNoWidth) {
-  SampledEstimate e = some_estimate(5e5, 1.0);
+  CycleEstimate e = some_estimate(5e5, 1.0);
   e.whole = true;
   EXPECT_EQ(cycles_interval(e).half_width, 0.0);
   EXPECT_EQ(cycles_interval(e).low, cycles_interval(e).high);
@@ -100,8 +100,8 @@ TEST(WholeRun, HasNoWidth) {
 }
 
 TEST(Estimate, SurvivesJson) {
-  const SampledEstimate e = some_estimate(123456.0, -1.0);
-  const SampledEstimate read = estimate_from_json(nlohmann::ordered_json::parse(to_json(e).dump()));
+  const CycleEstimate e = some_estimate(123456.0, -1.0);
+  const CycleEstimate read = estimate_from_json(nlohmann::ordered_json::parse(to_json(e).dump()));
   EXPECT_EQ(cycles_interval(read).low, cycles_interval(e).low);
   EXPECT_EQ(read.evidence.size(), e.evidence.size());
   EXPECT_EQ(ratio_interval(read, e).value, 1.0);

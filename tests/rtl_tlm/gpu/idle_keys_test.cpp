@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
@@ -25,22 +26,9 @@ std::string other_value(std::string_view key) {
 
 std::string setting(std::string_view key) { return std::string(key) + "=" + other_value(key); }
 
-TEST(IdleKeys, OfSamplingAreIdleWhereNothingIsSampled) {
-  const GpuConfig config = load_config("", {"sample.stride=4", "sample.offset=1", "l1.banks=8"});
-  EXPECT_TRUE(idle_keys(config, SimulationMode::sampled).empty());
-  for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::windows}) {
-    testing::internal::CaptureStderr();
-    warn_of_idle_keys(config, mode);
-    EXPECT_EQ(testing::internal::GetCapturedStderr(),
-              "grtx: configuration: sample.stride, sample.offset have no effect with --mode " +
-                  std::string(name_of(mode)) + "\n");
-  }
-}
-
 std::vector<std::string> idle(const std::vector<std::string>& settings) {
   std::vector<std::string> all;
-  for (const IdleKey& each : idle_keys(load_config("", settings), SimulationMode::cycle))
-    all.push_back(each.key + ": " + each.because);
+  for (const IdleKey& each : idle_keys(load_config("", settings))) all.push_back(each.key + ": " + each.because);
   return all;
 }
 
@@ -93,7 +81,7 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
   testing::internal::CaptureStderr();
   settings = filed;
   for (const char* idle : {"dram.banks=8", "dram.timing.cl=7"}) settings.emplace_back(idle);
-  warn_of_idle_keys(load_config("", settings), SimulationMode::cycle);
+  warn_of_idle_keys(load_config("", settings));
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
             "grtx: configuration: dram.banks, dram.timing.cl have no effect with dram.model = filed\n");
 }
@@ -104,9 +92,7 @@ TEST(SimulationMode, UnitsInSystemVerilogRunWholeTracesOnly) {
     // The RTL of the checkpoint unit has requests alone.
     const GpuConfig config = load_config("", {"rt.checkpoint.traffic=charged", setting(key)});
     EXPECT_FALSE(unmodelled(config, SimulationMode::cycle));
-    for (const SimulationMode mode : {SimulationMode::sampled, SimulationMode::windows}) {
-      EXPECT_EQ(unmodelled(config, mode).key, key);
-    }
+    EXPECT_EQ(unmodelled(config, SimulationMode::windows).key, key);
   }
 }
 

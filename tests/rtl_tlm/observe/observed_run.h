@@ -40,11 +40,10 @@ class ObservedRun {
   std::string path(const std::string& name) const { return folder_.path(name); }
 
   /// Runs with `options`; returns the statistics. Fails the test when a conservation law does not hold.
-  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {},
-                             SimulationMode mode = SimulationMode::cycle) const {
+  nlohmann::ordered_json run(const SimulationOptions& options, const std::vector<std::string>& settings = {}) const {
     ChildProcess child("simulation", [&] {
       const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/small.toml", settings);
-      const SimulationResult result = test::simulate_priced(path("t.grtx"), config, options, mode);
+      const SimulationResult result = test::simulate_priced(path("t.grtx"), config, options);
       nlohmann::ordered_json answer = {{"stats", result.document.at("stats")},
                                        {"violations", result.violations},
                                        {"pixel_cycles", result.pixel_cycles}};

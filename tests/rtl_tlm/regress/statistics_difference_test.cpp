@@ -73,8 +73,8 @@ TEST(StatisticsDifference, TheUnitOfTheChangedKeyMovedFirst) {
   EXPECT_EQ(moved("l2.latency"), "gpu.l2.read_latency");  // later hits make more batches time out
   EXPECT_EQ(moved("gpu.core_mhz"), "gpu.cycles");
   EXPECT_EQ(moved("simt.registers"), "gpu.simt.any_hit.batches");
-  EXPECT_EQ(moved("dram.banks"), "gpu.simt.any_hit.batches");     // nothing of the DRAM is on record: by the flow
-  EXPECT_EQ(moved("sample.offset"), "gpu.simt.any_hit.batches");  // of no unit
+  EXPECT_EQ(moved("dram.banks"), "gpu.simt.any_hit.batches");  // nothing of the DRAM is on record: by the flow
+  EXPECT_EQ(moved("own.key"), "gpu.simt.any_hit.batches");     // of no unit
 }
 
 TEST(StatisticsDifference, ZeroAndNullAreCompared) {

@@ -27,11 +27,10 @@ void write_one_ray(const std::string& path, traces::AccelKind kind) {
   writer.finish();
 }
 
-nlohmann::ordered_json stats_of(traces::AccelKind kind, const std::vector<std::string>& settings,
-                                SimulationMode mode = SimulationMode::cycle) {
+nlohmann::ordered_json stats_of(traces::AccelKind kind, const std::vector<std::string>& settings) {
   const traces::testing::TemporaryFile file("box");
   write_one_ray(file.path(), kind);
-  return test::small_statistics(file.path(), settings, mode);
+  return test::small_statistics(file.path(), settings);
 }
 
 TEST(BoxLeaves, EachIsACallOfTheIntersectionShaderAndAHitOneOfTheAnyHitShaderToo) {
@@ -57,19 +56,6 @@ TEST(BoxLeaves, EveryInstructionOfTheShaderIsACycleOfTheRay) {
   EXPECT_EQ(cycles("intersection_fixed", 28 + 100), usual + 200);
   EXPECT_EQ(cycles("intersection_transform", 24 + 100), usual + 200);
   EXPECT_EQ(cycles("any_hit_fixed", 12 + 100), usual + 100);
-}
-
-// The view is too small for its time to be sampled.
-TEST(BoxLeaves, SampledModeDoesTheSameWork) {
-  for (const bool two_level : {false, true}) {
-    const test::ObservedRun run(true, two_level, 0, true, true);
-    const auto cycle = run.run({});
-    const auto sampled = run.run({}, {}, SimulationMode::sampled);
-    for (const char* same :
-         {"gpu.rt.visits_leaf", "gpu.rt.any_hit_calls", "gpu.rt.intersection_calls", "gpu.simt.warps"}) {
-      EXPECT_EQ(statistic(sampled, same), statistic(cycle, same)) << same;
-    }
-  }
 }
 
 }  // namespace

@@ -23,11 +23,10 @@ class ListTracing : public ::testing::Test {
                      grtx::test::front_camera(32, 16, 2.0), 32, 16, frontend::AccelKind::tlas_sphere, options);
   }
   static nlohmann::ordered_json run(frontend::Tracing tracing, unsigned capacity,
-                                    const std::vector<std::string>& settings = {},
-                                    SimulationMode mode = SimulationMode::cycle) {
+                                    const std::vector<std::string>& settings = {}) {
     const traces::testing::TemporaryFile file("list");
     write(file.path(), tracing, capacity);
-    return test::small_statistics(file.path(), settings, mode);
+    return test::small_statistics(file.path(), settings);
   }
 };
 
@@ -49,17 +48,6 @@ TEST_F(ListTracing, ShorterBatchesAreMoreScans) {
   EXPECT_GT(statistic(many, "gpu.simt.phases.sort"), statistic(few, "gpu.simt.phases.sort"));
   EXPECT_GT(statistic(many, "gpu.simt.lsu.loads.k_buffer"), statistic(few, "gpu.simt.lsu.loads.k_buffer"));
   EXPECT_EQ(statistic(many, "gpu.simt.blended"), statistic(few, "gpu.simt.blended"));
-}
-
-// A warp has two or three phases here, of which one in eight takes time: times are not compared.
-TEST_F(ListTracing, SampledModeDoesTheSameWork) {
-  for (const unsigned capacity : {12U, 1024U}) {
-    const auto cycle = run(frontend::Tracing::list, capacity);
-    const auto sampled = run(frontend::Tracing::list, capacity, {}, SimulationMode::sampled);
-    for (const char* same : {"gpu.rt.node_visits", "gpu.rt.any_hit_calls", "gpu.simt.processed", "gpu.simt.blended"}) {
-      EXPECT_EQ(statistic(sampled, same), statistic(cycle, same)) << same;
-    }
-  }
 }
 
 }  // namespace

@@ -24,10 +24,9 @@ class MachineEdges : public ::testing::Test {
   MachineEdges() { test::write_tiny_trace(trace_.path(), {6, 32}); }
 
   /// What a run says: its cycles, or what is wrong.
-  std::string run(const std::vector<std::string>& settings, SimulationMode mode) const {
+  std::string run(const std::vector<std::string>& settings) const {
     ChildProcess child("simulation", [&] {
-      const SimulationResult result =
-          test::simulate_priced(trace_.path(), load_config("", settings), SimulationOptions{}, mode);
+      const SimulationResult result = test::simulate_priced(trace_.path(), load_config("", settings));
       std::string text = result.cycles > 0 ? "cycles" : "no cycles";
       for (const std::string& violation : result.violations) text += "\n" + violation;
       return text;
@@ -39,9 +38,7 @@ class MachineEdges : public ::testing::Test {
     }
   }
   void runs(const std::vector<std::string>& settings) const {
-    for (const SimulationMode mode : {SimulationMode::cycle, SimulationMode::sampled}) {
-      EXPECT_EQ(run(settings, mode), "cycles") << name_of(mode) << ' ' << ::testing::PrintToString(settings);
-    }
+    EXPECT_EQ(run(settings), "cycles") << ::testing::PrintToString(settings);
   }
 
   const traces::testing::TemporaryFile trace_{"edges"};
@@ -73,10 +70,9 @@ TEST_F(MachineEdges, BurstsOfAByteFillTheQueueOfTheDramBeforeASector) {
 }
 
 TEST_F(MachineEdges, TablesThatMultiplyTakeGigabytes) {
-  EXPECT_THAT(run({"l2.bytes=1000000000000"}, SimulationMode::cycle), HasSubstr("must be 32 to 1073741824"));
-  EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}, SimulationMode::sampled),
-              HasSubstr("l2.bytes: would take 4.3 GB"));
-  EXPECT_THAT(run({"gpu.sms=256", "l1.mshr_entries=4096", "l1.mshr_merges=1024"}, SimulationMode::cycle),
+  EXPECT_THAT(run({"l2.bytes=1000000000000"}), HasSubstr("must be 32 to 1073741824"));
+  EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}), HasSubstr("l2.bytes: would take 4.3 GB"));
+  EXPECT_THAT(run({"gpu.sms=256", "l1.mshr_entries=4096", "l1.mshr_merges=1024"}),
               HasSubstr("l1.mshr_entries: would take"));
 }
 

@@ -190,12 +190,5 @@ TEST(MemorySystem, AChangedFileOfTheMemoryChangesTheInputs) {
   EXPECT_EQ(child.result(), "held");
 }
 
-TEST(MemorySystem, SampledModeRunsWithAnother) {
-  const test::ObservedRun run;
-  SimulationOptions options;
-  options.memory = hostile({});
-  EXPECT_GT(test::statistic(run.run(options, {}, SimulationMode::sampled), "gpu.cycles"), 0U);
-}
-
 }  // namespace
 }  // namespace grtx::sim

@@ -33,13 +33,13 @@ using traces::testing::RandomOptions;
 using traces::testing::TemporaryFile;
 
 /// Inputs and statistics of a run but those of the host; the message of what it throws.
-std::string run(const std::string& trace, const GpuConfig& config, SimulationMode mode,
+std::string run(const std::string& trace, const GpuConfig& config,
                 const std::function<void(SimulationOptions&)>& with) {
   ChildProcess child("simulation", [&]() -> std::string {
     SimulationOptions options;
     with(options);
     try {
-      const SimulationResult result = simulate(trace, test::in_mode(config, mode), options);
+      const SimulationResult result = simulate(trace, config, options);
       if (!result.violations.empty()) return result.violations.front();
       return nlohmann::json(result.inputs).dump(1) + statistics_object(result.statistics).dump(1);
     } catch (const Error& error) {
@@ -50,13 +50,13 @@ std::string run(const std::string& trace, const GpuConfig& config, SimulationMod
 }
 
 /// `first`, then `second`: in one process, and with a file between two.
-void expect_the_same(const std::string& first, const std::string& second, const GpuConfig& config, SimulationMode mode,
+void expect_the_same(const std::string& first, const std::string& second, const GpuConfig& config,
                      const std::string& what) {
   const TemporaryFile state("state"), next("state");
-  const std::string one_piece = run(second, config, mode, [&](auto& options) { options.warm_trace = first; });
-  EXPECT_NE(run(first, config, mode, [&](auto& options) { options.save_state = state.path(); }).find("gpu.cycles"),
+  const std::string one_piece = run(second, config, [&](auto& options) { options.warm_trace = first; });
+  EXPECT_NE(run(first, config, [&](auto& options) { options.save_state = state.path(); }).find("gpu.cycles"),
             std::string::npos);
-  const std::string two_processes = run(second, config, mode, [&](auto& options) {
+  const std::string two_processes = run(second, config, [&](auto& options) {
     options.warm_state = state.path();
     options.save_state = next.path();
   });
@@ -64,7 +64,7 @@ void expect_the_same(const std::string& first, const std::string& second, const 
   EXPECT_EQ(test::first_difference(two_processes, one_piece), "") << what;
   // What the second leaves is what it leaves in one piece.
   const TemporaryFile of_one_piece("state");
-  run(second, config, mode, [&](auto& options) {
+  run(second, config, [&](auto& options) {
     options.warm_trace = first;
     options.save_state = of_one_piece.path();
   });
@@ -83,11 +83,7 @@ TEST_P(SavedStates, GiveTheStatisticsOfOnePieceOnRandomMachines) {
     if (seed % 4 == 3) config.l1.geometry.ways = 32;  // sets of another kind
     if (seed % 4 == 3) config.l1.geometry.bytes = std::uint64_t{config.l1.geometry.line_bytes} * 64;
     const std::string what = std::to_string(seed) + config_json(config).dump();
-    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::cycle, "cycle " + what);
-    config.rt.memory.by_shader = false;
-    config.rt.traversal = modules::TraversalWay::lane;  // warps that walk together are not sampled
-    config.dram.channel.scheduling = GpuConfig().dram.channel.scheduling;
-    expect_the_same(traces.first.path(), traces.second.path(), config, SimulationMode::sampled, "sampled " + what);
+    expect_the_same(traces.first.path(), traces.second.path(), config, what);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Shares, SavedStates, ::testing::Range(0U, kStateShares));
@@ -95,10 +91,10 @@ INSTANTIATE_TEST_SUITE_P(Shares, SavedStates, ::testing::Range(0U, kStateShares)
 struct Tiny {
   Tiny() { test::write_tiny_trace(trace.path(), {12, 32}); }
   void save(const GpuConfig& config) {
-    run(trace.path(), config, SimulationMode::cycle, [&](auto& options) { options.save_state = state.path(); });
+    run(trace.path(), config, [&](auto& options) { options.save_state = state.path(); });
   }
-  std::string begin(const GpuConfig& config, SimulationMode mode = SimulationMode::cycle) {
-    return run(trace.path(), config, mode, [&](auto& options) { options.warm_state = state.path(); });
+  std::string begin(const GpuConfig& config) {
+    return run(trace.path(), config, [&](auto& options) { options.warm_state = state.path(); });
   }
   TemporaryFile trace{"tiny"}, state{"state"};
 };
@@ -106,7 +102,7 @@ struct Tiny {
 TEST(SavedState, WarmsWhatRunsFromIt) {
   Tiny tiny;
   tiny.save({});
-  const std::string cold = run(tiny.trace.path(), {}, SimulationMode::cycle, [](auto&) {});
+  const std::string cold = run(tiny.trace.path(), {}, [](auto&) {});
   EXPECT_NE(tiny.begin({}), cold);
   EXPECT_NE(tiny.begin({}).find("gpu.cycles"), std::string::npos);
 }
@@ -118,12 +114,11 @@ TEST(SavedState, IsRefusedByWhatItIsNotFor) {
   GpuConfig other;
   other.sms = 2;
   EXPECT_TRUE(tiny.begin(other).starts_with(path + ": machine: is another")) << tiny.begin(other);
-  EXPECT_TRUE(tiny.begin({}, SimulationMode::sampled).starts_with(path + ": mode: is cycle, this run's is sampled"));
   const TemporaryFile trace("tiny");
   test::write_random(trace.path(), {}, false);
-  const std::string line = run(trace.path(), {}, SimulationMode::cycle, [&](auto& o) { o.warm_state = path; });
+  const std::string line = run(trace.path(), {}, [&](auto& o) { o.warm_state = path; });
   EXPECT_TRUE(line.starts_with(path + ": hardware: is for accel ")) << line;
-  EXPECT_TRUE(run(tiny.trace.path(), {}, SimulationMode::cycle, [&](auto& options) {
+  EXPECT_TRUE(run(tiny.trace.path(), {}, [&](auto& options) {
                 options.warm_state = path;
                 options.warm_trace = tiny.trace.path();
               }).starts_with("sim: --warm-state: "));
@@ -174,8 +169,7 @@ TEST(SavedState, GivesTheStatisticsOfOnePieceInAllDesigns) {
       test::write_view(first.path(), scene, grtx::test::front_camera(16, 8, 2.0), 16, 8, kind, checkpoint);
       test::write_view(second.path(), scene, grtx::test::front_camera(16, 8, 1.7), 16, 8, kind, checkpoint);
       const std::string what = std::string(frontend::accel_name(kind)) + (checkpoint ? " with checkpoints" : "");
-      expect_the_same(first.path(), second.path(), config, SimulationMode::cycle, what);
-      expect_the_same(first.path(), second.path(), config, SimulationMode::sampled, what);
+      expect_the_same(first.path(), second.path(), config, what);
     }
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a trace claims, damaged where its hashes still fit: refused by the reader or by the check, or simulated to its
-// end in cycle and in sampled mode (or refused there with an Error).
+// end (or refused there with an Error).
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -90,12 +90,12 @@ void damage_group(traces::RayGroup& group, std::mt19937_64& random) {
 }
 
 /// Empty when the simulation ended or refused the trace.
-std::string simulated(const std::string& path, SimulationMode mode) {
+std::string simulated(const std::string& path) {
   ChildProcess child("simulation", [&] {
     SimulationOptions options;
     options.watchdog_cycles = 200'000;
-    const SimulationResult result = simulate(
-        path, test::in_mode(load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), mode), options);
+    const SimulationResult result =
+        simulate(path, load_config(grtx::paths::source_dir() + "/configs/small.toml", {}), options);
     return result.violations.empty() ? std::string() : result.violations.front();
   });
   try {
@@ -133,13 +133,11 @@ TEST(TraceFuzz, WhatPassesTheCheckIsSimulatedToItsEndOrRefused) {
       continue;
     }
     ++passed;
-    for (const SimulationMode mode : {SimulationMode::sampled, SimulationMode::cycle}) {
-      const std::string failure = simulated(file.path(), mode);
-      EXPECT_EQ(failure, "") << name_of(mode) << ", mutation " << i << " of seed " << testing_fuzz::seed();
-      if (failure.empty()) continue;
-      const auto find = std::filesystem::temp_directory_path() / ("grtx_find_" + std::to_string(i) + ".grtx");
-      std::filesystem::copy_file(file.path(), find, std::filesystem::copy_options::overwrite_existing);
-    }
+    const std::string failure = simulated(file.path());
+    EXPECT_EQ(failure, "") << "mutation " << i << " of seed " << testing_fuzz::seed();
+    if (failure.empty()) continue;
+    const auto find = std::filesystem::temp_directory_path() / ("grtx_find_" + std::to_string(i) + ".grtx");
+    std::filesystem::copy_file(file.path(), find, std::filesystem::copy_options::overwrite_existing);
   }
   EXPECT_GT(refused, passed);
   EXPECT_GT(passed, 0U);

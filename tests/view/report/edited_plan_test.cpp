@@ -30,7 +30,7 @@ class EditedPlan : public lab::test::SweepBench {
   /// Two designs with two warp buffers; in scene: further lines of the scene.
   void write(const std::string& in_scene, const std::string& more = "") {
     write_file(folder + "/plan.toml",
-               "mode = 'sampled'\ndesigns = ['baseline', 'grtx']\n"
+               "designs = ['baseline', 'grtx']\n"
                "[[scene]]\npreset = 'object'\ncount = 300\nseed = 7\n" +
                    in_scene + "\n[grid]\nrt.warp_buffer.entries = [4, 8]\n" + more);
   }
@@ -151,8 +151,8 @@ TEST_F(EditedPlan, FreePointsOfPaperTakeTheFrontFromChargedOnes) {
   for (const ReportedPoint& p : sweep.earlier) EXPECT_EQ(p.machine, "paper");
   EXPECT_EQ(sweep.meta.at("machine"), "paper-charged");
   const Outcome listed = this->sweep("a.sqlite", "--list --machine paper-charged");
-  EXPECT_THAT(listed.output, AllOf(HasSubstr("done     paper-charged sampled object-300-7 grtx\n"),
-                                   HasSubstr("done     paper sampled object-300-7 grtx (of an earlier plan)\n"),
+  EXPECT_THAT(listed.output, AllOf(HasSubstr("done     paper-charged cycle object-300-7 grtx\n"),
+                                   HasSubstr("done     paper cycle object-300-7 grtx (of an earlier plan)\n"),
                                    HasSubstr("4 points, 2 traces; 4 of an earlier plan\n")));
 }
 
@@ -193,11 +193,11 @@ TEST_F(EditedPlan, BackToTheFirstPlanItsPointsAreOfThePlanAgain) {
 TEST_F(EditedPlan, ThePointsOfAnotherModeAreOfThePlan) {
   write("width = 8\nheight = 8");
   fill("a.sqlite", "--mode cycle");
-  fill("a.sqlite", "--mode sampled");
+  fill("a.sqlite", "--mode windows");
   EXPECT_EQ(results("a.sqlite").points.size(), 8U);
   EXPECT_TRUE(results("a.sqlite").earlier.empty());
   write("width = 16\nheight = 8");
-  fill("a.sqlite", "--mode sampled");
+  fill("a.sqlite", "--mode windows");
   EXPECT_EQ(results("a.sqlite").points.size(), 4U);
   EXPECT_EQ(results("a.sqlite").earlier.size(), 8U);
 }
@@ -254,7 +254,7 @@ TEST_F(EditedSearch, TheResultOfAnEarlierSearchIsShownWithTheNewPoints) {
              "[[scene]]\npreset = 'object'\ncount = 300\nseed = 7\nwidth = 8\nheight = 8\n"
              "[[parameter]]\nkey = 'rt.warp_buffer.entries'\nvalues = [4, 8]\n"
              "[[objective]]\nvalue = 'gpu.time_us'\n[reference]\nrt.warp_buffer.entries = 8\n"
-             "[search]\npopulation = 8\ncandidates = 2\nconfirm = 'sampled'\n");
+             "[search]\npopulation = 8\ncandidates = 2\nconfirm = 'cycle'\n");
   fill("a.sqlite", "--machine paper");
   fill("a.sqlite", "--machine paper-charged");
   const SweepResults search = results("a.sqlite");

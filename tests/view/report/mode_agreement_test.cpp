@@ -50,15 +50,15 @@ ReportedPoint point(const char* scene, const char* mode, int entries, double tim
 
 TEST(ModeAgreement, ComparesPointsOfTheSameSceneDesignAndCoordinates) {
   SweepResults sweep;
-  sweep.points = {point("room", "sampled", 1, 110.0), point("room", "sampled", 2, 60.0),
-                  point("room", "sampled", 4, 50.0),  point("room", "sampled", 8, 40.0),
+  sweep.points = {point("room", "windows", 1, 110.0), point("room", "windows", 2, 60.0),
+                  point("room", "windows", 4, 50.0),  point("room", "windows", 8, 40.0),
                   point("room", "cycle", 4, 50.0),    point("room", "cycle", 1, 100.0),
                   point("room", "cycle", 2, 48.0),    point("hall", "cycle", 1, 9.0),
-                  point("hall", "sampled", 1, 9.0),   point("room", "cycle", 8, 1.0, "failed")};
+                  point("hall", "windows", 1, 9.0),   point("room", "cycle", 8, 1.0, "failed")};
   const std::vector<ModeAgreement> list = mode_agreements(sweep);
   ASSERT_EQ(list.size(), 1u);  // one point says nothing of a ranking
   EXPECT_EQ(list[0].scene, "room");
-  EXPECT_EQ(list[0].mode, "sampled");
+  EXPECT_EQ(list[0].mode, "windows");
   EXPECT_EQ(list[0].against, "cycle");
   EXPECT_EQ(list[0].points, 3u);
   EXPECT_DOUBLE_EQ(list[0].least_ratio, 1.0);

@@ -156,15 +156,15 @@ TEST_F(RunsApart, APictureOfAnEarlierRunIsNotShown) {
 TEST_F(RunsApart, AnEstimateStandsWithItsInterval) {
   ordered_json document = results("paper", "hall", 4000, 1000);
   for (const auto& [design, low, high] : {std::tuple("baseline", 3800, 4200), std::tuple("grtx", 900, 1100)}) {
-    document["inputs"][design]["mode"] = "sampled";
-    document["designs"][design]["gpu.sampled.cycles_low"] = {{"value", low}, {"unit", "cycles"}};
-    document["designs"][design]["gpu.sampled.cycles_high"] = {{"value", high}, {"unit", "cycles"}};
+    document["inputs"][design]["mode"] = "windows";
+    document["designs"][design]["gpu.windows.cycles_low"] = {{"value", low}, {"unit", "cycles"}};
+    document["designs"][design]["gpu.windows.cycles_high"] = {{"value", high}, {"unit", "cycles"}};
   }
   const std::string wide = page({write("a.json", document)});
   EXPECT_THAT(wide,
               AllOf(HasSubstr("1,000 <span class=\"interval\">(900 to 1,100)</span>"),
                     HasSubstr("4.00× <span class=\"interval\">(3.45× to 4.67×)</span>"),  // 3800 / 1100 and 4200 / 900
-                    HasSubstr("mode sampled"), HasSubstr("Estimated from a sample")));
+                    HasSubstr("mode windows"), HasSubstr("Estimated from a sample")));
   document["speedup_interval"]["grtx"] = {{"low", 3.9}, {"high", 4.1}};  // of pairs, as grtx run knows it
   EXPECT_THAT(page({write("a.json", document)}), HasSubstr("4.00× <span class=\"interval\">(3.90× to 4.10×)</span>"));
 }

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 nlohmann::ordered_json result() {
   return nlohmann::ordered_json::parse(R"({
-    "schema": "grtx.search/1", "screening": {"mode": "sampled"}, "confirming": {"mode": "cycle"},
+    "schema": "grtx.search/1", "screening": {"mode": "cycle", "scale": 0.5}, "confirming": {"mode": "cycle"},
     "objectives": ["gpu.time_us", "cost.mm2"], "constraints": ["cost.mm2 <= 1.1 * reference"],
     "parameters": [{"key": "tracer.k", "values": [4, 8]}, {"key": "design", "values": ["<sw>", "grtx"]}],
     "reference": {"coordinates": {"tracer.k": 8}, "evaluation": []},
@@ -55,10 +55,12 @@ TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
   sweep.results = read_sweep_results(path);
   sweep.id = "sweep1";
   const std::string html = search_section(sweep);
-  EXPECT_THAT(html,
-              HasSubstr("4 candidates of 4 in 3 generations: 1 broken, 1 too dear, 0 failed, 2 screened (sampled), 1 "
-                        "confirmed (cycle), 1 on the front. Reference: tracer.k = 8. Constraints: cost.mm2 &lt;= "
-                        "1.1 * reference."));
+  EXPECT_THAT(
+      html,
+      HasSubstr(
+          "4 candidates of 4 in 3 generations: 1 broken, 1 too dear, 0 failed, 2 screened (cycle, images × 0.5), 1 "
+          "confirmed (cycle), 1 on the front. Reference: tracer.k = 8. Constraints: cost.mm2 &lt;= "
+          "1.1 * reference."));
   EXPECT_THAT(html,
               HasSubstr("<th scope=\"row\" class=\"n\">#1</th><td class=\"n\">0.62×</td><td class=\"n\">1.06×</td>"
                         "<td class=\"n\">failed</td><td class=\"n\">failed</td><td class=\"n\">4</td>"

@@ -64,7 +64,7 @@ TEST(Subject, WhateverElseDiffersIsNamed) {
        {Case{{{"width", "16"}, {"trace.camera_hash", "c16"}}, "size: 16 × 32"},
         Case{{{"trace.fov_scale", "0.5"}, {"trace.camera_hash", "c5"}}, "fov_scale: 0.5"},
         Case{{{"trace.ert", "0.5"}}, "ert: 0.5"}, Case{{{"trace.secondary", "glass"}}, "secondary: glass"},
-        Case{{{"mode", "sampled"}}, "mode: sampled"}, Case{{{"groups", "4 of 8"}}, "groups: 4 of 8"},
+        Case{{{"mode", "windows"}}, "mode: windows"}, Case{{{"groups", "4 of 8"}}, "groups: 4 of 8"},
         Case{{{"warm", "1"}, {"warm.camera_hash", "ca0"}}, "warm.camera_hash: ca0"},
         Case{{{"k", "16"}, {"trace.k", "16"}}, "k: 16"},
         Case{{{"trace.camera", "7"}, {"trace.camera_hash", "ca7"}}, "view: 7"},

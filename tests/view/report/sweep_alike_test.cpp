@@ -123,8 +123,8 @@ TEST(SweepIntervals, StandWithTheTime) {
   std::vector<ReportedPoint> points = {point(1, "paper", "baseline", 32, 100), point(2, "paper", "grtx", 32, 50)};
   for (ReportedPoint& p : points) {
     const double cycles = p.value("gpu.cycles");
-    p.values["gpu.sampled.cycles_low"] = 0.8 * cycles;
-    p.values["gpu.sampled.cycles_high"] = 1.25 * cycles;
+    p.values["gpu.windows.cycles_low"] = 0.8 * cycles;
+    p.values["gpu.windows.cycles_high"] = 1.25 * cycles;
   }
   const ReportSweep sweep = sweep_of(points);
   EXPECT_THAT(sweep_headline(sweep), AllOf(HasSubstr("50 µs <span class=\"interval\">(40 to 62.5)</span>"),

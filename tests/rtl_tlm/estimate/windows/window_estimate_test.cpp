@@ -113,7 +113,7 @@ TEST(WindowEstimate, IntervalsOfRandomPacesCoverTheTruth) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const std::vector<Window> windows = plan_windows(costs.size(), kSlots, 0.1, seed);
     const WindowEstimate windowed = estimate_windows(in_turn(windows, costs, factor), windows, costs);
-    SampledEstimate estimate;
+    CycleEstimate estimate;
     estimate.log_cycles = std::log(windowed.cycles);
     estimate.degrees_of_freedom = windowed.degrees_of_freedom;
     estimate.evidence = windowed.evidence;

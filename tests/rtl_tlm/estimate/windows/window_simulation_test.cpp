@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampled mode, on a random trace that is large for a small machine: near cycle mode and honest about its error, exact
+// Windows mode, on a random trace that is large for a small machine: near cycle mode and honest about its error, exact
 // where all is simulated.
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 
@@ -40,20 +40,20 @@ class WindowSimulation : public test::RandomTraceRun {
   /// What the whole trace gives in cycle mode, and a line that says why.
   void expect_whole(const WindowOptions& options, const std::string& why) const {
     ::testing::internal::CaptureStderr();
-    const SampledResult sampled = simulate_windows(file_.path(), config_, options);
+    const EstimatedResult estimated = simulate_windows(file_.path(), config_, options);
     const std::string said = ::testing::internal::GetCapturedStderr();
     EXPECT_NE(said.find("all of it is simulated, in cycle mode: " + why), std::string::npos) << said;
-    EXPECT_TRUE(sampled.estimate.whole);
-    const ordered_json& stats = sampled.result.document.at("stats");
+    EXPECT_TRUE(estimated.estimate.whole);
+    const ordered_json& stats = estimated.result.document.at("stats");
     const ordered_json full = without_host(cycle_mode().at("stats"));
     for (const auto& [name, entry] : full.items()) {
       EXPECT_EQ(stats.at(name), entry) << name;
     }
-    EXPECT_EQ(stats.at("gpu.sampled.share").at("value"), 1.0);
-    EXPECT_NE(stats.at("gpu.sampled.share").at("description").get<std::string>().find(why), std::string::npos);
-    EXPECT_EQ(stats.at("gpu.sampled.half_width").at("value"), 0.0);
-    EXPECT_EQ(sampled.cycles.low, stats.at("gpu.cycles").at("value").get<double>());
-    EXPECT_EQ(sampled.cycles.high, sampled.cycles.low);
+    EXPECT_EQ(stats.at("gpu.windows.share").at("value"), 1.0);
+    EXPECT_NE(stats.at("gpu.windows.share").at("description").get<std::string>().find(why), std::string::npos);
+    EXPECT_EQ(stats.at("gpu.windows.half_width").at("value"), 0.0);
+    EXPECT_EQ(estimated.cycles.low, stats.at("gpu.cycles").at("value").get<double>());
+    EXPECT_EQ(estimated.cycles.high, estimated.cycles.low);
   }
 };
 
@@ -62,21 +62,21 @@ TEST_F(WindowSimulation, EstimatesTheRunAndCoversIt) {
   const double truth = full.at("gpu.cycles").at("value").get<double>();
   unsigned covered = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const SampledResult sampled = simulate_windows(file_.path(), config_, windows(seed));
-    ASSERT_FALSE(sampled.estimate.whole);
-    EXPECT_TRUE(sampled.result.violations.empty());
-    EXPECT_NEAR(sampled.cycles.value / truth, 1.0, 0.1) << seed;
-    covered += sampled.cycles.low <= truth && truth <= sampled.cycles.high ? 1U : 0U;
-    const ordered_json& stats = sampled.result.document.at("stats");
+    const EstimatedResult estimated = simulate_windows(file_.path(), config_, windows(seed));
+    ASSERT_FALSE(estimated.estimate.whole);
+    EXPECT_TRUE(estimated.result.violations.empty());
+    EXPECT_NEAR(estimated.cycles.value / truth, 1.0, 0.1) << seed;
+    covered += estimated.cycles.low <= truth && truth <= estimated.cycles.high ? 1U : 0U;
+    const ordered_json& stats = estimated.result.document.at("stats");
     const auto value = [&stats](const char* name) { return stats.at(name).at("value").get<double>(); };
     EXPECT_EQ(stats.at("gpu.rt.node_visits"), full.at("gpu.rt.node_visits"));
     EXPECT_EQ(stats.at("gpu.bound.longest_warp").at("value"), full.at("gpu.bound.longest_warp").at("value"));
     EXPECT_NEAR(value("gpu.l2.accesses") / full.at("gpu.l2.accesses").at("value").get<double>(), 1.0, 0.2);
     EXPECT_NEAR(value("gpu.energy_nj") / full.at("gpu.energy_nj").at("value").get<double>(), 1.0, 0.2);
-    EXPECT_NEAR(value("gpu.sampled.share"), 0.1, 0.02);
-    EXPECT_GE(value("gpu.sampled.windows"), kFewestWindows);
-    EXPECT_EQ(sampled.result.inputs.at("mode"), "windows");
-    EXPECT_EQ(sampled.result.inputs.at("windows.share"), "0.1");
+    EXPECT_NEAR(value("gpu.windows.share"), 0.1, 0.02);
+    EXPECT_GE(value("gpu.windows.count"), kFewestWindows);
+    EXPECT_EQ(estimated.result.inputs.at("mode"), "windows");
+    EXPECT_EQ(estimated.result.inputs.at("windows.share"), "0.1");
   }
   EXPECT_GE(covered, 3U);
 }
@@ -84,7 +84,7 @@ TEST_F(WindowSimulation, EstimatesTheRunAndCoversIt) {
 TEST_F(WindowSimulation, GivesTheSameEachTime) {
   const ordered_json first = simulate_windows(file_.path(), config_, windows()).result.document;
   const ordered_json second = simulate_windows(file_.path(), config_, windows()).result.document;
-  EXPECT_EQ(first.at("sampled"), second.at("sampled"));
+  EXPECT_EQ(first.at("windows"), second.at("windows"));
   EXPECT_EQ(without_host(first.at("stats")), without_host(second.at("stats")));
   EXPECT_EQ(first.at("inputs"), second.at("inputs"));
 }
@@ -129,11 +129,11 @@ TEST_F(WindowSimulation, TargetsBelowTheBiasAreNotTriedWithWindows) {
 TEST_F(WindowSimulation, TargetsAskForMoreWindowsAndInTheEndForAll) {
   WindowOptions options = windows();
   options.target_error = 0.5;
-  const SampledResult loose = simulate_windows(file_.path(), config_, options);
+  const EstimatedResult loose = simulate_windows(file_.path(), config_, options);
   EXPECT_FALSE(loose.estimate.whole);
   EXPECT_LE(loose.cycles.half_width, 0.5);
   options.target_error = 0.8 * loose.cycles.half_width;
-  const SampledResult closer = simulate_windows(file_.path(), config_, options);
+  const EstimatedResult closer = simulate_windows(file_.path(), config_, options);
   EXPECT_FALSE(closer.estimate.whole);
   EXPECT_LE(closer.cycles.half_width, options.target_error);
   EXPECT_EQ(closer.result.inputs.at("windows.share"), "0.1");  // as asked for
@@ -141,8 +141,8 @@ TEST_F(WindowSimulation, TargetsAskForMoreWindowsAndInTheEndForAll) {
 }
 
 TEST_F(WindowSimulation, NamesWhatTheFullRunNames) {
-  const SampledResult sampled = simulate_windows(file_.path(), config_, windows());
-  const ordered_json& stats = sampled.result.document.at("stats");
+  const EstimatedResult estimated = simulate_windows(file_.path(), config_, windows());
+  const ordered_json& stats = estimated.result.document.at("stats");
   const ordered_json full = cycle_mode().at("stats");
   for (const auto& [name, entry] : full.items()) {
     const bool of_one_part = name.starts_with("gpu.sm") || name.starts_with("gpu.dram.channel") ||
@@ -160,10 +160,10 @@ TEST_F(WindowSimulation, NamesWhatTheFullRunNames) {
   }
   for (const char* name : {"share", "groups", "windows", "confidence", "cycles_low", "cycles_high", "half_width",
                            "deviation", "bias", "residual"}) {
-    EXPECT_TRUE(stats.contains(std::string("gpu.sampled.") + name)) << name;
+    EXPECT_TRUE(stats.contains(std::string("gpu.windows.") + name)) << name;
   }
-  EXPECT_TRUE(sampled.result.violations.empty());
-  EXPECT_EQ(sampled.result.document.at("inputs").at("mode"), "windows");
+  EXPECT_TRUE(estimated.result.violations.empty());
+  EXPECT_EQ(estimated.result.document.at("inputs").at("mode"), "windows");
 }
 
 TEST_F(WindowSimulation, RefusesSharesAndTargetsOutOfRange) {
@@ -189,19 +189,19 @@ TEST_F(WindowSimulation, CommandLineRefusesInOneLine) {
   const struct {
     const char* arguments;
     const char* says;
-  } rows[] = {
-      {"--mode windows --vcd w.vcd", "--mode cycle"},
-      {"--mode windows --timeline t.json", "--mode cycle"},
-      {"--mode windows --heatmap cycles=h.png", "--mode cycle"},
-      {"--mode windows --share 0", "--share"},
-      {"--mode windows --share 1.01", "--share"},
-      {"--mode windows --target-error 2%%", "--target-error"},
-      {"--mode windows --target-error none", "--target-error"},
-      {"--mode windows --target-error 150%", "--target-error"},
-      {"--mode sampled --share 0.2", "needs --mode windows"},
-      {"--seed 2", "needs --mode windows"},
-      {"--mode model", "--mode: unknown value 'model', the nearest is 'sampled' (known: cycle, sampled, windows)"},
-      {"--mode windows --sample-model visits", "--sample-model"}};
+  } rows[] = {{"--mode windows --vcd w.vcd", "--mode cycle"},
+              {"--mode windows --timeline t.json", "--mode cycle"},
+              {"--mode windows --heatmap cycles=h.png", "--mode cycle"},
+              {"--mode windows --share 0", "--share"},
+              {"--mode windows --share 1.01", "--share"},
+              {"--mode windows --target-error 2%%", "--target-error"},
+              {"--mode windows --target-error none", "--target-error"},
+              {"--mode windows --target-error 150%", "--target-error"},
+              {"--share 0.2", "needs --mode windows"},
+              {"--target-error 2%", "needs --mode windows"},
+              {"--seed 2", "needs --mode windows"},
+              {"--mode model", "--mode: unknown value 'model', the nearest is 'cycle' (known: cycle, windows)"},
+              {"--mode windows --sample-model visits", "--sample-model"}};
   for (const auto& row : rows) {
     const auto [code, text] = command("'" + file_.path() + "' " + row.arguments);
     EXPECT_EQ(code, 2) << row.arguments;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/rtl_tlm/estimate/sampled_result.h"
+#include "grtx/rtl_tlm/estimate/estimated_result.h"
 
 #include <cmath>
 #include <utility>
@@ -12,27 +12,9 @@ namespace grtx::sim {
 
 using nlohmann::ordered_json;
 
-namespace {
-
-ordered_json shares_json(const std::vector<modules::TimedShare>& shares) {
-  ordered_json json = ordered_json::array();
-  for (const modules::TimedShare& share : shares) json.push_back({share.all, share.timed});
-  return json;
-}
-
-std::vector<modules::TimedShare> shares_from(const ordered_json& json) {
-  std::vector<modules::TimedShare> shares;
-  for (const ordered_json& share : json) {
-    shares.push_back({share.at(0).get<std::uint64_t>(), share.at(1).get<std::uint64_t>()});
-  }
-  return shares;
-}
-
-}  // namespace
-
-void describe_interval(const SampledResult& r, modules::StatisticList& list) {
+void describe_interval(const EstimatedResult& r, modules::StatisticList& list) {
   const auto add = [&list](const char* name, double value, const char* unit, const char* description) {
-    list.add(std::string("gpu.sampled.") + name, value, unit, description);
+    list.add(std::string("gpu.windows.") + name, value, unit, description);
   };
   const bool whole = r.estimate.whole;
   add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
@@ -45,7 +27,7 @@ void describe_interval(const SampledResult& r, modules::StatisticList& list) {
   add("degrees_of_freedom", whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
 }
 
-void make_whole(SampledResult& r) {
+void make_whole(EstimatedResult& r) {
   r.estimate = {};
   r.estimate.log_cycles = std::log(static_cast<double>(r.result.cycles));
   r.estimate.whole = true;
@@ -53,19 +35,19 @@ void make_whole(SampledResult& r) {
   r.cycles.value = r.cycles.low = r.cycles.high = static_cast<double>(r.result.cycles);  // exp(log(x)) rounds
 }
 
-void add_to_document(const modules::StatisticList& statistics, SampledResult& r) {
-  const ordered_json sampled = statistics_object(statistics);
+void add_to_document(const modules::StatisticList& statistics, EstimatedResult& r) {
+  const ordered_json own = statistics_object(statistics);
   ordered_json& stats = r.result.document.at("stats");
   ordered_json all = ordered_json::object();
   bool added = false;
   for (const auto& [name, entry] : stats.items()) {
-    if (name.starts_with("host.") && !std::exchange(added, true)) all.update(sampled);
+    if (name.starts_with("host.") && !std::exchange(added, true)) all.update(own);
     all[name] = entry;
   }
-  if (!added) all.update(sampled);
+  if (!added) all.update(own);
   stats = std::move(all);
   for (const auto& [name, value] : r.result.inputs) r.result.document.at("inputs")[name] = value;
-  r.result.document["sampled"] = to_json(r.estimate);
+  r.result.document["windows"] = to_json(r.estimate);
 }
 
 SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfig& config,
@@ -76,9 +58,6 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
     json["document"] = result.document;
     json["violations"] = result.violations;
     json["binding_bound"] = result.binding_bound;
-    json["misses"] = shares_json(result.sampled_work.misses);
-    json["instructions"] = shares_json(result.sampled_work.instructions);
-    json["issue_share"] = result.sampled_work.issue_share;
     return json_text(json);
   });
   const ordered_json json = parse_json(child.result(), "simulation");
@@ -89,8 +68,6 @@ SimulationResult simulate_in_child(const std::string& trace_path, const GpuConfi
   result.inputs = result.document.at("inputs").get<std::map<std::string, std::string>>();
   result.binding_bound = json.at("binding_bound").get<std::string>();
   result.cycles = result.document.at("stats").at("gpu.cycles").at("value").get<Cycle>();
-  result.sampled_work = {shares_from(json.at("misses")), shares_from(json.at("instructions")),
-                         json.at("issue_share").get<double>()};
   return result;
 }
 
