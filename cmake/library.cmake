@@ -24,7 +24,7 @@ function(grtx_library name)
   add_library(grtx::${name} ALIAS grtx_${name})
   # Position-independent as static libraries, too: simulator plug-ins and Python extensions are shared libraries that link
   # them. Functions of ours are not replaced from outside, so they stay as fast as before.
-  set_target_properties(grtx_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+  set_target_properties(grtx_${name} PROPERTIES EXPORT_NAME ${name} GRTX_OWN ON POSITION_INDEPENDENT_CODE ON
                                                 VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
                                                 INSTALL_RPATH "$<$<BOOL:${BUILD_SHARED_LIBS}>:$ORIGIN>")  # they stand on each other
   target_compile_options(grtx_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A small virtual platform: a processor, a bus, a memory and two of our GPUs, each of which the processor launches
 // twice. docs/guide/platform.md.
-//   platform MACHINE.toml A.grtx B.grtx
+//   platform MACHINE A.grtx B.grtx
 // The traces are of one design. Each line gives the cycles of a launch: those of `grtx sim` with the same file.
 #include <tlm_utils/simple_initiator_socket.h>
 #include <tlm_utils/simple_target_socket.h>
@@ -167,9 +167,10 @@ void debug(Bus& bus, tlm::tlm_command command, std::uint64_t address, Processor:
 }
 
 int run(int argc, char** argv) {
-  if (argc != 4) throw grtx::Error("platform", "arguments", "MACHINE.toml A.grtx B.grtx");
+  if (argc != 4) throw grtx::Error("platform", "arguments", "MACHINE A.grtx B.grtx: a name (ada) or a file .toml");
   grtx::modules::set_time_resolution_to_fs();  // before anything else of SystemC
   GpuComponent::Options options;
+  grtx::sim::set_machines_folder(grtx::kMachinesFolder);
   options.machine = grtx::sim::load_config(argv[1], {});
   options.traces = {argv[2], argv[3]};
 

@@ -64,7 +64,7 @@ void add_intervals(const std::map<std::string, ordered_json>& documents, const D
 }
 
 /// One design: its statistics, notes, inputs, bound and violations.
-void add_design(DesignResults& run, const std::string& name, const std::string& machine, const TracedDesigns& traced,
+void add_design(DesignResults& run, const std::string& name, const RunPlan& plan, const TracedDesigns& traced,
                 ordered_json& document) {
   ordered_json& results = run.json;
   const TracedDesign& own = traced.designs.at(name);
@@ -72,7 +72,8 @@ void add_design(DesignResults& run, const std::string& name, const std::string& 
   design = own.statistics;
   design.update(document.at("stats"));
   // The user may have overridden tracer options of the machine.
-  put_first(tracer_notes(machine, traces::Reader(own.path).header()), document);
+  const std::map<std::string, std::string> chosen = plan.chosen_tracer.value_or(machine_tracer(plan.machine));
+  put_first(tracer_notes(plan.machine, chosen, &lab::design_of(name), traces::Reader(own.path).header()), document);
   results["notes"][name] = document.at("notes");
   run.notes[name] = sim::notes_from(results["notes"][name], name);
   const ordered_json& inputs = results["inputs"][name] = document.at("inputs");
@@ -107,7 +108,7 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
       if (!plan.named.contains(key)) results["design_config"][design.name][key] = value;
     }
   }
-  for (const std::string& name : comparison.names()) add_design(run, name, plan.machine, traced, documents.at(name));
+  for (const std::string& name : comparison.names()) add_design(run, name, plan, traced, documents.at(name));
   const double reference = statistic(results["designs"][comparison.reference()], "gpu.cycles");
   for (const std::string& name : comparison.others()) {
     results["speedup"][name] = reference / statistic(results["designs"][name], "gpu.cycles");

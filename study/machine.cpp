@@ -5,134 +5,73 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <filesystem>
 #include <map>
 
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/rtl_tlm/config/config_file.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/run/model_version.h"
+#include "grtx/study/option_text.h"
 
 namespace grtx::study {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string& folder_of_program() {
-  static std::string folder;
-  return folder;
-}
-
-/// Candidate folders: the installed one relative to the program, then the one given to set_machines_folder().
-std::vector<fs::path> machines_folders() {
-  std::error_code failed;
-  const fs::path program = fs::read_symlink("/proc/self/exe", failed);
-  const fs::path installed = program.parent_path() / ".." / GRTX_MACHINES_INSTALLED;
-  return {installed.lexically_normal(), folder_of_program()};
-}
-
-fs::path machines_folder() {
-  std::error_code failed;
-  const std::vector<fs::path> folders = machines_folders();
-  return fs::is_directory(folders.front(), failed) ? folders.front() : folders.back();
-}
-
-/// What people call a machine: products, and files without their ending. "" if it is neither.
-std::string meant(const std::string& name) {
-  std::error_code failed;
-  if (fs::is_regular_file(name + ".toml", failed)) return fmt::format("did you mean the file {}.toml?", name);
-  if (fs::is_regular_file(name, failed)) return "it is a file, but a machine's file ends in .toml";
-  std::string word;
-  for (const char c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c)) != 0) word += static_cast<char>(std::tolower(c));
-  }
-  static const std::map<std::string, std::array<const char*, 2>> products = {
-      {"rtx4090", {"ada", "an RTX 4090"}},       {"4090", {"ada", "an RTX 4090"}},
-      {"rtx6000ada", {"ada", "an RTX 4090"}},    {"lovelace", {"ada", "an RTX 4090"}},
-      {"rtx5090", {"blackwell", "an RTX 5090"}}, {"5090", {"blackwell", "an RTX 5090"}},
-      {"rx9070xt", {"rdna4", "an RX 9070 XT"}},  {"9070xt", {"rdna4", "an RX 9070 XT"}},
-      {"2060", {"rtx2060", "an RTX 2060"}},      {"turing", {"rtx2060", "an RTX 2060"}},
-      {"table1", {"paper-charged", "Table I"}},  {"default", {"paper", "what every command takes"}}};
-  const auto product = products.find(word);
-  if (product == products.end()) return "";
-  return fmt::format("did you mean {}, which is like {}?", product->second[0], product->second[1]);
-}
-
-std::string path_of(const std::string& machine) {
-  if (machine.ends_with(".toml")) return machine;
-  const std::vector<std::string> names = machine_names();
-  if (names.empty()) {
-    throw Error("--machine", machine,
-                fmt::format("no machines are in {} or {}; a file of your own ends in .toml",
-                            machines_folders().front().string(), machines_folders().back().string()));
-  }
-  if (std::find(names.begin(), names.end(), machine) == names.end()) {
-    const std::string hint = meant(machine);
-    throw Error("--machine", machine,
-                fmt::format("is none of {}; {}", fmt::join(names, ", "),
-                            hint.empty() ? fmt::format("the nearest is {}; a file of your own ends in .toml",
-                                                       nearest_name(machine, names))
-                                         : hint));
-  }
-  return (machines_folder() / (machine + ".toml")).string();
-}
-
-/// Declares the tracer's options as keys tracer.NAME; their values are stored in `values`.
-void add_tracer_keys(modules::ParameterList& list, std::map<std::string, std::string>& values) {
-  list.under("tracer", [&](modules::ParameterList& tracer) {
-    for (const TracerOptionName& option : tracer_option_names()) {
-      tracer.add(option.key.c_str(), values[option.key], {}, option.description, modules::kOurs);
+/// The options by name. Throws Error{file, "line N", rule} for one that the tracer has not, or that it would refuse.
+std::map<std::string, std::string> checked(const sim::TracerTexts& texts) {
+  std::map<std::string, std::string> options;
+  for (const auto& [name, text] : texts) {
+    const std::string line = fmt::format("line {}", text.place.line);
+    std::vector<std::string> known;
+    for (const TracerOptionName& option : tracer_option_names()) known.push_back(option.key);
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      throw Error(text.place.file, line,
+                  fmt::format("unknown key 'tracer.{}', the nearest is 'tracer.{}'", name, nearest_name(name, known)));
     }
-  });
-}
-
-/// Loads `paper`, then the file on top: hardware keys into `config`; returns the tracer options by name.
-std::map<std::string, std::string> read_machine(const std::string& path, sim::GpuConfig& config,
-                                                sim::KeyPlaces* places = nullptr) {
-  std::map<std::string, std::string> tracer;
-  modules::ParameterList list;
-  config.parameters(list);
-  add_tracer_keys(list, tracer);
-  sim::load_config_file(path_of(kDefaultMachine), list.items(), places);
-  sim::load_config_file(path, list.items(), places);
-  std::erase_if(tracer, [](const auto& entry) { return entry.second.empty(); });
-  return tracer;
+    try {
+      TracerSettings scratch;
+      set_option(scratch, name, text.value);
+    } catch (const Error& error) {
+      const std::string flag = flag_of(name) + ": ";
+      const std::string& rule = error.rule();
+      throw Error(text.place.file, line,
+                  fmt::format("tracer.{}: {}", name, rule.starts_with(flag) ? rule.substr(flag.size()) : rule));
+    }
+    options[name] = text.value;
+  }
+  return options;
 }
 
 }  // namespace
 
-std::vector<std::string> machine_names() {
-  std::vector<std::string> names;
-  std::error_code failed;
-  for (const auto& file : fs::directory_iterator(machines_folder(), failed)) {
-    if (file.path().extension() == ".toml") names.push_back(file.path().stem().string());
+ChosenMachine choose_machine(const MachineChoice& choice, bool check) {
+  sim::ConfigSource source{.machine = choice.machine, .file = choice.config, .settings = choice.settings};
+  const std::string own = sim::config_hash(sim::load_machine({.machine = choice.machine}, false).config);
+  std::string undesigned = sim::config_hash(sim::load_machine(source, false).config);
+  if (!choice.design.empty()) {
+    const lab::Design& design = lab::design_of(choice.design);
+    source.design = design.name;
+    source.design_keys = lab::keys_for(design, choice.k != 0 ? choice.k : lab::k_of(design));
   }
-  std::sort(names.begin(), names.end());
-  return names;
+  sim::LoadedConfig loaded = sim::load_machine(source, check);
+  ChosenMachine chosen{machine_name(choice.machine) + (choice.machine.empty() || own == undesigned ? "" : ", changed"),
+                       std::move(loaded.config),
+                       checked(loaded.tracer),
+                       std::move(loaded.places),
+                       loaded.rivals,
+                       std::move(loaded.files)};
+  return chosen;
 }
-
-void set_machines_folder(const std::string& folder) { folder_of_program() = folder; }
 
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                                    const std::vector<std::string>& settings) {
-  const auto named = [&settings](const char* key) {
-    return std::any_of(settings.begin(), settings.end(), [&](const std::string& s) { return s.starts_with(key); });
-  };
-  const std::string both = sim::contradiction(named("dram.mhz="), named("dram.bandwidth_gb_s="));
-  if (!both.empty()) throw Error("--set", "dram.bandwidth_gb_s", both);
-  sim::GpuConfig resolved;
-  if (!machine.empty()) read_machine(path_of(machine), resolved);
-  return sim::load_config(std::move(resolved), machine, config, settings);
+  return choose_machine({.machine = machine, .config = config, .settings = settings}).config;
 }
 
 sim::KeyPlaces machine_places(const std::string& machine, const std::string& config) {
-  sim::KeyPlaces places;
-  sim::GpuConfig unused;
-  if (!machine.empty()) read_machine(path_of(machine), unused, &places);
-  if (!config.empty()) sim::load_config_file(config, sim::config_keys(unused), &places);
-  return places;
+  return choose_machine({.machine = machine, .config = config}).places;
 }
 
 std::string describe_machine(const std::string& machine, const std::string& config,
@@ -153,21 +92,19 @@ std::string machine_name(const std::string& machine, const sim::GpuConfig& confi
 }
 
 std::map<std::string, std::string> machine_tracer(const std::string& machine) {
-  sim::GpuConfig unused;
-  return machine.empty() ? std::map<std::string, std::string>() : read_machine(path_of(machine), unused);
+  return choose_machine({.machine = machine}).tracer;
+}
+
+void apply_tracer(TracerSettings& settings, const std::map<std::string, std::string>& options,
+                  const std::function<bool(const std::string&)>& named) {
+  for (const auto& [key, value] : options) {
+    if (!named || !named(key)) set_option(settings, key, value);
+  }
 }
 
 void apply_machine_tracer(TracerSettings& settings, const std::string& machine,
                           const std::function<bool(const std::string&)>& named) {
-  const std::map<std::string, std::string> chosen = machine_tracer(machine);
-  for (const auto& [key, value] : chosen) {
-    if (named && named(key)) continue;
-    try {
-      set_option(settings, key, value);
-    } catch (const Error& error) {
-      throw Error(path_of(machine), "tracer." + key, error.rule());
-    }
-  }
+  apply_tracer(settings, machine_tracer(machine), named);
 }
 
 }  // namespace grtx::study

@@ -17,18 +17,31 @@
 
 namespace grtx::study {
 
-/// Sets the folder with the project's machines. It is used only if no machines are installed beside the program.
-void set_machines_folder(const std::string& folder);
+using sim::kDefaultMachine;
+using sim::machine_names;
+using sim::set_machines_folder;
 
-/// Machine used when a command names none.
-inline constexpr const char* kDefaultMachine = "paper";
+/// What a command says of the machine, from the bottom up: each lies over those before it.
+struct MachineChoice {
+  std::string machine = kDefaultMachine;   ///< a name, a file, or "": all keys at their defaults, no tracer options
+  std::string config = {};                 ///< a file of what differs, its tracer options included; "" for none
+  std::string design = {};                 ///< a named design, whose own keys are set; "" for none
+  unsigned k = 0;                          ///< of the trace, for a design's registers; 0: as the design has it
+  std::vector<std::string> settings = {};  ///< each "key=value"
+};
+struct ChosenMachine {
+  std::string name;  ///< in statistics: machine_name() of the machine without what the design brings
+  sim::GpuConfig config;
+  std::map<std::string, std::string> tracer;  ///< by name with _ for -; a design's own options are not among them
+  sim::KeyPlaces places;                      ///< of keys, and of tracer options as "tracer.NAME"
+  sim::RivalKeys rivals;
+  std::vector<std::string> files;  ///< all that were read
+};
+/// The one place where machine, file, design and settings become a configuration. Throws Error for unknown names, keys
+/// and values, tracer options included. check: as in sim::load_machine().
+ChosenMachine choose_machine(const MachineChoice& choice, bool check = true);
 
-/// Names of all machines of the project, sorted.
-std::vector<std::string> machine_names();
-
-/// machine: a name, the path of a file, or "" for no machine: all keys at their defaults, which are those of `paper`,
-/// and no tracer options. Then applies the file `config` unless it is "", then the settings, each "key=value". Throws
-/// Error for unknown names, keys and values.
+/// The configuration of choose_machine().
 sim::GpuConfig load_machine_config(const std::string& machine, const std::string& config,
                                    const std::vector<std::string>& settings);
 
@@ -46,8 +59,10 @@ std::string machine_name(const std::string& machine);
 /// The name of `machine`, followed by ", changed" if `config` differs from its configuration; "" if `machine` is "".
 std::string machine_name(const std::string& machine, const sim::GpuConfig& config);
 
-/// Applies the machine's tracer options, except keys for which `named` returns true (set by the user). Throws
-/// Error{file, key, rule}.
+/// Sets tracer options, except keys for which `named` returns true (set by the user).
+void apply_tracer(TracerSettings& settings, const std::map<std::string, std::string>& options,
+                  const std::function<bool(const std::string&)>& named = nullptr);
+/// The same for the machine's. Throws Error{file, "line N", rule}.
 void apply_machine_tracer(TracerSettings& settings, const std::string& machine,
                           const std::function<bool(const std::string&)>& named = nullptr);
 

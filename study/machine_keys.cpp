@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <set>
 
 #include "grtx/lab/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
@@ -26,8 +25,8 @@ std::string confidence_in(const std::string& comment) {
 void put_place(MachineKey& key, const sim::KeyPlaces& places) {
   const auto place = places.find(key.name);
   if (place == places.end()) return;
-  const std::string file = std::filesystem::path(place->second.file).filename().string();
-  key.from = fmt::format("{}:{}", file, place->second.line);
+  const sim::KeyPlace& at = place->second;
+  key.from = at.line == 0 ? at.file : fmt::format("{}:{}", std::filesystem::path(at.file).filename().string(), at.line);
   key.source = place->second.comment;
   key.confidence = confidence_in(key.source);
 }
@@ -63,26 +62,34 @@ std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {
 
 }  // namespace
 
-MachineKeys machine_keys(const std::string& machine, const std::string& config,
-                         const std::vector<std::string>& settings) {
-  sim::GpuConfig resolved = load_machine_config(machine, config, settings);
-  const sim::KeyPlaces places = machine_places(machine, config);
-  const std::set<std::string> set = lab::keys_of(settings);
+MachineKeys machine_keys(const MachineChoice& choice) {
+  ChosenMachine chosen = choose_machine(choice);
+  std::map<std::string, std::string> tracer = chosen.tracer;
+  if (!choice.design.empty()) tracer = lab::tracer_of(lab::design_of(choice.design), tracer, {});
   MachineKeys all;
-  for (const modules::Parameter& parameter : sim::config_keys(resolved)) {
-    MachineKey key{parameter.name,          sim::value_json(parameter),
-                   parameter.unit,          "default",
-                   parameter.origin.source, std::string(1, static_cast<char>(parameter.origin.confidence))};
-    put_place(key, places);
-    if (set.contains(key.name)) key = {key.name, key.value, key.unit, "--set", "", ""};
+  for (const modules::Parameter& parameter : sim::config_keys(chosen.config)) {
+    MachineKey key{parameter.name,
+                   sim::value_json(parameter),
+                   true,
+                   parameter.unit,
+                   "default",
+                   parameter.origin.source,
+                   std::string(1, static_cast<char>(parameter.origin.confidence))};
+    key.set = parameter.description.find("; 0: ") == std::string::npos || key.value != 0;
+    put_place(key, chosen.places);
     all.keys.push_back(std::move(key));
   }
-  for (const auto& [name, value] : machine_tracer(machine)) {
-    MachineKey key{"tracer." + name, value, "", "", "", ""};
-    put_place(key, places);
+  for (const auto& [name, value] : tracer) {
+    MachineKey key{"tracer." + name, value, true, "", "", "", ""};
+    const auto own = chosen.tracer.find(name);
+    if (own != chosen.tracer.end() && own->second == value) {
+      put_place(key, chosen.places);
+    } else {
+      key.from = "--design " + choice.design;
+    }
     all.keys.push_back(std::move(key));
   }
-  all.figures = figures_of(resolved);
+  all.figures = figures_of(chosen.config);
   return all;
 }
 

@@ -7,15 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/study/machine.h"
 
 namespace grtx::study {
 
 struct MachineKey {
   std::string name;  ///< of a tracer option "tracer.NAME"
   nlohmann::ordered_json value;
+  bool set = true;  ///< false: the value is 0, which here means that nobody sets it
   std::string unit;
-  std::string from;        ///< "default", "ada.toml:11" or "--set"
+  std::string from;        ///< "default", "ada.toml:11", "--set" or "--design NAME"
   std::string source;      ///< of a default, or the comment behind the key in its file
   std::string confidence;  ///< A, B or C (base/declare/parameter.h), of a comment the weakest it names; "" if unknown
 };
@@ -33,8 +34,7 @@ struct MachineKeys {
   std::vector<MachineFigure> figures;
 };
 
-/// machine, config, settings: as load_machine_config() takes them. Throws its Errors.
-MachineKeys machine_keys(const std::string& machine, const std::string& config,
-                         const std::vector<std::string>& settings);
+/// Throws the Errors of choose_machine().
+MachineKeys machine_keys(const MachineChoice& choice);
 
 }  // namespace grtx::study

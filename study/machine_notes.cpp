@@ -5,10 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
+#include <string_view>
 #include <vector>
 
-#include "grtx/lab/sweep/designs.h"
+#include "grtx/base/error.h"
 #include "grtx/study/machine.h"
 #include "grtx/study/tracer_settings.h"
 
@@ -28,9 +28,9 @@ std::set<std::string> options_of_machines(const Options& own) {
 }
 
 /// All options with this machine's values, for traces of this node layout.
-Options resolved(const Options& own, const std::string& machine, const traces::Header& header) {
+Options resolved(const Options& own, const traces::Header& header) {
   TracerSettings settings;
-  apply_machine_tracer(settings, machine);
+  apply_tracer(settings, own);
   if (!own.contains("layout")) settings.layout = header.layout;  // the layout determines the default BVH width
   return option_texts(settings);
 }
@@ -45,11 +45,31 @@ bool is_of(const traces::Header& header, const lab::Design& design) {
          });
 }
 
+/// The first in which a trace is not the design's; "" if it is.
+std::string misfit(const Options& inputs, const lab::Design& design) {
+  Options wanted = {{"tracing", std::string(name_of(traces::Tracing::multi))}, {"ahead", "1"}};
+  wanted = lab::tracer_of(design, wanted, {{"accel", design.accel}, {"checkpoint", design.checkpoint ? "on" : "off"}});
+  const Options usual = option_texts({});
+  for (const char* name : {"accel", "checkpoint", "tracing", "ahead", "layout"}) {
+    const auto want = wanted.find(name);
+    if (want == wanted.end()) continue;
+    const auto given = inputs.find(name);
+    const auto otherwise = usual.find(name);
+    const std::string value = given != inputs.end() ? given->second : otherwise != usual.end() ? otherwise->second : "";
+    if (value != want->second) {
+      return fmt::format("{} is {}, not {}", name, value.empty() ? "unknown" : value, want->second);
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
-sim::ResultNotes tracer_notes(const std::string& machine, const traces::Header& header) {
+sim::ResultNotes tracer_notes(const std::string& machine, const Options& own, const lab::Design* design,
+                              const traces::Header& header) {
   if (machine.empty() || !header.inputs.contains("child_order")) return {};
-  const Options own = machine_tracer(machine), wanted = resolved(own, machine, header), usual = option_texts({});
+  const Options whole = design == nullptr ? own : lab::tracer_of(*design, own, {});
+  const Options wanted = resolved(whole, header), usual = option_texts({});
   std::vector<std::string> others;
   for (const std::string& name : options_of_machines(own)) {
     const bool of_checkpoints = name.starts_with("checkpoint_") || name == "below_instance";
@@ -82,6 +102,40 @@ sim::ResultNotes design_notes(const traces::Header& header, const sim::GpuConfig
                                         design.name, fmt::join(others, ", "))}};
   }
   return {};
+}
+
+void check_design(const std::string& file, const std::string& place, const Options& inputs, const lab::Design& design) {
+  const std::string wrong = misfit(inputs, design);
+  if (wrong.empty()) return;
+  throw Error(file, place, fmt::format("is not of design {}: {}", design.name, wrong));
+}
+
+void check_design(const std::string& file, const traces::Header& header, const lab::Design& design) {
+  check_design(file, "header",
+               {{"accel", std::string(name_of(header.accel))},
+                {"checkpoint", header.checkpoint ? "on" : "off"},
+                {"tracing", std::string(name_of(header.tracing))},
+                {"ahead", std::to_string(header.ahead)},
+                {"layout", std::string(name_of(header.layout))}},
+               design);
+}
+
+std::map<std::string, std::string> traced_inputs(const nlohmann::ordered_json& inputs) {
+  constexpr std::string_view kTrace = "trace.";
+  Options traced;
+  for (const auto& [name, value] : inputs.items()) {
+    if (!value.is_string()) continue;
+    if (name.starts_with(kTrace)) traced[name.substr(kTrace.size())] = value.get<std::string>();
+    traced.try_emplace(name, value.get<std::string>());
+  }
+  return traced;
+}
+
+std::string design_with_units(const Options& inputs) {
+  for (const lab::Design& design : lab::designs()) {
+    if (!design.keys.empty() && misfit(inputs, design).empty()) return design.name;
+  }
+  return "";
 }
 
 void put_first(sim::ResultNotes notes, nlohmann::ordered_json& document) {

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Source folder of the project's machines, for programs that link with its libraries; CMake defines it for their
-// target.
+// kMachinesFolder, the folder of the project's machines, for programs that link with its libraries.
 #pragma once
 
-namespace grtx {
-
-#ifdef GRTX_MACHINES_FOLDER  // comes with the target grtx::study
-inline constexpr const char* kMachinesFolder = GRTX_MACHINES_FOLDER;
-#endif
-
-}  // namespace grtx
+#include "grtx/rtl_tlm/config/config_file.h"

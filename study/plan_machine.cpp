@@ -2,19 +2,20 @@
 #include "grtx/study/plan_machine.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "grtx/study/machine.h"
 
 namespace grtx::study {
 
-void put_on_machine(lab::SweepPlan& plan, const std::string& machine) {
-  if (machine.empty()) return;
+std::vector<std::string> put_on_machine(lab::SweepPlan& plan, const std::string& machine) {
   plan.on.name = machine_name(machine);
   plan.on.option = machine.ends_with(".toml") ? std::filesystem::absolute(machine).string() : machine;
-  plan.machine = load_machine_config(machine, plan.base, {});
-  lab::Coordinates settings;
-  for (const auto& [name, value] : machine_tracer(machine)) settings.emplace_back("tracer." + name, value);
-  plan.settings.insert(plan.settings.begin(), settings.begin(), settings.end());
+  ChosenMachine chosen = choose_machine({.machine = machine, .config = plan.base});
+  plan.machine = std::move(chosen.config);
+  plan.rivals = chosen.rivals;
+  plan.tracer = std::move(chosen.tracer);
+  return chosen.files;
 }
 
 }  // namespace grtx::study

@@ -3,13 +3,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "grtx/lab/sweep/plan.h"
 
 namespace grtx::study {
 
-/// Makes a machine ("" for none) the base of the plan; the plan's own settings override it. Throws Error if there is no
-/// such machine.
-void put_on_machine(lab::SweepPlan& plan, const std::string& machine);
+/// Makes a machine ("" for none), with the plan's file over it, the base of the plan; the plan's designs and settings
+/// lie over both. Returns all files that were read. Throws Error if there is no such machine.
+std::vector<std::string> put_on_machine(lab::SweepPlan& plan, const std::string& machine);
 
 }  // namespace grtx::study

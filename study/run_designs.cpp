@@ -134,9 +134,11 @@ sim::GpuConfig design_config(const RunPlan& plan, const lab::Design& design) {
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
   RunPlan plan;
   plan.machine = machine;
-  plan.config = load_machine_config(machine, "", settings);
+  ChosenMachine chosen = choose_machine({.machine = machine, .settings = settings}, false);  // checked for each design
+  plan.config = std::move(chosen.config);
   plan.named = lab::keys_of(settings);
-  apply_machine_tracer(plan.tracer, machine);
+  apply_tracer(plan.tracer, chosen.tracer);
+  plan.chosen_tracer = std::move(chosen.tracer);
   return plan;
 }
 

@@ -31,8 +31,10 @@ struct RunPlan {
   std::string scene;  ///< file, or list of objects
   ViewOptions view;
   TracerSettings tracer;
-  std::string machine = kDefaultMachine;    ///< its name in results
-  sim::GpuConfig config;                    ///< the hardware of all designs, but for a design's own keys
+  std::string machine = kDefaultMachine;  ///< its name in results
+  sim::GpuConfig config;                  ///< the hardware of all designs, but for a design's own keys
+  /// What the machine and its file choose for the tracer, below the designs; none: what the machine does.
+  std::optional<std::map<std::string, std::string>> chosen_tracer;
   std::vector<std::string> designs;         ///< names; empty: all (lab/sweep/designs.h)
   std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
   std::string output;                       ///< folder

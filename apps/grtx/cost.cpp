@@ -19,6 +19,7 @@
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/study/machine.h"
+#include "grtx/study/machine_notes.h"
 #include "grtx/study/option_rules.h"
 #include "grtx/traces/checkpoint_bins.h"
 
@@ -26,9 +27,7 @@ namespace grtx::apps {
 namespace {
 
 struct CostArguments {
-  std::string machine = study::kDefaultMachine;
-  std::string config;
-  std::vector<std::string> settings;
+  study::MachineChoice machine;
   sim::MachineUse use;
   lab::CostOptions cost;
   lab::BufferSizes buffers;
@@ -42,12 +41,15 @@ struct CostArguments {
 };
 
 // The energy of a run of the configured machine.
-void print_energy(const CostArguments& options, const sim::GpuConfig& config,
+void print_energy(const CostArguments& options, const nlohmann::ordered_json& document, const sim::GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
-  const nlohmann::ordered_json document = sim::read_statistics(options.statistics);
   if (document.at("inputs").value("config_hash", "") != sim::config_hash(config)) {
+    const std::string design = study::design_with_units(study::traced_inputs(document.at("inputs")));
     throw Error(options.statistics, "inputs.config_hash",
-                "is of another configuration than --machine, --config and --set give");
+                fmt::format("is of another configuration than --machine, --config, --design and --set give{}",
+                            options.machine.design.empty() && !design.empty()
+                                ? fmt::format("; its trace is of --design {}", design)
+                                : ""));
   }
   const nlohmann::ordered_json& stats = document.at("stats");
   const auto value = [&](const std::string& name) {
@@ -63,40 +65,55 @@ void print_energy(const CostArguments& options, const sim::GpuConfig& config,
   }
 }
 
-/// Options not given on the command line are taken from the machine's tracer options.
-void choose_for(const CostArguments& options, sim::MachineUse& use) {
-  std::map<std::string, std::string> chosen = study::machine_tracer(options.machine);
+/// Options not given on the command line are taken from the tracer options of the machine and, over them, the design.
+void choose_for(const CostArguments& options, const study::ChosenMachine& machine, sim::MachineUse& use) {
+  std::map<std::string, std::string> chosen = lab::tracer_of(lab::design_of(use.design), machine.tracer, {});
   for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
     if (options.command->count(study::flag_of(named)) > 0) chosen.erase(named);
   }
-  lab::choose_nodes_and_lists(chosen, options.machine, use);
+  lab::choose_nodes_and_lists(chosen, options.machine.machine, use);
 }
 
-int cost(const CostArguments& options, bool json) {
+/// --design beside --stats: the design that the run's trace is of, with its k.
+void take_design_of(const nlohmann::ordered_json& inputs, CostArguments& options) {
+  const lab::Design& design = lab::design_of(options.use.design);
+  const std::map<std::string, std::string> traced = study::traced_inputs(inputs);
+  study::check_design(options.statistics, "inputs", traced, design);
+  options.machine.design = design.name;
+  if (traced.contains("k")) options.machine.k = lab::k_of(design, traced.at("k"));
+}
+
+int cost(CostArguments options, const CommonOptions& common) {
+  const bool json = common.json;
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
     fmt::print("{}", lab::coefficient_reference());
     return 0;
   }
   lab::technology(options.cost.nm);  // throws for an unknown node before anything is built
-  sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
-  sim::MachineUse use =
-      options.statistics.empty()
-          ? options.use
-          : lab::machine_of_run(sim::read_statistics(options.statistics).at("inputs"), options.statistics);
-  if (options.statistics.empty()) {
-    const lab::Design& design = lab::design_of(use.design);
-    config = lab::with_keys_of(design, lab::k_of(design), std::move(config), lab::keys_of(options.settings));
-    if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(design.accel);
-    choose_for(options, use);
+  const bool of_a_run = !options.statistics.empty();
+  sim::MachineUse use = options.use;
+  nlohmann::ordered_json run;
+  if (of_a_run) {  // whose design has units of its own only if --design names it
+    run = sim::read_statistics(options.statistics);
+    use = lab::machine_of_run(run.at("inputs"), options.statistics);
+    if (options.command->count("--design") > 0) take_design_of(run.at("inputs"), options);
+  } else {
+    options.machine.design = use.design;
+  }
+  const study::ChosenMachine chosen = choose_machine(options.machine, common);
+  const sim::GpuConfig& config = chosen.config;
+  if (!of_a_run) {
+    if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(lab::design_of(use.design).accel);
+    choose_for(options, chosen, use);
   }
   const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
   lab::MachineCost cost = lab::machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
   cost.buffers.eviction_entries = options.buffers.eviction_entries;
   cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;
-  if (!options.statistics.empty()) {
-    print_energy(options, config, inventories, json);
+  if (of_a_run) {
+    print_energy(options, run, config, inventories, json);
     return 0;
   }
   if (!options.csv.empty()) write_file(options.csv, lab::cost_csv(cost));
@@ -113,14 +130,18 @@ int cost(const CostArguments& options, bool json) {
 void add_cost(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<CostArguments>();
   CLI::App* command = make_command(app, common, "cost", "Storage, area, timing and leakage by hierarchy",
-                                   [options, &common] { return cost(*options, common.json); });
+                                   [options, &common] { return cost(*options, common); });
   options->command = command;
-  add_machine_option(command, options->machine);
-  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
+  add_machine_option(command, options->machine.machine);
+  command
+      ->add_option("--config", options->machine.config,
+                   "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
-  command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
+  command->add_option("--set", options->machine.settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command->add_option("--design", options->use.design, "Which units the machine has")
+  command
+      ->add_option("--design", options->use.design,
+                   "Which units the machine has, their own keys included; with --stats the design of the run")
       ->check(one_of(lab::design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");

@@ -10,17 +10,12 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/json.h"
+#include "grtx/lab/sweep/designs.h"
 #include "grtx/study/machine.h"
 #include "grtx/study/machine_keys.h"
 
 namespace grtx::apps {
 namespace {
-
-struct MachineArguments {
-  std::string machine = study::kDefaultMachine;
-  std::string config;
-  std::vector<std::string> settings;
-};
 
 std::string text_of(const nlohmann::ordered_json& value) {
   return value.is_string() ? value.get<std::string>() : json_text(value);
@@ -30,7 +25,7 @@ void print_text(const study::MachineKeys& machine) {
   for (const study::MachineKey& key : machine.keys) {
     const bool marked = key.confidence.empty() || key.source.find('[' + key.confidence + ']') != std::string::npos;
     const std::string source = key.source + (marked ? "" : fmt::format(" [{}]", key.confidence));
-    const std::string value = text_of(key.value) + (key.unit.empty() ? "" : " " + key.unit);
+    const std::string value = !key.set ? "not set" : text_of(key.value) + (key.unit.empty() ? "" : " " + key.unit);
     const std::string line = fmt::format("{:<31} {:<17} {:<20} {}", key.name, value, key.from, source);
     fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
   }
@@ -57,8 +52,8 @@ nlohmann::ordered_json json_of(const study::MachineKeys& machine, const std::str
   return json;
 }
 
-int machine(const MachineArguments& options, bool as_json) {
-  const study::MachineKeys keys = study::machine_keys(options.machine, options.config, options.settings);
+int machine(const study::MachineChoice& options, bool as_json) {
+  const study::MachineKeys keys = study::machine_keys(options);
   if (as_json) {
     print_json(json_of(keys, options.machine));
   } else {
@@ -70,12 +65,17 @@ int machine(const MachineArguments& options, bool as_json) {
 }  // namespace
 
 void add_machine(CLI::App& app, CommonOptions& common) {
-  const auto options = std::make_shared<MachineArguments>();
+  const auto options = std::make_shared<study::MachineChoice>();
   CLI::App* command = make_command(app, common, "machine", "Shows what a machine resolves to, key by key, and why",
                                    [options, &common] { return machine(*options, common.json); });
   command->add_option("MACHINE", options->machine, "Name of a machine, or a file .toml of your own");
   command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
+  command
+      ->add_option("--design", options->design,
+                   "Design whose own keys are set: its units and their sizes, after the file, before --set (default: "
+                   "none)")
+      ->check(one_of(lab::design_names()));
   command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
 }

@@ -10,6 +10,7 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/usage_error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/rtl_tlm/gpu/memory_files.h"
 #include "grtx/study/machine.h"
 
 namespace grtx::apps {
@@ -79,6 +80,13 @@ CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
                                          ".toml of what differs from paper, or from what it includes; --config and "
                                          "options of the tracer override it",
                                          fmt::join(study::machine_names(), ", ")));
+}
+
+study::ChosenMachine choose_machine(const study::MachineChoice& choice, const CommonOptions& common, bool check) {
+  study::ChosenMachine chosen = study::choose_machine(choice, check);
+  for (const std::string& file : chosen.files) common.files.check(file);
+  common.files.check(sim::memory_files(chosen.config));
+  return chosen;
 }
 
 void add_flatten_option(CLI::App* command, bool& flatten) {

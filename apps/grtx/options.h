@@ -14,6 +14,7 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/base/wrapped.h"
+#include "grtx/study/machine.h"
 #include "grtx/study/view_choice.h"
 
 namespace grtx::apps {
@@ -70,6 +71,8 @@ void add_view_options(CLI::App* command, study::ViewOptions& view);
 void add_views_option(CLI::App* command, study::ViewOptions& view);
 /// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
+/// study::choose_machine(); throws Error if the command would overwrite a file that was read.
+study::ChosenMachine choose_machine(const study::MachineChoice& choice, const CommonOptions& common, bool check = true);
 /// --flatten.
 void add_flatten_option(CLI::App* command, bool& flatten);
 /// --heatmap, which may be repeated.

@@ -49,6 +49,15 @@ nlohmann::ordered_json regression_json(const std::vector<sim::RegressionOutcome>
   return json;
 }
 
+/// Files of a case's machine; none of one that is not valid, which the case says when it runs.
+std::vector<std::string> machine_files(const sim::RegressionCase& c) {
+  try {
+    return study::choose_machine({.machine = c.machine, .config = c.config, .settings = c.settings}).files;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 int regress(RegressArguments options, const CommonOptions& common) {
   sim::RegressionOptions& regression = options.regression;
   if (options.update && regression.reason.empty()) throw Error("--update", "", "needs --reason TEXT");
@@ -60,6 +69,7 @@ int regress(RegressArguments options, const CommonOptions& common) {
   regression.price = lab::describe_energy;
   for (const sim::RegressionCase& c : sim::load_regression(regression.folder)) {
     for (const std::string& file : {c.file, c.record, c.trace, c.config}) common.files.check(file);
+    for (const std::string& file : machine_files(c)) common.files.check(file);
   }
   const std::vector<sim::RegressionOutcome> outcomes = sim::run_regression(regression);
   if (common.json) print_json(regression_json(outcomes));

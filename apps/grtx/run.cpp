@@ -112,8 +112,11 @@ void print_summary(const RunArguments& options, const study::DesignResults& run)
 
 int run(RunArguments& options, const CommonOptions& common) {
   study::RunPlan& plan = options.plan;
-  apply_machine_tracer(plan.tracer, plan.machine, *options.command);
-  plan.config = study::load_machine_config(plan.machine, options.config, options.settings);
+  study::ChosenMachine chosen =
+      choose_machine({.machine = plan.machine, .config = options.config, .settings = options.settings}, common, false);
+  apply_tracer(plan.tracer, chosen, *options.command);
+  plan.config = std::move(chosen.config);  // checked with the keys of each design
+  plan.chosen_tracer = std::move(chosen.tracer);
   plan.named = lab::keys_of(options.settings);
   for (const study::TracerOptionName& option : study::tracer_option_names()) {
     if (options.command->count(study::flag_of(option.key)) > 0) plan.named.insert(option.key);

@@ -31,7 +31,7 @@ int search(const SearchArguments& options, const CommonOptions& common) {
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
   const study::SceneTracerRules tracer;
   lab::SearchPlan plan = lab::load_search_plan(options.plan, tracer);
-  study::put_on_machine(plan.common, options.machine);
+  for (const std::string& file : study::put_on_machine(plan.common, options.machine)) common.files.check(file);
   lab::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.common.mode, plan.confirm};

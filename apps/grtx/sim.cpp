@@ -33,10 +33,7 @@ namespace {
 
 struct SimArguments {
   std::string trace;
-  std::string machine = study::kDefaultMachine;
-  std::string config;
-  std::string design;
-  std::vector<std::string> settings;
+  study::MachineChoice machine;
   std::string statistics;
   sim::SimulationMode mode = sim::SimulationMode::cycle;
   std::string window;
@@ -56,8 +53,9 @@ double number(const nlohmann::ordered_json& document, const char* name) {
 
 void print_summary(const SimArguments& options, const sim::SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  say("{}{}", study::describe_machine(options.machine, options.config, options.settings, options.mode),
-      options.design.empty() ? "" : ", with units of design " + options.design);
+  const study::MachineChoice& m = options.machine;
+  say("{}{}", study::describe_machine(m.machine, m.config, m.settings, options.mode),
+      m.design.empty() ? "" : ", with units of design " + m.design);
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
       100.0 * number(d, "gpu.bound.fraction"));
@@ -79,11 +77,13 @@ int report_faults(const sim::SimulationResult& result) {
 
 /// Notes on a trace that was made for another machine, or for units that this one lacks; with --strict throws Error for
 /// the former.
-sim::ResultNotes notes_before(const SimArguments& options, const sim::GpuConfig& config) {
+sim::ResultNotes notes_before(const SimArguments& options, const study::ChosenMachine& chosen) {
   const traces::Reader reader(options.trace);
-  sim::ResultNotes others = study::tracer_notes(options.machine, reader.header());
+  const lab::Design* design = options.machine.design.empty() ? nullptr : &lab::design_of(options.machine.design);
+  sim::ResultNotes others = study::tracer_notes(options.machine.machine, chosen.tracer, design, reader.header());
   if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
-  const sim::ResultNotes lacking = study::design_notes(reader.header(), config, lab::keys_of(options.settings));
+  const sim::ResultNotes lacking =
+      study::design_notes(reader.header(), chosen.config, lab::keys_of(options.machine.settings));
   others.insert(others.end(), lacking.begin(), lacking.end());
   return others;
 }
@@ -120,13 +120,13 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
-  sim::GpuConfig config = study::load_machine_config(options.machine, options.config, options.settings);
-  const std::string machine = study::machine_name(options.machine, config);
-  if (!options.design.empty()) {
-    const unsigned k = traces::Reader(options.trace).header().k;
-    config = lab::with_keys_of(lab::design_of(options.design), k, std::move(config), lab::keys_of(options.settings));
-    sim::check_config(config, "--design " + options.design);
+  if (!options.machine.design.empty()) {
+    const traces::Reader reader(options.trace);
+    study::check_design(options.trace, reader.header(), lab::design_of(options.machine.design));
+    options.machine.k = reader.header().k;
   }
+  const study::ChosenMachine chosen = choose_machine(options.machine, common);
+  const sim::GpuConfig& config = chosen.config;
   sim::warn_of_idle_keys(config);
   sim::check_mode(config, options.mode);
   check_estimate(options);
@@ -139,7 +139,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   options.simulation.quiet = common.quiet;
   options.simulation.price = lab::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
-  const sim::ResultNotes notes = notes_before(options, config);
+  const sim::ResultNotes notes = notes_before(options, chosen);
   if (!common.quiet) {
     const std::uint64_t visits = traces::Reader(options.trace).totals().visits();
     study::say_simulation_time("sim", options.mode, visits, windows.share, study::kMachineBytes, 1);
@@ -148,7 +148,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
       study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
   study::put_first(notes, result.document);
-  result.document["inputs"]["machine"] = machine;
+  result.document["inputs"]["machine"] = chosen.name;
   const std::string large = sim::large_timeline_warning(options.simulation.timeline.path);
   if (!large.empty()) fmt::print(stderr, "grtx: sim: {}\n", large);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
@@ -175,15 +175,18 @@ void add_sim(CLI::App& app, CommonOptions& common) {
   CLI::App* command = make_command(app, common, "sim", "Runs a trace on the hardware model",
                                    [options, &common] { return run_simulation(*options, common); });
   command->add_option("TRACE", options->trace, "Trace file (no default)")->type_name(kInputFile);
-  add_machine_option(command, options->machine);
-  command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
+  add_machine_option(command, options->machine.machine);
+  command
+      ->add_option("--config", options->machine.config,
+                   "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
-  command->add_option("--set", options->settings, "key=value, after the file; may be repeated (default: none)")
+  command->add_option("--set", options->machine.settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
   command
-      ->add_option("--design", options->design,
-                   "Design whose own keys are set: its units and their sizes, after the file, before --set (default: "
-                   "none)")
+      ->add_option(
+          "--design", options->machine.design,
+          "Design of the trace, whose own keys are set: its units and their sizes, after the file, before --set "
+          "(default: none)")
       ->check(one_of(lab::design_names()));
   command->add_flag("--strict", options->strict,
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");

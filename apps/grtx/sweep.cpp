@@ -74,11 +74,11 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
 }
 
 /// The plan with the overrides of the command line.
-lab::SweepPlan plan_of(const SweepArguments& options, const lab::TracerRules& tracer) {
+lab::SweepPlan plan_of(const SweepArguments& options, const lab::TracerRules& tracer, const CommonOptions& common) {
   lab::SweepPlan plan = lab::load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
-  study::put_on_machine(plan, options.machine);
+  for (const std::string& file : study::put_on_machine(plan, options.machine)) common.files.check(file);
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -222,7 +222,7 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
   if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
   const study::SceneTracerRules tracer;
-  const lab::SweepPlan plan = plan_of(options, tracer);
+  const lab::SweepPlan plan = plan_of(options, tracer, common);
   lab::SweepPoints all = lab::expand(plan, tracer, lab::program_version());
   if (options.list) {
     PointList(all, options.session.database).print(common.json);

@@ -91,7 +91,7 @@ std::string remark(const frontend::SceneTracer& scene, const frontend::TracedVie
 }
 
 int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
-  apply_machine_tracer(options.tracer, options.machine, *options.command);
+  apply_tracer(options.tracer, choose_machine({.machine = options.machine}, common), *options.command);
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }

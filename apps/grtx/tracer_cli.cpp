@@ -2,7 +2,6 @@
 #include "grtx/apps/grtx/tracer_cli.h"
 
 #include "grtx/apps/grtx/options.h"
-#include "grtx/study/machine.h"
 #include "grtx/study/secondary_options.h"
 #include "grtx/study/tracer_option_table.h"
 
@@ -52,9 +51,9 @@ void add_tracer_options(CLI::App* command, study::TracerSettings& settings) {
   study::visit_options(settings, adder(command));
 }
 
-void apply_machine_tracer(study::TracerSettings& settings, const std::string& machine, const CLI::App& command) {
+void apply_tracer(study::TracerSettings& settings, const study::ChosenMachine& machine, const CLI::App& command) {
   const auto named = [&](const std::string& key) { return command.count(study::flag_of(key)) > 0; };
-  apply_machine_tracer(settings, machine, named);
+  study::apply_tracer(settings, machine.tracer, named);
 }
 
 }  // namespace grtx::apps

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "grtx/study/machine.h"
 #include "grtx/study/tracer_settings.h"
 
 namespace grtx::apps {
@@ -13,7 +14,7 @@ void add_kernel_degree(CLI::App* command, unsigned& degree);
 /// Adds the options for glass and mirror.
 void add_secondary_options(CLI::App* command, study::SecondarySettings& settings);
 void add_tracer_options(CLI::App* command, study::TracerSettings& settings);
-/// Applies the machine's tracer options, except those given on the command line. Throws Error{file, key, rule}.
-void apply_machine_tracer(study::TracerSettings& settings, const std::string& machine, const CLI::App& command);
+/// Applies the machine's tracer options, except those given on the command line.
+void apply_tracer(study::TracerSettings& settings, const study::ChosenMachine& machine, const CLI::App& command);
 
 }  // namespace grtx::apps

@@ -17,26 +17,34 @@ const std::vector<Design>& designs() {
   const Design::Texts heaps = {
       {"rt.gaussian.enabled", "true"}, {"rt.any_hit_unit.enabled", "true"}, {"simt.registers_per_thread", "32"}};
   // Its units with heaps of 64 hits, by entry, leaves of 32 B, and warps that walk together (docs/model/warp_walk.md).
+  // Its stack spills, and its nodes have six children, whatever a machine's lanes and nodes do.
   Design::Texts walk = heaps;
-  walk.insert(walk.end(), {{"rt.traversal", "warp"}, {"rt.warp_stack.entries", "96"}, {"rt.warp_stack.ahead", "16"}});
-  static const std::vector<Design> all = {
-      {"baseline", "tri20", false, {}, {}},
-      {"sw", "tlas-tri20", false, {}, {}},
-      {"hw", "tri20", true, {}, {}},
-      {"grtx", "tlas-tri20", true, {}, {}},
-      {"gautracer",
-       "ellipsoid",
-       false,
-       {{"k", "16"}, {"sort_key", "peak"}, {"tmax_update", "kth"}},
-       heaps,
-       modules::HitHeap::kEntryWords},
-      {"walk",
-       "ellipsoid",
-       false,
-       {{"k", "64"}, {"sort_key", "entry"}, {"tmax_update", "kth"}, {"ahead", "16"}, {"layout", "quantised"}},
-       walk,
-       modules::HitHeap::kEntryWords,
-       true}};
+  walk.insert(walk.end(), {{"rt.traversal", "warp"},
+                           {"rt.warp_stack.entries", "96"},
+                           {"rt.warp_stack.ahead", "16"},
+                           {"rt.warp_buffer.spill", "true"}});
+  static const std::vector<Design> all = {{"baseline", "tri20", false, {}, {}},
+                                          {"sw", "tlas-tri20", false, {}, {}},
+                                          {"hw", "tri20", true, {}, {}},
+                                          {"grtx", "tlas-tri20", true, {}, {}},
+                                          {"gautracer",
+                                           "ellipsoid",
+                                           false,
+                                           {{"k", "16"}, {"sort_key", "peak"}, {"tmax_update", "kth"}},
+                                           heaps,
+                                           modules::HitHeap::kEntryWords},
+                                          {"walk",
+                                           "ellipsoid",
+                                           false,
+                                           {{"k", "64"},
+                                            {"sort_key", "entry"},
+                                            {"tmax_update", "kth"},
+                                            {"ahead", "16"},
+                                            {"layout", "quantised"},
+                                            {"bvh_width", "6"}},
+                                           walk,
+                                           modules::HitHeap::kEntryWords,
+                                           true}};
   return all;
 }
 
@@ -54,6 +62,13 @@ const Design& design_of(std::string_view name) {
       std::find_if(designs().begin(), designs().end(), [&](const Design& design) { return design.name == name; });
   if (found == designs().end()) throw std::out_of_range("no design: " + std::string(name));
   return *found;
+}
+
+std::map<std::string, std::string> tracer_of(const Design& design, std::map<std::string, std::string> machine,
+                                             const std::map<std::string, std::string>& named) {
+  for (const auto& [name, value] : design.tracer) machine[name] = value;
+  for (const auto& [name, value] : named) machine[name] = value;
+  return machine;
 }
 
 unsigned k_of(const Design& design, const std::string& text) {

@@ -3,6 +3,7 @@
 // The machine is the configuration that all compared designs share.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -31,6 +32,10 @@ const std::vector<Design>& designs();
 const std::vector<std::string>& design_names();
 /// Throws std::out_of_range for an unknown name.
 const Design& design_of(std::string_view name);
+/// Options of the tracer for a design, by name with _ for -: those of the machine, over them the design's, over them
+/// those that the user names.
+std::map<std::string, std::string> tracer_of(const Design& design, std::map<std::string, std::string> machine,
+                                             const std::map<std::string, std::string>& named);
 /// The k that this text gives; the design's own, or 0 if it has none, where it gives none.
 unsigned k_of(const Design& design, const std::string& text = "");
 /// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.

@@ -45,11 +45,13 @@ struct SweepPlan {
   std::vector<PlanScene> scenes;
   std::vector<std::string> designs = {"grtx"};  ///< empty if tracer.accel or tracer.checkpoint is set
   std::string mode = "cycle";
-  std::string confirm;     ///< mode for simulating the front again; "" for none
-  NamedMachine on;         ///< base machine, overridden by `base`
-  std::string base;        ///< configuration file; "" for the machine alone
-  sim::GpuConfig machine;  ///< machine and configuration file combined
-  Coordinates settings;    ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
+  std::string confirm;                        ///< mode for simulating the front again; "" for none
+  NamedMachine on;                            ///< base machine, overridden by `base`
+  std::string base;                           ///< configuration file; "" for the machine alone
+  sim::GpuConfig machine;                     ///< machine and configuration file combined
+  sim::RivalKeys rivals;                      ///< what they name
+  std::map<std::string, std::string> tracer;  ///< their tracer options, by name with _ for -; a design's lie over them
+  Coordinates settings;                       ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;
 };

@@ -46,7 +46,9 @@ bool PlanSections::read(const std::string& name, const toml::node& node) {
   } else if (name == "base") {
     plan.base = path_text(node, name);
     try {
-      plan.machine = sim::load_config(plan.base, {});
+      sim::LoadedConfig loaded = sim::load_machine({.file = plan.base});
+      plan.machine = std::move(loaded.config);
+      plan.rivals = loaded.rivals;
     } catch (const Error& error) {
       if (error.file() == plan.base && error.place().empty()) fail(node, "base: " + std::string(error.what()));
       throw;

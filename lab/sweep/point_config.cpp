@@ -5,7 +5,6 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
 
 namespace grtx::lab {
@@ -31,7 +30,7 @@ std::string PointConfig::text() const {
   return text += '}';
 }
 
-PointConfigs::PointConfigs(const sim::GpuConfig& base) : trial_(base) {
+PointConfigs::PointConfigs(const sim::GpuConfig& base, const sim::RivalKeys& rivals) : trial_(base), rivals_(rivals) {
   const auto made = std::make_shared<PointConfig::Base>();
   for (const modules::Parameter& key : trial_.keys()) {
     made->entries.push_back(entry_of(key));
@@ -45,7 +44,12 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   PointConfig config;
   config.base_ = base_;
   std::vector<std::size_t> places;
-  for (const auto& [name, value] : settings) places.push_back(trial_.set(name, value));
+  sim::RivalKeys rivals = rivals_;
+  rivals.begin(false);
+  for (const auto& [name, value] : settings) {
+    places.push_back(trial_.set(name, value));
+    rivals.name(trial_.keys()[places.back()], {"the plan", 0, ""});
+  }
   for (const std::size_t place : places) {
     std::string entry = entry_of(trial_.keys()[place]);
     if (entry != base_->entries[place]) config.changed_.emplace_back(place, std::move(entry));
@@ -53,11 +57,8 @@ PointConfig PointConfigs::with(const Settings& settings, std::string& broken) {
   std::sort(config.changed_.begin(), config.changed_.end());
   config.changed_.erase(std::unique(config.changed_.begin(), config.changed_.end()), config.changed_.end());
   config.changed_.shrink_to_fit();
-  const auto named = [&settings](const char* key) {
-    return std::any_of(settings.begin(), settings.end(), [key](const auto& setting) { return setting.first == key; });
-  };
-  if (broken.empty()) broken = sim::contradiction(named("dram.mhz"), named("dram.bandwidth_gb_s"));
   try {
+    rivals.require_agreement();
     trial_.check("configuration");
     if (const FilesRead files = sim::memory_files(trial_.config()); !files.files().empty()) {
       config.memory_files_ = files.hash();

@@ -40,13 +40,15 @@ class PointConfigs {
  public:
   using Settings = std::vector<std::pair<std::string, std::string>>;
 
-  explicit PointConfigs(const sim::GpuConfig& base);
+  /// rivals: what the base was made of.
+  explicit PointConfigs(const sim::GpuConfig& base, const sim::RivalKeys& rivals = {});
   /// The base with these keys set; the last setting of a key counts. If no such machine can exist and `broken` is
   /// empty, sets it to the reason. Throws Error for an unknown key or invalid value.
   PointConfig with(const Settings& settings, std::string& broken);
 
  private:
   sim::ConfigTrial trial_;
+  sim::RivalKeys rivals_;
   std::shared_ptr<const PointConfig::Base> base_;
 };
 

@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <unordered_set>
 
+#include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
 #include "grtx/lab/cost/run_machine.h"
 #include "grtx/lab/sweep/designs.h"
+#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/traces/header.h"
 
@@ -165,7 +167,7 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
     : plan_(plan),
       tracer_(tracer),
       program_(std::move(program)),
-      configs_(plan.machine),
+      configs_(plan.machine, plan.rivals),
       asked_(std::make_unique<std::map<Asked, Traced>>()) {
   for (const PlanScene& scene : plan.scenes) {
     for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
@@ -192,7 +194,7 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
     if (name == kDesign) from = &design_of(text_of(value));
   }
   Structure structure{"tri20", false};
-  std::map<std::string, std::string> options;
+  std::map<std::string, std::string> options, named;
   PointConfigs::Settings settings;
   const auto take = [&](const std::string& name, const SweepValue& value) {
     if (name == kDesign) return;
@@ -201,17 +203,15 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
     } else if (name == "tracer.checkpoint") {
       structure.checkpoint = text_of(value) == "on";
     } else if (name.starts_with("tracer.")) {
-      options[name.substr(7)] = text_of(value);
+      named[name.substr(7)] = text_of(value);
     } else {
       settings.emplace_back(name, text_of(value));
     }
   };
-  if (from != nullptr) {
-    structure = {from->accel, from->checkpoint};
-    options.insert(from->tracer.begin(), from->tracer.end());
-  }
+  if (from != nullptr) structure = {from->accel, from->checkpoint};
   for (const auto& [name, value] : plan_.settings) take(name, value);
   for (const auto& [name, value] : varied) take(name, value);
+  options = tracer_of(from == nullptr ? Design() : *from, plan_.tracer, named);
   if (from != nullptr) {  // below what the plan sets
     const Design::Texts own = keys_for(*from, k_of(*from, options.contains("k") ? options.at("k") : ""));
     settings.insert(settings.begin(), own.begin(), own.end());
@@ -271,16 +271,23 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
   return other;
 }
 
-std::string config_toml(const ordered_json& config) {
-  std::string text;
-  for (const auto& [name, value] : config.items()) text += fmt::format("\"{}\" = {}\n", name, json_text(value));
-  return text;
+void write_config(const std::string& path, const ordered_json& config) {
+  // What is resolved names every key: the bandwidth lies over the clock in which the times are written.
+  const std::string below = fs::path(path).stem().string() + ".below.toml";
+  std::string lower, upper = fmt::format("include = \"{}\"\n", below);
+  for (const auto& [name, value] : config.items()) {
+    (name == "dram.bandwidth_gb_s" ? upper : lower) += fmt::format("\"{}\" = {}\n", name, json_text(value));
+  }
+  write_file((fs::path(path).parent_path() / below).string(), lower);
+  write_file(path, upper);
 }
 
 sim::GpuConfig config_from(const ordered_json& config) {
-  std::vector<std::string> settings;
-  for (const auto& [name, value] : config.items()) settings.push_back(name + "=" + text_of(value));
-  return sim::load_config("", settings);
+  sim::GpuConfig resolved;
+  const std::vector<modules::Parameter> keys = sim::config_keys(resolved);
+  for (const auto& [name, value] : config.items()) sim::apply_setting(name + "=" + text_of(value), keys);
+  sim::check_config(resolved, "configuration");
+  return resolved;
 }
 
 }  // namespace grtx::lab

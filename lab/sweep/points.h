@@ -92,8 +92,8 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
 std::string key_in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::string& program);
 
-/// A configuration as text of a file for `--config`.
-std::string config_toml(const nlohmann::ordered_json& config);
+/// Writes a resolved configuration as a file for `--config`, and a second one beside it that the first includes.
+void write_config(const std::string& path, const nlohmann::ordered_json& config);
 
 /// The configuration of a point. Throws Error if it is from an incompatible version of the program.
 sim::GpuConfig config_from(const nlohmann::ordered_json& config);

@@ -217,7 +217,7 @@ ordered_json do_trace(const ordered_json& task, const Commands& commands, KeptTr
 
 ordered_json do_point(const ordered_json& task, const Commands& commands) {
   const std::string config = commands.file("config.toml"), statistics = commands.file("stats.json");
-  write_file(config, config_toml(task.at("config")));
+  write_config(config, task.at("config"));
   const std::string trace = task.at("trace");
   ordered_json result;
   try {

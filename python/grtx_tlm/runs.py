@@ -45,7 +45,7 @@ def simulate(trace: StrPath, settings: Settings | None = None, *, machine: StrPa
     """``grtx sim``: the statistics of one run, as read_statistics() gives them.
 
     ``settings``: {key: value} of the configuration. The others are the command's options, with _ for -; None takes the
-    program's default. over_time(frame) has the run's course. Raises ProgramError.
+    program's default. ``design``: the named design that the trace is of, whose keys are set. over_time(frame) has the run's course. Raises ProgramError.
     """
     options = _given(locals(), "trace", "settings", "program")
     return statistics_frame(_simulated(trace, settings, options, program), os.fspath(trace))

@@ -1,16 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading configuration files and `--set` into a list of keys.
+// Configuration files: where those of the project's machines lie, and how files, designs and `--set` are laid over each
+// other in a list of keys.
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/kernel/declare.h"
 
+namespace grtx {
+
+#ifdef GRTX_MACHINES_FOLDER  // comes with the target grtx::sim
+/// Folder of the project's machines, for set_machines_folder().
+inline constexpr const char* kMachinesFolder = GRTX_MACHINES_FOLDER;
+#endif
+
+}  // namespace grtx
+
 namespace grtx::sim {
 
-/// Where a file sets a key. comment: what stands behind it on its line, by habit its source.
+/// Machine used when nobody names one; GpuConfig() is this machine, too.
+inline constexpr const char* kDefaultMachine = "paper";
+
+/// Sets the folder with the project's machines. It is used only if no machines are installed beside the program.
+void set_machines_folder(const std::string& folder);
+/// Names of all machines of the project, sorted.
+std::vector<std::string> machine_names();
+/// The file of a machine: of the project's by its name; a path that ends in .toml is that path. Throws Error.
+std::string machine_file(const std::string& machine);
+
+/// Where a file sets a key. comment: what stands behind it on its line, by habit its source. What is no file ("--set",
+/// "--design walk") has no line.
 struct KeyPlace {
   std::string file;
   unsigned line = 0;
@@ -18,11 +42,81 @@ struct KeyPlace {
 };
 using KeyPlaces = std::map<std::string, KeyPlace>;  ///< by key
 
-/// Reads a TOML file into `keys`. Keys that the file does not name keep their value: a file states differences only;
-/// every command and load_config() start from the machine `paper`. `include = "other.toml"` (path relative to the file;
-/// a list is read in order) is read first. Throws Error{file, "line N", rule}: syntax, unknown key (with the nearest
-/// known one), wrong type, value out of range, missing or circular include, two keys that set the memory clock. places:
-/// takes the place of every key that is set.
+/// An option of the tracer that a file names below [tracer], as it is written: who traces knows the options.
+struct TracerText {
+  std::string value;
+  KeyPlace place;
+};
+using TracerTexts = std::map<std::string, TracerText>;  ///< by name with _ for -
+
+/// Watches the keys that set one thing together, layer by layer from the bottom up: dram.mhz and dram.bandwidth_gb_s.
+/// The bandwidth may lie over a dram.mhz that one begins from (in which the times are written): that of a machine of
+/// the project, or of a file that is included. Every other pair is a contradiction, whoever names the two.
+class RivalKeys {
+ public:
+  /// A new layer. begun_from: a machine of the project, or an included file.
+  void begin(bool begun_from);
+  /// The layer sets the key, which has its new value.
+  void name(const modules::Parameter& key, const KeyPlace& place);
+  /// Throws Error{file, place, rule} for a contradiction.
+  void require_agreement() const;
+
+ private:
+  struct Word {
+    unsigned layer = 0;
+    bool begun_from = false;
+    bool off = false;  ///< 0: says nothing
+    KeyPlace place;
+  };
+  static constexpr std::size_t kKeys = 2;
+  unsigned layer_ = 0;
+  bool begun_from_ = false;
+  std::array<Word, kKeys> words_;
+};
+
+/// Lays files and settings over each other; each takes effect over those before it. Keys that nobody names keep their
+/// value: a file states differences only. `include = "other.toml"` (path relative to the file, or the name of a
+/// machine; a list is read in order) is read first.
+class ConfigLayers {
+ public:
+  explicit ConfigLayers(const std::vector<modules::Parameter>& keys) : keys_(keys) {}
+
+  /// A machine of the project by name, or a file that states differences from `paper`.
+  void machine(const std::string& name);
+  /// A file, or a machine by name. Throws Error{file, "line N", rule}: syntax, unknown key (with the nearest known
+  /// one), wrong type, value out of range, missing or circular include.
+  void file(const std::string& path);
+  /// Keys of a design, each with its value; origin: "--design walk".
+  void design(const std::string& origin, const std::vector<std::pair<std::string, std::string>>& keys);
+  /// Each "key=value". Throws Error{"--set", key, rule}.
+  void settings(const std::vector<std::string>& all);
+  /// Throws Error if what was laid over each other contradicts itself (RivalKeys).
+  void require_agreement() const { rivals_.require_agreement(); }
+
+  const KeyPlaces& places() const { return places_; }
+  const TracerTexts& tracer() const { return tracer_; }
+  const RivalKeys& rivals() const { return rivals_; }
+  /// Every file that was read.
+  const std::vector<std::string>& files() const { return files_; }
+
+ private:
+  struct Text;
+  void read(const std::filesystem::path& path, const std::string& included_from, bool begun_from);
+  void read_includes(const Text& text);
+  void read_keys(const Text& text);
+  void name(const modules::Parameter& key, const KeyPlace& place);
+  void apply(const std::string& setting, const KeyPlace& place);
+
+  const std::vector<modules::Parameter>& keys_;
+  KeyPlaces places_;
+  TracerTexts tracer_;
+  RivalKeys rivals_;
+  std::vector<std::string> files_;
+  std::vector<std::filesystem::path> open_;  ///< files being read, to detect circular includes
+};
+
+/// Reads one file into `keys` as ConfigLayers does; tracer options in it are not kept. places: takes the place of every
+/// key that is set.
 void load_config_file(const std::string& path, const std::vector<modules::Parameter>& keys,
                       KeyPlaces* places = nullptr);
 

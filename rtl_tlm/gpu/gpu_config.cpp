@@ -10,7 +10,6 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
-#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
 namespace grtx::sim {
@@ -160,15 +159,40 @@ double GpuConfig::peak_dram_gb_s() const {
 
 void check_config(const GpuConfig& config, const std::string& origin) { ConfigTrial(config).check(origin); }
 
+LoadedConfig load_machine(const ConfigSource& source, bool check) {
+  LoadedConfig loaded;
+  const std::vector<modules::Parameter> keys = config_keys(loaded.config);
+  ConfigLayers layers(keys);
+  const std::string design = "--design " + source.design;
+  if (!source.machine.empty()) layers.machine(source.machine);
+  if (!source.file.empty()) layers.file(source.file);
+  if (!source.design_keys.empty()) layers.design(design, source.design_keys);
+  if (!source.settings.empty()) layers.settings(source.settings);
+  layers.require_agreement();
+  if (check) {
+    check_config(loaded.config, !source.settings.empty()      ? "configuration"
+                                : !source.design_keys.empty() ? design
+                                : source.file.empty()         ? source.machine
+                                                              : source.file);
+  }
+  loaded.tracer = layers.tracer();
+  loaded.places = layers.places();
+  loaded.rivals = layers.rivals();
+  loaded.files = layers.files();
+  return loaded;
+}
+
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings) {
-  return load_config(GpuConfig(), "", path, settings);
+  return load_machine({.file = path, .settings = settings}).config;
 }
 
 GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,
                       const std::vector<std::string>& settings) {
   const std::vector<modules::Parameter> keys = config_keys(config);
-  if (!path.empty()) load_config_file(path, keys);
-  for (const std::string& setting : settings) apply_setting(setting, keys);
+  ConfigLayers layers(keys);
+  if (!path.empty()) layers.file(path);
+  layers.settings(settings);
+  layers.require_agreement();
   check_config(config, !settings.empty() ? "configuration" : path.empty() ? origin : path);
   return config;
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/cache/l1_cache_if.h"
@@ -15,6 +16,7 @@
 #include "grtx/modules/noc/crossbar_if.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/simt/simt_core_if.h"
+#include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
 
@@ -47,7 +49,11 @@ struct DramSimulatorConfig {
 
 /// Its defaults are the machine `paper`, from which every command starts.
 struct GpuConfig {
-  GpuConfig() { rt.checkpoint.traffic = modules::TrafficCharging::uncharged; }
+  /// What `paper` reads into the paper, beside the defaults of the units (docs/results/readings.md).
+  GpuConfig() {
+    rt.checkpoint.traffic = modules::TrafficCharging::uncharged;
+    rt.memory.queue = 256;
+  }
 
   unsigned sms = 8;
   unsigned resident_warps = 32;  ///< warp slots of an SM
@@ -89,8 +95,27 @@ struct GpuConfig {
 /// The parameters of `config`, which must outlive them.
 std::vector<modules::Parameter> config_keys(GpuConfig& config);
 
-/// Starts from `paper`, applies the file and its includes (if `path` is not empty), then the settings "key=value" in
-/// order. Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination.
+/// What a configuration is made of, from the bottom up: each lies over those before it.
+struct ConfigSource {
+  std::string machine = {};  ///< a machine's name, or a file over `paper`; "": the keys of `paper` alone
+  std::string file = {};     ///< a file, or a machine's name
+  std::string design = {};   ///< whose keys they are, for errors
+  std::vector<std::pair<std::string, std::string>> design_keys = {};
+  std::vector<std::string> settings = {};  ///< each "key=value"
+};
+struct LoadedConfig {
+  GpuConfig config;
+  TracerTexts tracer;  ///< what the files choose for the tracer
+  KeyPlaces places;    ///< of keys and, as "tracer.NAME", of options of the tracer; those at their defaults are missing
+  RivalKeys rivals;
+  std::vector<std::string> files;  ///< all that were read
+};
+/// Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination: what is
+/// laid over each other is checked as a whole. check: false leaves the last to whoever lays keys of a design over it.
+LoadedConfig load_machine(const ConfigSource& source, bool check = true);
+
+/// The configuration of load_machine(): `paper`, the file with its includes or the machine of this name (if `path` is
+/// not empty), then the settings "key=value" in order. Options of the tracer are accepted; load_machine() has them.
 GpuConfig load_config(const std::string& path, const std::vector<std::string>& settings);
 /// The same, starting from `config`. origin: its source, for errors.
 GpuConfig load_config(GpuConfig config, const std::string& origin, const std::string& path,

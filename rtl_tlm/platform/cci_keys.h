@@ -33,9 +33,15 @@ class CciKeys {
     const sc_core::sc_object* const around = sc_core::sc_get_current_object();
     prefix_ = (around == nullptr ? "" : std::string(around->name()) + ".") + name + ".";
     const std::vector<modules::Parameter> keys = config_keys(machine_);
+    for (const modules::Parameter& key : keys) {  // of a machine that is resolved, the bandwidth lies over the clock
+      rivals_.begin(true);
+      rivals_.name(key, {"the machine", 0, ""});
+    }
+    rivals_.begin(false);
     for (const modules::Parameter& key : keys) std::visit([&](const auto& value) { add(key, value); }, key.value);
     refuse_unknown(keys);
     try {
+      rivals_.require_agreement();
       check_config(machine_, "CCI");
     } catch (const Error& error) {
       throw Error(error.file(), prefix_ + error.place(), error.rule());
@@ -58,6 +64,7 @@ class CciKeys {
     if (broker_.has_preset_value(name)) {
       const std::string broken = assign<T>(key, broker_.get_preset_cci_value(name));
       if (!broken.empty()) throw Error("CCI", name, broken);
+      rivals_.name(key, {"CCI", 0, ""});
     }
     auto parameter = std::make_unique<cci::cci_param<T, cci::CCI_IMMUTABLE_PARAM>>(
         name, before, broker_, key.description, cci::CCI_ABSOLUTE_NAME, broker_.get_originator());
@@ -96,6 +103,7 @@ class CciKeys {
   GpuConfig machine_;
   cci::cci_broker_handle broker_;
   std::string prefix_;
+  RivalKeys rivals_;
   std::vector<std::unique_ptr<cci::cci_param_untyped>> parameters_;
 };
 

@@ -224,6 +224,16 @@ class Frames(unittest.TestCase):
         self.assertEqual(frame.attrs["notes"], document["notes"])
         self.assertIn("partial-launch", [note["id"] for note in frame.attrs["notes"]])
 
+    def test_a_design_is_that_of_the_run_and_of_no_other_trace(self):
+        results = grtx_tlm.read_results(self.path("run"))
+        options = {"design": "gautracer", "mode": self.document("run/results.json")["inputs"]["gautracer"]["mode"],
+                   "program": PROGRAM}
+        frame = grtx_tlm.simulate(self.path("run/gautracer.grtx"), **options)
+        self.assertEqual(frame.loc["gpu.cycles", "value"], results.statistics.loc["gpu.cycles", "gautracer"])
+        with self.assertRaises(grtx_tlm.ProgramError) as caught:
+            grtx_tlm.simulate(self.path("run/baseline.grtx"), **options)
+        self.assertIn("is not of design gautracer: accel is tri20, not ellipsoid", str(caught.exception))
+
     def test_results_have_the_file_s_values(self):
         results, document = grtx_tlm.read_results(self.path("run")), self.document("run/results.json")
         self.assertEqual(list(results.statistics.columns), ["baseline", "sw", "hw", "grtx", "gautracer"])

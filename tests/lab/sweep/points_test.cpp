@@ -174,7 +174,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
   SweepPlan p = plan();
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"l2.xor_hash", true}}};
   const SweepPoint point = points(p).points.at(0);
-  write_file(folder + "/config.toml", config_toml(point.config.json()));
+  write_config(folder + "/config.toml", point.config.json());
   EXPECT_EQ(sim::config_json(sim::load_config(folder + "/config.toml", {})), point.config.json());
 }
 
