@@ -11,13 +11,13 @@ namespace {
 using namespace test;
 using ::testing::ElementsAre;
 
-constexpr Cycle kFirst = 2;    ///< the first scheduling
-constexpr Cycle kMemory = 20;  ///< from a request to its answer
-constexpr Cycle kBox = 13, kTriangle = 37;
-constexpr Cycle kFetch = 2 + kMemory + 1;  ///< of 64 B: from the scheduling to the unit's start
-
 class WarpWalk : public modules::SystemCTest {
  protected:
+  static constexpr Cycle kFirst = 2;    ///< the first scheduling
+  static constexpr Cycle kMemory = 20;  ///< from a request to its answer
+  static constexpr Cycle kBox = 13, kTriangle = 37;
+  static constexpr Cycle kFetch = 2 + kMemory + 1;  ///< of 64 B: from the scheduling to the unit's start
+
   static BenchOptions walking(unsigned ahead, unsigned entries = 64) {
     BenchOptions options;
     options.memory_latency = kMemory;
