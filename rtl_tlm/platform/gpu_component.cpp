@@ -78,6 +78,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   }
   build.run_ahead = false;  // other modules share the kernel
   build.parts = options_.parts;
+  build.keep_data = options_.keep_data;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
   memory_ = make_memory(options_.memory, *gpu_, build);

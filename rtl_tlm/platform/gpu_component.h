@@ -66,6 +66,7 @@ class GpuComponent final : public sc_core::sc_module {
     std::vector<std::string> traces;  ///< paths, by number; all for the same hardware (same_hardware())
     GpuParts parts;                   ///< units of your own
     MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
+    bool keep_data = false;           ///< the memory is shared: no launch changes a byte of it (BuildOptions)
     EnergyPricing price;              ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
     WaveformOptions waveform;  ///< of all launches; the window is in cycles of each; off when its path is empty
