@@ -139,7 +139,8 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
   if (first % 4 != 0 || first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) {
     return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   }
-  for (std::uint64_t at = 0; at < bytes; at += 4) {
+  for (std::uint64_t left = bytes; left > 0; left -= 4) {
+    const std::uint64_t at = left - 4;  // control, the lowest, comes last: it starts what the other registers say
     std::uint32_t word = 0;
     if (payload.is_write()) {
       std::memcpy(&word, payload.get_data_ptr() + at, sizeof word);
@@ -195,7 +196,7 @@ void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_cor
   starting_ = true;
   done_ = false;
   if (!resetting_) error_ = LaunchError::none;
-  caches_ = (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold;
+  asked_ = {trace_, (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold};
   if (!resetting_) start_.notify(delay);
 }
 
@@ -221,24 +222,24 @@ void GpuComponent::reset() {
 
 void GpuComponent::start() {
   starting_ = false;
-  if (trace_ >= readers_.size()) {
-    return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", trace_, readers_.size()));
+  if (asked_.trace >= readers_.size()) {
+    return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", asked_.trace, readers_.size()));
   }
-  if (caches_ == modules::Caches::warm && last_ != nullptr &&
-      addressed_scene(last_->header()) != addressed_scene(readers_[trace_]->header())) {
+  if (asked_.caches == modules::Caches::warm && last_ != nullptr &&
+      addressed_scene(last_->header()) != addressed_scene(readers_[asked_.trace]->header())) {
     return fail(LaunchError::other_scene, "kept caches hold another scene or structure: " + last_->path());
   }
-  if (!memory_->restart(caches_) && begun_) {
+  if (!memory_->restart(asked_.caches) && begun_) {
     return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
   }
   begun_ = true;
-  if (caches_ == modules::Caches::cold) ran_.clear();
+  if (asked_.caches == modules::Caches::cold) ran_.clear();
   const traces::Reader* const before = ran_.empty() ? nullptr : last_;
-  const traces::Reader& reader = *readers_[trace_];
+  const traces::Reader& reader = *readers_[asked_.trace];
   last_ = &reader;
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
   source_->switch_to(&launch_->source);
-  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);
+  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, asked_.caches);
   launch_->inputs = simulation_inputs(reader, options_.machine);
   add_run_before(launch_->inputs, ran_, before == nullptr ? "" : camera_of(*before));
   if (memory_->model() != options_.machine.dram_model) launch_->inputs["memory"] = memory_->model();
