@@ -22,7 +22,7 @@ class AtMonitor final : public sc_core::sc_module {
   tlm_utils::simple_initiator_socket<AtMonitor, 32> initiator;  ///< bind this to the target
 
   const MemoryTraffic& traffic() const { return traffic_; }
-  /// Requests begun and not answered yet.
+  /// Requests begun and not answered yet. A blocking call whose thread is killed or reset inside counts as refused.
   std::uint64_t outstanding() const { return traffic_.reads + traffic_.writes - traffic_.responses; }
   /// Whether all transactions have ended, including their response phases.
   bool idle() const { return ended_ == traffic_.reads + traffic_.writes; }
@@ -40,7 +40,7 @@ class AtMonitor final : public sc_core::sc_module {
   void blocking(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned debug(::tlm::tlm_generic_payload& payload) { return initiator->transport_dbg(payload); }
   void count_request(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
-  void count_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void count_response(bool refused, const sc_core::sc_time& delay);
 
   MemoryTraffic traffic_;
   std::uint64_t ended_ = 0;

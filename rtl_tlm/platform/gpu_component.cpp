@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/tlm/target_rules.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
@@ -77,8 +78,8 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
     build.memory_bytes = std::max(build.memory_bytes, memory_bytes(options_.machine, *reader));
   }
   build.run_ahead = false;  // other modules share the kernel
-  build.parts = options_.parts;
   build.keep_data = options_.keep_data;
+  build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
   memory_ = make_memory(options_.memory, *gpu_, build);
@@ -133,8 +134,7 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
 ::tlm::tlm_response_status GpuComponent::access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay) {
   const std::uint64_t first = payload.get_address();
   const std::uint64_t bytes = payload.get_data_length();
-  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
-  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (const auto refused = modules::common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   if (bytes == 0 || bytes % 4 != 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
   if (first % 4 != 0 || first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) {
     return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
