@@ -12,7 +12,9 @@ AtMonitor::AtMonitor(const sc_core::sc_module_name& name) : sc_module(name), tar
   target.register_nb_transport_fw(this, &AtMonitor::forward);
   target.register_b_transport(this, &AtMonitor::blocking);
   target.register_transport_dbg(this, &AtMonitor::debug);
+  target.register_get_direct_mem_ptr(this, &AtMonitor::direct);
   initiator.register_nb_transport_bw(this, &AtMonitor::backward);
+  initiator.register_invalidate_direct_mem_ptr(this, &AtMonitor::invalidate);
 }
 
 void AtMonitor::count_request(const tlm_generic_payload& payload, const sc_time& delay) {
@@ -23,7 +25,7 @@ void AtMonitor::count_request(const tlm_generic_payload& payload, const sc_time&
 
 void AtMonitor::count_response(bool refused, const sc_time& delay) {
   ++traffic_.responses;
-  if (payload.is_response_error()) ++traffic_.refused;
+  if (refused) ++traffic_.refused;
   latency_ += (sc_core::sc_time_stamp() + delay).value();
 }
 
