@@ -13,7 +13,7 @@
 namespace grtx::modules {
 namespace {
 
-/// Clocks in which a policy must have made room in a full queue: hundreds of refresh intervals.
+/// Clocks in which a policy must have made room in a full queue: four of the longest refresh intervals.
 constexpr Cycle kLongestWait = Cycle{1} << 22;
 
 }  // namespace
