@@ -50,19 +50,36 @@ macro(grtx_find_modules name)
 endmacro()
 
 # SystemC as grtx::systemc: the CMake package if there is one, else pkg-config (Debian ships no CMake package).
-# The library's symbols name the C++ version that it was built with, C++17 on most systems; SC_CPLUSPLUS, a documented
-# hook, lets C++20 code link with it. It belongs to whoever includes <systemc>, however SystemC was found.
+# The library's symbols name the version, and the C++ version that it was built with, C++17 on most systems; SC_CPLUSPLUS,
+# a documented hook, lets C++20 code link with it. It belongs to whoever includes <systemc>, however SystemC was found.
+# The installed package takes no other SystemC than the libraries were built with.
 macro(grtx_find_systemc)
   if(NOT TARGET grtx::systemc)
-    find_package(SystemCLanguage CONFIG QUIET)
+    find_package(SystemCLanguage CONFIG QUIET HINTS ${GRTX_SYSTEMC_PLACE})
     if(SystemCLanguage_FOUND)
       set(grtx_systemc_library SystemC::systemc)
+      set(grtx_systemc_place ${SystemCLanguage_DIR})
     else()
       grtx_find_modules(SYSTEMC systemc>=2.3.3 tlm)
       set(grtx_systemc_library PkgConfig::SYSTEMC)
+      set(grtx_systemc_place ${SYSTEMC_systemc_PREFIX})
     endif()
-    if(NOT GRTX_SC_CPLUSPLUS)
-      grtx_try_systemc(${grtx_systemc_library})
+    if(GRTX_INSTALLED)
+      grtx_try_systemc(${grtx_systemc_library} ${GRTX_SC_CPLUSPLUS})
+      set(grtx_systemc_wrong "")
+      if(NOT grtx_systemc_version STREQUAL GRTX_SYSTEMC_VERSION)
+        set(grtx_systemc_wrong "is ${grtx_systemc_version}")
+      elseif(NOT grtx_systemc_links)
+        set(grtx_systemc_wrong "does not link with SC_CPLUSPLUS=${GRTX_SC_CPLUSPLUS}")
+      endif()
+      if(grtx_systemc_wrong)
+        set(${CMAKE_FIND_PACKAGE_NAME}_FOUND FALSE)
+        set(${CMAKE_FIND_PACKAGE_NAME}_NOT_FOUND_MESSAGE
+            "the libraries were built with SystemC ${GRTX_SYSTEMC_VERSION} of ${GRTX_SYSTEMC_PLACE}, that of ${grtx_systemc_place} ${grtx_systemc_wrong}")
+        return()
+      endif()
+    elseif(NOT GRTX_SYSTEMC_VERSION OR NOT GRTX_SYSTEMC_PLACE STREQUAL grtx_systemc_place)
+      grtx_choose_systemc(${grtx_systemc_library} "${grtx_systemc_place}")
     endif()
     add_library(grtx::systemc INTERFACE IMPORTED GLOBAL)
     target_link_libraries(grtx::systemc INTERFACE ${grtx_systemc_library})
@@ -70,22 +87,52 @@ macro(grtx_find_systemc)
   endif()
 endmacro()
 
+# Compiles a program with SystemC: grtx_systemc_version is what its header says, "unknown" if it does not compile, and
+# grtx_systemc_links whether the library is of that version and of this SC_CPLUSPLUS.
+function(grtx_try_systemc library cplusplus)
+  set(folder ${CMAKE_BINARY_DIR}/CMakeFiles/grtx_systemc)
+  file(WRITE ${folder}/version.cpp
+       "#include <systemc>
+#define TEXT(x) #x
+#define VERSION(a, b, c) \"grtx_systemc_version=\" TEXT(a) \".\" TEXT(b) \".\" TEXT(c) \";\"
+extern const char version[];
+const char version[] = VERSION(SC_VERSION_MAJOR, SC_VERSION_MINOR, SC_VERSION_PATCH);
+int sc_main(int argc, char*[]) { return version[argc]; }
+")
+  set(found unknown)
+  set(links FALSE)
+  foreach(kind EXECUTABLE STATIC_LIBRARY)
+    set(CMAKE_TRY_COMPILE_TARGET_TYPE ${kind})
+    try_compile(tried ${folder}/${kind} SOURCES ${folder}/version.cpp COMPILE_DEFINITIONS -DSC_CPLUSPLUS=${cplusplus}
+                LINK_LIBRARIES ${library} CXX_STANDARD 20 CXX_STANDARD_REQUIRED ON COPY_FILE ${folder}/tried
+                OUTPUT_VARIABLE words)
+    file(WRITE ${folder}/${kind}.log "${words}")
+    if(tried)
+      file(STRINGS ${folder}/tried found REGEX "grtx_systemc_version=")
+      string(REGEX REPLACE ".*grtx_systemc_version=([0-9.]+).*" "\\1" found "${found}")
+      if(kind STREQUAL "EXECUTABLE")
+        set(links TRUE)
+      endif()
+      break()
+    endif()
+  endforeach()
+  set(grtx_systemc_version ${found} PARENT_SCOPE)
+  set(grtx_systemc_links ${links} PARENT_SCOPE)
+endfunction()
+
 # Finds the SC_CPLUSPLUS with which a program links.
-function(grtx_try_systemc library)
-  include(CheckCXXSourceCompiles)
-  set(CMAKE_CXX_STANDARD 20)
-  set(CMAKE_REQUIRED_LIBRARIES ${library})
-  foreach(version 201703L 202002L)
-    set(CMAKE_REQUIRED_DEFINITIONS -DSC_CPLUSPLUS=${version})
-    check_cxx_source_compiles("#include <systemc>\nint sc_main(int, char*[]) { return 0; }\n"
-                              GRTX_SYSTEMC_LINKS_AS_${version})
-    if(GRTX_SYSTEMC_LINKS_AS_${version})
-      set(GRTX_SC_CPLUSPLUS ${version} CACHE STRING "C++ version in the symbols of the SystemC library")
+function(grtx_choose_systemc library place)
+  foreach(cplusplus 201703L 202002L)
+    grtx_try_systemc(${library} ${cplusplus})
+    if(grtx_systemc_links)
+      set(GRTX_SC_CPLUSPLUS ${cplusplus} CACHE STRING "C++ version in the symbols of the SystemC library" FORCE)
+      set(GRTX_SYSTEMC_VERSION ${grtx_systemc_version} CACHE INTERNAL "of the SystemC that the libraries are built with")
+      set(GRTX_SYSTEMC_PLACE ${place} CACHE INTERNAL "where that SystemC was found")
       return()
     endif()
   endforeach()
-  message(FATAL_ERROR "A program does not link with SystemC (${library}): its library must be built as C++17 or C++20. "
-                      "CMakeFiles/CMakeError.log of the build folder holds the linker's words")
+  message(FATAL_ERROR "A program does not link with SystemC ${grtx_systemc_version} (${library} of ${place}): its library must "
+                      "be built as C++17 or C++20. ${CMAKE_BINARY_DIR}/CMakeFiles/grtx_systemc holds the linker's words")
 endfunction()
 
 macro(grtx_find_for library)

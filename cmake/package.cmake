@@ -22,7 +22,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/cmake/verilator.cmake RENAME grtx_tlm-verila
         DESTINATION ${GRTX_PACKAGE_FOLDER})
 # For builds without CMake: grtx.pc, the hardware units and the GPU model. It names SystemC's own file, where there is one.
 if(modules IN_LIST grtx_installed AND TARGET PkgConfig::SYSTEMC)
-  set(grtx_pc_requires systemc tlm fmt libzstd libxxhash)
+  set(grtx_pc_requires "systemc = ${GRTX_SYSTEMC_VERSION}" tlm fmt libzstd libxxhash)
   set(grtx_pc_description "Transaction-level model of a GPU that traces 3D Gaussians: its hardware units")
   set(grtx_pc_libraries -lgrtx_modules -lgrtx_traces -lgrtx_base)
   if(sim IN_LIST grtx_installed)

@@ -24,6 +24,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.slice < config.interleave.slices, "slice number must be below the number of slices");
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   require_allowed("l2", config);
+  if (config.keep_data) dram.keep_data();
 }
 
 void L2Slice::end_of_elaboration() {

@@ -78,7 +78,8 @@ struct L2Counters : CacheRegions {
 };
 
 struct L2SliceConfig {
-  unsigned slice = 0;  ///< number of this slice; set by the assembly
+  unsigned slice = 0;      ///< number of this slice; set by the assembly
+  bool keep_data = false;  ///< writes carry what the memory holds instead of 0; set by the assembly
   AddressInterleave interleave{};
   CacheGeometry geometry{1024 * 1024, 128, 32, 16};  ///< of one slice
   unsigned latency = 165;  ///< tags are probed after it, so misses pay it too, as with GPGPU-Sim's ROP delay

@@ -12,6 +12,7 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/tlm/origin_extension.h"
+#include "grtx/modules/tlm/target_rules.h"
 
 namespace grtx::modules {
 
@@ -71,8 +72,7 @@ Dram::Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomai
 
 ::tlm::tlm_response_status Dram::check(unsigned socket, const ::tlm::tlm_generic_payload& payload) const {
   const std::uint64_t bytes = payload.get_data_length();
-  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
-  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (const auto refused = common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   // A naturally aligned power of two cannot straddle channels or rows.
   const std::uint64_t longest = std::min(config_.interleave.bytes, config_.channel.bytes_in_row());
   if (!std::has_single_bit(bytes) || bytes > longest || payload.get_streaming_width() < bytes ||
@@ -130,6 +130,7 @@ void Dram::b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_
   const Cycle data = payload.is_write() ? t.activate_to_write() + t.wl : t.rcd + t.cl;
   const Cycle access = config_.perfect ? 0 : data + t.ccd;
   payload.set_response_status(check(static_cast<unsigned>(id), payload));
+  read_zeros(payload);
   delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
 }
 
@@ -220,6 +221,7 @@ void Dram::begin_response(Channel& channel, Port& port, Cycle now) {
   ::tlm::tlm_generic_payload& payload = *port.responses.front().payload;
   port.responses.pop();
   port.responding = &payload;
+  read_zeros(payload);
   ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
   sc_core::sc_time delay = clock_.ahead_of_kernel();
   const ::tlm::tlm_sync_enum status = sockets[port.socket]->nb_transport_bw(payload, phase, delay);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built-in DRAM: one TLM-2.0 AT target socket per L2 slice, in its own memory clock domain (3500 MHz, Table I);
-// slices may share a channel. Channel model in dram_channel.h. Costs two calls into the initiator per request; sleeps
-// while nothing changes at its sockets. An external DRAM simulator with 32-bit base-protocol sockets can replace it
-// without a source change.
+// slices may share a channel. Holds no data: reads answer zeros, writes change nothing. Channel model in
+// dram_channel.h. Costs two calls into the initiator per request; sleeps while nothing changes at its sockets. An
+// external DRAM simulator with 32-bit base-protocol sockets can replace it without a source change.
 #pragma once
 
 #include <tlm_utils/simple_target_socket.h>

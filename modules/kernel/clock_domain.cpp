@@ -172,6 +172,9 @@ inline Cycle ClockDomain::ticked(Clocked& clocked, Cycle now) const {
   } catch (const WrongAnswer& answer) {
     const auto* const module = dynamic_cast<const sc_core::sc_object*>(&clocked);
     unit_fault(module == nullptr ? name() : module->name(), answer.what());
+  } catch (const Error& error) {
+    SC_REPORT_ERROR(kInputReport, error.what());
+    throw;  // if reports are configured not to throw
   }
 }
 

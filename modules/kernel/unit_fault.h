@@ -13,6 +13,9 @@ namespace grtx::modules {
 
 inline constexpr const char* kUnitReport = "/grtx/unit";
 
+/// Type of the report of an Error that a unit has thrown, whose text is the report's: the kernel would forget its type.
+inline constexpr const char* kInputReport = "/grtx/input";
+
 /// unit: its name in the hierarchy.
 [[noreturn]] inline void unit_fault(const std::string& unit, const std::string& rule) {
   SC_REPORT_ERROR(kUnitReport, (unit + ": " + rule).c_str());

@@ -34,13 +34,16 @@ class RoundCursor {
   }
   /// Events of the current round of `lane`. Throws Error if its ray does not have the round.
   std::span<const traces::Event> events(unsigned lane) const {
-    const traces::Ray& ray = group_->rays.at(lane);
-    if (round_ >= ray.rounds.size() || offset_[lane] + ray.rounds[round_].event_count > ray.events.size()) {
+    const auto inside = [&](const traces::Ray& ray) {
+      return round_ < ray.rounds.size() && offset_[lane] + ray.rounds[round_].event_count <= ray.events.size();
+    };
+    if (lane >= group_->rays.size() || !inside(group_->rays[lane])) {
       throw Error("trace",
                   "group " + std::to_string(group_->index) + " lane " + std::to_string(lane) + " round " +
                       std::to_string(round_),
                   "a called round must exist and its events lie inside the ray");
     }
+    const traces::Ray& ray = group_->rays[lane];
     return {ray.events.data() + offset_[lane], ray.rounds[round_].event_count};
   }
   const traces::Round& round(unsigned lane) const { return group_->rays[lane].rounds[round_]; }

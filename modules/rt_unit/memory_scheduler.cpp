@@ -4,7 +4,6 @@
 #include <cassert>
 #include <numeric>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 
 #include "grtx/base/error.h"
@@ -103,7 +102,8 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   AddressIndex& merge = merge_[entry_of(id)];
   if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
     if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
-      throw std::runtime_error("the node at byte " + std::to_string(address) + " is of two kinds");
+      throw Error("trace", place_in_trace(warps_->warp(entry_of(id)), lane_of(id)),
+                  "the node at byte " + std::to_string(address) + " is of two kinds");
     }
     fetches_[under_way].lanes |= lane;
     return;

@@ -71,11 +71,7 @@ void RtScheduler::restart() {
 }
 
 void RtScheduler::refuse(LaneId id, const char* rule) const {
-  const Warp& warp = buffer_->warp(entry_of(id));
-  throw Error("trace",
-              "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane_of(id)) + " round " +
-                  std::to_string(warp.round),
-              rule);
+  throw Error("trace", place_in_trace(buffer_->warp(entry_of(id)), lane_of(id)), rule);
 }
 
 void RtScheduler::begin(unsigned entry) {
@@ -109,11 +105,7 @@ void RtScheduler::schedule(Cycle now) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selection_->select(candidates, buffer_->ages());
-  if (entry >= 64 || (candidates & bit(entry)) == 0) [[unlikely]] {
-    throw WrongAnswer("the warp selection " + config_.policy + " chose entry " + std::to_string(entry) +
-                      ", which is no candidate");
-  }
+  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages());
   const Warp& warp = buffer_->warp(entry);
   const LaneMask lanes = warp.in_state(LaneState::ready);
   ++counters_.selections;

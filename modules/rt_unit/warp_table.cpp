@@ -31,6 +31,11 @@ WarpTable::WarpTable(unsigned entries) {
   all_ = entries == 64 ? ~LaneMask{0} : bit(entries) - 1;
 }
 
+std::string place_in_trace(const Warp& warp, unsigned lane) {
+  return "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane) + " round " +
+         std::to_string(warp.round);
+}
+
 void begin_call(Warp& w, const TraceCall& call, const RoundCursor& cursor, Cycle now) {
   w.group = call.group;
   w.round = call.round;

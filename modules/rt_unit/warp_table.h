@@ -92,6 +92,9 @@ struct Warp {
   }
 };
 
+/// Where in the trace a lane of a warp is, for an Error: group, lane, round.
+std::string place_in_trace(const Warp& warp, unsigned lane);
+
 /// Initialises a warp for a call: lanes start at the first event of the round that `cursor` points to; lanes without
 /// events are finished. The caller sets the age.
 void begin_call(Warp& warp, const TraceCall& call, const RoundCursor& cursor, Cycle now);

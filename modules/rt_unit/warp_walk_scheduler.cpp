@@ -66,11 +66,7 @@ void WarpWalkScheduler::restart() {
 }
 
 void WarpWalkScheduler::refuse(unsigned entry, unsigned lane, const char* rule) const {
-  const Warp& warp = buffer_->warp(entry);
-  throw Error("trace",
-              "group " + std::to_string(warp.group->index) + " lane " + std::to_string(lane) + " round " +
-                  std::to_string(warp.round),
-              rule);
+  throw Error("trace", place_in_trace(buffer_->warp(entry), lane), rule);
 }
 
 void WarpWalkScheduler::begin(unsigned entry) {
@@ -121,7 +117,7 @@ void WarpWalkScheduler::schedule(Cycle now) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selection_->select(candidates, buffer_->ages());
+  const unsigned entry = selected_entry(*selection_, scheduler_.policy, candidates, buffer_->ages());
   Walk& walk = walks_[entry];
   ++counters_.selections;
   start(now, entry, walk.next);

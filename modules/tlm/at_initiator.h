@@ -53,9 +53,10 @@ class AtInitiator final {
   bool can_send(Cycle now) const { return requesting_ == nullptr && free_from_ <= now; }
   /// bytes: a power of two up to AtPayload::kMaxBytes. address: a multiple of bytes. context: returned with the
   /// completion. origin: sent as an OriginExtension. Read data is discarded; writes write 0 unless keep_data() was
-  /// called.
+  /// called: there is no data in the model.
   void send(std::uint64_t address, unsigned bytes, bool write, std::uint32_t context, RequestOrigin origin = {});
-  /// For a memory shared with other initiators: writes then carry the present contents, read by transport_dbg.
+  /// For a memory shared with other initiators: writes then carry the contents that the target has when they are sent,
+  /// read by transport_dbg; 0 if it has no debug transport.
   void keep_data() { keeps_data_ = true; }
   /// Fills a write payload with the present contents of the memory; called before it is sent.
   void fill(AtPayload& payload);

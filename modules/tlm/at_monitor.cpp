@@ -12,7 +12,9 @@ AtMonitor::AtMonitor(const sc_core::sc_module_name& name) : sc_module(name), tar
   target.register_nb_transport_fw(this, &AtMonitor::forward);
   target.register_b_transport(this, &AtMonitor::blocking);
   target.register_transport_dbg(this, &AtMonitor::debug);
+  target.register_get_direct_mem_ptr(this, &AtMonitor::direct);
   initiator.register_nb_transport_bw(this, &AtMonitor::backward);
+  initiator.register_invalidate_direct_mem_ptr(this, &AtMonitor::invalidate);
 }
 
 void AtMonitor::count_request(const tlm_generic_payload& payload, const sc_time& delay) {
@@ -21,9 +23,9 @@ void AtMonitor::count_request(const tlm_generic_payload& payload, const sc_time&
   latency_ -= (sc_core::sc_time_stamp() + delay).value();
 }
 
-void AtMonitor::count_response(const tlm_generic_payload& payload, const sc_time& delay) {
+void AtMonitor::count_response(bool refused, const sc_time& delay) {
   ++traffic_.responses;
-  if (payload.is_response_error()) ++traffic_.refused;
+  if (refused) ++traffic_.refused;
   latency_ += (sc_core::sc_time_stamp() + delay).value();
 }
 
@@ -36,13 +38,14 @@ tlm_sync_enum AtMonitor::forward(tlm_generic_payload& payload, tlm_phase& phase,
   if (!begin) return status;
   const bool completed = status == ::tlm::TLM_COMPLETED;
   if (completed) ++ended_;
-  if (completed || (status == ::tlm::TLM_UPDATED && phase == tlm::BEGIN_RESP)) count_response(payload, delay);
+  const bool responded = completed || (status == ::tlm::TLM_UPDATED && phase == tlm::BEGIN_RESP);
+  if (responded) count_response(payload.is_response_error(), delay);
   return status;
 }
 
 tlm_sync_enum AtMonitor::backward(tlm_generic_payload& payload, tlm_phase& phase, sc_time& delay) {
   const bool response = phase == tlm::BEGIN_RESP;
-  if (response) count_response(payload, delay);
+  if (response) count_response(payload.is_response_error(), delay);
   const tlm_sync_enum status = target->nb_transport_bw(payload, phase, delay);
   if (response && (status == ::tlm::TLM_COMPLETED || (status == ::tlm::TLM_UPDATED && phase == tlm::END_RESP))) {
     ++ended_;
@@ -52,8 +55,14 @@ tlm_sync_enum AtMonitor::backward(tlm_generic_payload& payload, tlm_phase& phase
 
 void AtMonitor::blocking(tlm_generic_payload& payload, sc_time& delay) {
   count_request(payload, delay);
-  initiator->b_transport(payload, delay);
-  count_response(payload, delay);
+  try {
+    initiator->b_transport(payload, delay);
+  } catch (...) {  // the calling thread is killed or reset, or the target has failed: no response will come
+    count_response(true, sc_core::SC_ZERO_TIME);
+    ++ended_;
+    throw;
+  }
+  count_response(payload.is_response_error(), delay);
   ++ended_;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counts the transactions on a 32-bit TLM-2.0 connection, approximately timed or blocking. Inserted between an
-// initiator and its target; changes nothing. Costs a few additions per call.
+// initiator and its target; changes nothing: debug and direct memory access pass, uncounted. Costs a few additions per
+// call.
 #pragma once
 
 #include <tlm_utils/simple_initiator_socket.h>
@@ -22,7 +23,7 @@ class AtMonitor final : public sc_core::sc_module {
   tlm_utils::simple_initiator_socket<AtMonitor, 32> initiator;  ///< bind this to the target
 
   const MemoryTraffic& traffic() const { return traffic_; }
-  /// Requests begun and not answered yet.
+  /// Requests begun and not answered yet. A blocking call whose thread is killed or reset inside counts as refused.
   std::uint64_t outstanding() const { return traffic_.reads + traffic_.writes - traffic_.responses; }
   /// Whether all transactions have ended, including their response phases.
   bool idle() const { return ended_ == traffic_.reads + traffic_.writes; }
@@ -39,8 +40,12 @@ class AtMonitor final : public sc_core::sc_module {
   ::tlm::tlm_sync_enum backward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
   void blocking(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned debug(::tlm::tlm_generic_payload& payload) { return initiator->transport_dbg(payload); }
+  bool direct(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
+    return initiator->get_direct_mem_ptr(payload, dmi);
+  }
+  void invalidate(sc_dt::uint64 begin, sc_dt::uint64 end) { target->invalidate_direct_mem_ptr(begin, end); }
   void count_request(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
-  void count_response(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
+  void count_response(bool refused, const sc_core::sc_time& delay);
 
   MemoryTraffic traffic_;
   std::uint64_t ended_ = 0;

@@ -17,7 +17,9 @@ AtProtocolChecker::AtProtocolChecker(const sc_core::sc_module_name& name, const 
   target.register_nb_transport_fw(this, &AtProtocolChecker::forward);
   target.register_b_transport(this, &AtProtocolChecker::blocking);
   target.register_transport_dbg(this, &AtProtocolChecker::debug);
+  target.register_get_direct_mem_ptr(this, &AtProtocolChecker::direct);
   initiator.register_nb_transport_bw(this, &AtProtocolChecker::backward);
+  initiator.register_invalidate_direct_mem_ptr(this, &AtProtocolChecker::invalidate);
 }
 
 void AtProtocolChecker::require(bool holds, const char* clause, const std::string& what) {

@@ -58,6 +58,10 @@ class AtProtocolChecker final : public sc_core::sc_module {
   ::tlm::tlm_sync_enum backward(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase, sc_core::sc_time& delay);
   void blocking(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned debug(::tlm::tlm_generic_payload& payload) { return initiator->transport_dbg(payload); }
+  bool direct(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
+    return initiator->get_direct_mem_ptr(payload, dmi);
+  }
+  void invalidate(sc_dt::uint64 begin, sc_dt::uint64 end) { target->invalidate_direct_mem_ptr(begin, end); }
 
   void begin_request(const ::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
   void check_attributes(const ::tlm::tlm_generic_payload& payload);

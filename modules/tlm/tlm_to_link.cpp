@@ -8,6 +8,7 @@
 
 #include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/modules/tlm/functional_memory.h"
+#include "grtx/modules/tlm/target_rules.h"
 
 namespace grtx::modules {
 
@@ -51,8 +52,7 @@ void TlmToLink::free_all() {
 }
 
 ::tlm::tlm_response_status TlmToLink::check(const tlm_generic_payload& payload) {
-  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
-  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (const auto refused = common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   if (payload.get_data_length() == 0 || payload.get_streaming_width() < payload.get_data_length()) {
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
   }
@@ -93,18 +93,44 @@ bool TlmToLink::refuse(tlm_generic_payload& payload) {
   return ::tlm::TLM_COMPLETED;
 }
 
+unsigned TlmToLink::transport_dbg(tlm_generic_payload& payload) {
+  const bool inside = lies_below(kAddressable, payload.get_address(), payload.get_data_length());
+  return inside && payload.get_data_ptr() != nullptr ? data_(payload) : 0;
+}
+
+/// A blocking call on the stack of its thread. Killed or reset inside, the thread leaves by an exception of the
+/// kernel's, and its payload and event with it: the transaction then goes on without them, and moves no data.
+class TlmToLink::BlockingCall {
+ public:
+  BlockingCall(TlmToLink& bridge, tlm_generic_payload& payload)
+      : bridge_(bridge), slot_(bridge.enter(payload, &done_)) {}
+  ~BlockingCall() {
+    Transaction& transaction = bridge_.slots_[slot_];
+    if (transaction.done != &done_) return;  // it has been answered
+    transaction.payload = nullptr;
+    transaction.done = nullptr;
+  }
+  BlockingCall(const BlockingCall&) = delete;
+  BlockingCall& operator=(const BlockingCall&) = delete;
+  const sc_core::sc_event& done() const { return done_; }
+
+ private:
+  TlmToLink& bridge_;
+  sc_core::sc_event done_;
+  std::uint32_t slot_;
+};
+
 void TlmToLink::b_transport(tlm_generic_payload& payload, sc_time& delay) {
   if (refuse(payload)) return;
   if (delay != sc_core::SC_ZERO_TIME) wait(delay);  // synchronises loosely timed initiators that are ahead of time
   delay = sc_core::SC_ZERO_TIME;
   while (!room()) wait(room_);
-  sc_core::sc_event done;
-  enter(payload, &done);
+  const BlockingCall call(*this, payload);
   alarm_.request(clock_.edge_after());
-  wait(done);
+  wait(call.done());
 }
 
-void TlmToLink::enter(tlm_generic_payload& payload, sc_core::sc_event* done) {
+std::uint32_t TlmToLink::enter(tlm_generic_payload& payload, sc_core::sc_event* done) {
   const std::uint32_t slot = free_.back();
   free_.pop_back();
   const std::uint64_t first = payload.get_address() / kSectorBytes * kSectorBytes;
@@ -113,6 +139,7 @@ void TlmToLink::enter(tlm_generic_payload& payload, sc_core::sc_event* done) {
   slots_[slot] = {&payload, done, first, sectors, sectors, payload.is_write()};
   sending_.push_back(slot);
   ++inside_;
+  return slot;
 }
 
 Cycle TlmToLink::tick(Cycle now) {
@@ -131,24 +158,27 @@ void TlmToLink::take_responses(Cycle now) {
   while (const MemoryResponse* arrived = response->front(now)) {
     const std::uint32_t slot = arrived->tag;
     response->pop(now);
-    if (slot >= slots_.size() || slots_[slot].payload == nullptr) {
+    if (slot >= slots_.size() || slots_[slot].to_come == 0) {
       throw WrongAnswer("what is behind has answered request " + std::to_string(slot) + ", which is not under way");
     }
     Transaction& transaction = slots_[slot];
     if (--transaction.to_come > 0) continue;
-    tlm_generic_payload& payload = *transaction.payload;
-    const bool held = data_(payload) == payload.get_data_length();
-    payload.set_response_status(held ? ::tlm::TLM_OK_RESPONSE : ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
-    payload.set_dmi_allowed(config_.dmi != nullptr);
-    if (transaction.done != nullptr) {
-      transaction.done->notify(clock_.ahead_of_kernel());
-      leave();
-    } else {
-      answered_.push_back(transaction.payload);
-    }
+    answer(transaction);
     transaction = {};
     free_.push_back(slot);
   }
+}
+
+// The payload of a blocking call whose thread was killed is gone.
+void TlmToLink::answer(const Transaction& transaction) {
+  if (transaction.payload == nullptr) return leave();
+  tlm_generic_payload& payload = *transaction.payload;
+  const bool held = data_(payload) == payload.get_data_length();
+  payload.set_response_status(held ? ::tlm::TLM_OK_RESPONSE : ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
+  payload.set_dmi_allowed(config_.dmi != nullptr);
+  if (transaction.done == nullptr) return answered_.push_back(transaction.payload);
+  transaction.done->notify(clock_.ahead_of_kernel());
+  leave();
 }
 
 void TlmToLink::take_arrival(Cycle now) {

@@ -28,8 +28,9 @@ class FunctionalMemory;
 /// cycle in which the last response is visible. So a single sector costs, from the edge that sees it,
 ///   latency of the request link + latency of the module behind it, including its response link.
 /// Caches and links carry no data: Config::data reads or writes it when the last response has arrived, and at once for
-/// transport_dbg. Addresses beyond kAddressable are answered with TLM_ADDRESS_ERROR_RESPONSE. DMI would bypass the
-/// model, so it is refused unless Config::dmi is set.
+/// transport_dbg. A thread that is killed or reset inside b_transport leaves its transaction to end without it: no data
+/// are read or written. Addresses beyond kAddressable are answered with TLM_ADDRESS_ERROR_RESPONSE. DMI would bypass
+/// the model, so it is refused unless Config::dmi is set.
 class TlmToLink final : public ClockedModule {
  public:
   struct Config {
@@ -60,12 +61,13 @@ class TlmToLink final : public ClockedModule {
   void dump_state(std::ostream& out) const;
 
  private:
+  class BlockingCall;
   struct Transaction {
-    ::tlm::tlm_generic_payload* payload = nullptr;  ///< null: slot is free
+    ::tlm::tlm_generic_payload* payload = nullptr;  ///< null: the thread of a blocking call was killed or reset
     sc_core::sc_event* done = nullptr;              ///< notified when a blocking call is complete; else null
     std::uint64_t next_sector = 0;
     std::uint64_t to_send = 0;  ///< sectors not sent yet
-    std::uint64_t to_come = 0;  ///< responses not received yet
+    std::uint64_t to_come = 0;  ///< responses not received yet; 0: slot is free
     bool write = false;
   };
 
@@ -73,9 +75,7 @@ class TlmToLink final : public ClockedModule {
   ::tlm::tlm_sync_enum nb_transport_fw(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                        sc_core::sc_time& delay);
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-  unsigned transport_dbg(::tlm::tlm_generic_payload& payload) {
-    return lies_below(kAddressable, payload.get_address(), payload.get_data_length()) ? data_(payload) : 0;
-  }
+  unsigned transport_dbg(::tlm::tlm_generic_payload& payload);
   bool get_direct_mem_ptr(::tlm::tlm_generic_payload& payload, ::tlm::tlm_dmi& dmi) {
     return config_.dmi(payload, dmi);
   }
@@ -83,11 +83,12 @@ class TlmToLink final : public ClockedModule {
   static ::tlm::tlm_response_status check(const ::tlm::tlm_generic_payload& payload);
   bool refuse(::tlm::tlm_generic_payload& payload);
   ::tlm::tlm_sync_enum reject(::tlm::tlm_generic_payload& payload, const char* rule);
-  void enter(::tlm::tlm_generic_payload& payload, sc_core::sc_event* done);
+  std::uint32_t enter(::tlm::tlm_generic_payload& payload, sc_core::sc_event* done);
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;
   void free_all();
   void take_responses(Cycle now);
+  void answer(const Transaction& transaction);
   void take_arrival(Cycle now);
   void send_sector(Cycle now);
   void begin_response(Cycle now);

@@ -98,8 +98,9 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   for (unsigned i = 0; i < slices; ++i) {
     builders.push_back([&, i] {
       const std::string name_of = fmt::format("l2_slice{}", i);
-      slices_[i] =
-          modules::made<modules::L2Slice>(parts.l2_slice, "l2_slice", name_of.c_str(), config.l2_slice(i), core_);
+      modules::L2SliceConfig slice = config.l2_slice(i);
+      slice.keep_data = build.keep_data;
+      slices_[i] = modules::made<modules::L2Slice>(parts.l2_slice, "l2_slice", name_of.c_str(), slice, core_);
     });
   }
   construct(std::move(builders), build.construction_order);

@@ -31,7 +31,8 @@ struct BuildOptions {
   bool idle_skip = true;                 ///< jump over cycles in which nothing happens
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
   std::uint64_t memory_bytes = 0;        ///< memory for later launches, if more than for the first
-  GpuParts parts;                        ///< factories of user-supplied units, which may change results
+  bool keep_data = false;  ///< write-backs carry what the memory holds (its transport_dbg) instead of zeros
+  GpuParts parts;          ///< factories of user-supplied units, which may change results
 };
 
 /// The address map of a run. eviction_entries: the most that any ray of the trace has in its eviction buffer.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/tlm/target_rules.h"
 
 namespace grtx::sim {
 
@@ -32,8 +33,7 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
 
 ::tlm::tlm_response_status DramPort::check(const ::tlm::tlm_generic_payload& payload) const {
   const std::uint64_t bytes = payload.get_data_length();
-  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
-  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (const auto refused = modules::common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   if (!std::has_single_bit(bytes) || bytes > config_.longest || payload.get_streaming_width() < bytes) {
     return ::tlm::TLM_BURST_ERROR_RESPONSE;
   }
@@ -74,6 +74,7 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
 // Loosely timed accesses are for warm-up and debugging and do not reach the simulator.
 void DramPort::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
   payload.set_response_status(check(payload));
+  modules::read_zeros(payload);
   delay += sc_core::sc_time::from_value(config_.fixed_latency * clock_.period_fs());
 }
 
@@ -125,6 +126,7 @@ Cycle DramPort::step(Cycle now) {
     ::tlm::tlm_generic_payload& payload = *responses_.front().payload;
     responses_.pop();
     responding_ = &payload;
+    modules::read_zeros(payload);
     ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
     sc_core::sc_time delay = clock_.ahead_of_kernel();
     const ::tlm::tlm_sync_enum status = socket->nb_transport_bw(payload, phase, delay);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The target side of one L2 slice's DRAM socket, in front of an external DRAM simulator: request phase with
-// back-pressure, response phase, fixed latency, counts. TLM-2.0 AT base protocol, as the built-in Dram speaks it.
+// back-pressure, response phase, fixed latency, counts. TLM-2.0 AT base protocol, as the built-in Dram speaks it, and
+// like it without data.
 #pragma once
 
 #include <tlm_utils/simple_target_socket.h>

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/tlm/target_rules.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
@@ -77,6 +78,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
     build.memory_bytes = std::max(build.memory_bytes, memory_bytes(options_.machine, *reader));
   }
   build.run_ahead = false;  // other modules share the kernel
+  build.keep_data = options_.keep_data;
   build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
@@ -132,13 +134,13 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
 ::tlm::tlm_response_status GpuComponent::access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay) {
   const std::uint64_t first = payload.get_address();
   const std::uint64_t bytes = payload.get_data_length();
-  if (payload.get_command() == ::tlm::TLM_IGNORE_COMMAND) return ::tlm::TLM_COMMAND_ERROR_RESPONSE;
-  if (payload.get_byte_enable_ptr() != nullptr) return ::tlm::TLM_BYTE_ENABLE_ERROR_RESPONSE;
+  if (const auto refused = modules::common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   if (bytes == 0 || bytes % 4 != 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
   if (first % 4 != 0 || first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) {
     return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
   }
-  for (std::uint64_t at = 0; at < bytes; at += 4) {
+  for (std::uint64_t left = bytes; left > 0; left -= 4) {
+    const std::uint64_t at = left - 4;  // control, the lowest, comes last: it starts what the other registers say
     std::uint32_t word = 0;
     if (payload.is_write()) {
       std::memcpy(&word, payload.get_data_ptr() + at, sizeof word);
@@ -194,7 +196,7 @@ void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_cor
   starting_ = true;
   done_ = false;
   if (!resetting_) error_ = LaunchError::none;
-  caches_ = (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold;
+  asked_ = {trace_, (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold};
   if (!resetting_) start_.notify(delay);
 }
 
@@ -220,24 +222,24 @@ void GpuComponent::reset() {
 
 void GpuComponent::start() {
   starting_ = false;
-  if (trace_ >= readers_.size()) {
-    return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", trace_, readers_.size()));
+  if (asked_.trace >= readers_.size()) {
+    return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", asked_.trace, readers_.size()));
   }
-  if (caches_ == modules::Caches::warm && last_ != nullptr &&
-      addressed_scene(last_->header()) != addressed_scene(readers_[trace_]->header())) {
+  if (asked_.caches == modules::Caches::warm && last_ != nullptr &&
+      addressed_scene(last_->header()) != addressed_scene(readers_[asked_.trace]->header())) {
     return fail(LaunchError::other_scene, "kept caches hold another scene or structure: " + last_->path());
   }
-  if (!memory_->restart(caches_) && begun_) {
+  if (!memory_->restart(asked_.caches) && begun_) {
     return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
   }
   begun_ = true;
-  if (caches_ == modules::Caches::cold) ran_.clear();
+  if (asked_.caches == modules::Caches::cold) ran_.clear();
   const traces::Reader* const before = ran_.empty() ? nullptr : last_;
-  const traces::Reader& reader = *readers_[trace_];
+  const traces::Reader& reader = *readers_[asked_.trace];
   last_ = &reader;
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
   source_->switch_to(&launch_->source);
-  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, caches_);
+  gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, asked_.caches);
   launch_->inputs = simulation_inputs(reader, options_.machine);
   add_run_before(launch_->inputs, ran_, before == nullptr ? "" : camera_of(*before));
   if (memory_->model() != options_.machine.dram_model) launch_->inputs["memory"] = memory_->model();

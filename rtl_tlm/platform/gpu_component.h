@@ -30,7 +30,7 @@ class Waveform;
 enum class GpuRegister : std::uint64_t {
   control = 0x00,      ///< written: ControlBits; reads as 0
   status = 0x04,       ///< StatusBits
-  trace = 0x08,        ///< number of the trace that the next launch runs
+  trace = 0x08,        ///< number of the trace that the next launch runs; taken when control is written
   cycles = 0x10,       ///< of the last launch, 64 bits
   cycles_high = 0x14,  ///< the upper 32 of them
   error = 0x18,        ///< LaunchError of the last start
@@ -66,6 +66,7 @@ class GpuComponent final : public sc_core::sc_module {
     std::vector<std::string> traces;  ///< paths, by number; all for the same hardware (same_hardware())
     GpuParts parts;                   ///< units of your own
     MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
+    bool keep_data = false;           ///< the memory is shared: no launch changes a byte of it (BuildOptions)
     EnergyPricing price;              ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
     WaveformOptions waveform;  ///< of all launches; the window is in cycles of each; off when its path is empty
@@ -74,8 +75,9 @@ class GpuComponent final : public sc_core::sc_module {
   GpuComponent(const sc_core::sc_module_name& name, const Options& options);
   ~GpuComponent() override;
 
-  /// b_transport and nb_transport: a start takes effect at the annotated time; registers are read as they are when the
-  /// call is made. No DMI. transport_dbg reads, and writes nothing.
+  /// b_transport and nb_transport: a start takes effect at the annotated time, with the registers as they are when
+  /// control is written; of a transfer of several words, control is written last. Registers are read as they are when
+  /// the call is made. No DMI. transport_dbg reads, and writes nothing.
   tlm_utils::simple_target_socket<GpuComponent, 32> registers;
   /// High from the end of a launch, or an error, until it is acknowledged.
   sc_core::sc_out<bool> interrupt{"interrupt"};
@@ -115,8 +117,12 @@ class GpuComponent final : public sc_core::sc_module {
   std::unique_ptr<Launch> launch_;  ///< under way
   std::vector<SimulationResult> results_;
   sc_core::sc_event start_, drain_, watch_, sample_, reset_, interrupt_changed_;
-  std::uint32_t trace_ = 0;
-  modules::Caches caches_ = modules::Caches::cold;
+  std::uint32_t trace_ = 0;  ///< the register
+  /// Of the launch that control has asked for.
+  struct {
+    std::uint32_t trace = 0;
+    modules::Caches caches = modules::Caches::cold;
+  } asked_;
   std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
   bool starting_ = false;

@@ -193,7 +193,13 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
   const std::string where =
       fmt::format("{}at {}", process == nullptr ? "" : fmt::format("{}, ", process), report.get_time().to_string());
   const std::string_view type = report.get_msg_type();
-  if (type == modules::kUnitReport) traces::check(reader, true);
+  if (type == modules::kUnitReport || type == modules::kInputReport) traces::check(reader, true);
+  if (type == modules::kInputReport) {
+    const std::string_view text = report.get_msg();
+    constexpr std::string_view kTrace = "trace: ";  // units do not know the file's name
+    throw text.starts_with(kTrace) ? Error(reader.path(), "", std::string(text.substr(kTrace.size())))
+                                   : Error("", "", std::string(text));
+  }
   if (type == kRtlReport || type == modules::kUnitReport) {
     const std::string text = report.get_msg();
     const std::size_t unit = text.find(": ");

@@ -11,6 +11,12 @@
 #include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
+namespace {
+
+/// Clocks in which a policy must have made room in a full queue: four of the longest refresh intervals.
+constexpr Cycle kLongestWait = Cycle{1} << 22;
+
+}  // namespace
 
 const DramChannelConfig& DramChannel::checked(const DramChannelConfig& config) {
   require_allowed("dram", config);
@@ -312,10 +318,11 @@ void DramChannel::remove(std::uint32_t number) {
 }
 
 Cycle DramChannel::run_until_room(unsigned bytes) {
+  const Cycle begin = next_;
   Cycle clock = next_;
   while (!can_accept(bytes)) {
     clock = next_;
-    if (clock == kNever) {
+    if (clock == kNever || clock - begin > kLongestWait) {
       throw WrongAnswer("the DRAM scheduling " + config_.scheduling +
                         " declines every command of a full queue for ever");
     }

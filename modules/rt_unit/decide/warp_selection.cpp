@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/kernel/wrong_answer.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/decide/policies/greedy_then_oldest.h"
 #include "grtx/modules/rt_unit/decide/policies/oldest_first.h"
 #include "grtx/modules/rt_unit/decide/policies/round_robin.h"
@@ -29,5 +31,15 @@ void register_warp_selection(const std::string& name, WarpSelectionFactory facto
 std::vector<std::string> warp_selection_names() { return selections().names(); }
 
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) { return selections().make(name); }
+
+unsigned selected_entry(WarpSelection& selection, const std::string& name, LaneMask candidates,
+                        const std::vector<std::uint64_t>& ages) {
+  const unsigned entry = selection.select(candidates, ages);
+  if (entry >= 64 || (candidates & bit(entry)) == 0) [[unlikely]] {
+    throw WrongAnswer("the warp selection " + name + " chose entry " + std::to_string(entry) +
+                      ", which is no candidate");
+  }
+  return entry;
+}
 
 }  // namespace grtx::modules

@@ -252,6 +252,16 @@ TEST(DramScheduling, APolicyThatNeverChoosesHungAFullQueue) {
               ::testing::ThrowsMessage<WrongAnswer>(::testing::HasSubstr("declines every command of a full queue")));
 }
 
+// Unlike the one above it declines nothing: it was asked again in every clock, for ever.
+TEST(DramScheduling, APolicyThatNeverAnswersHungAFullQueue) {
+  DramChannelConfig config;
+  config.queue = 4;
+  DramChannel channel(config, std::make_unique<Wrong>(DramChoice{}));
+  for (unsigned i = 0; i < config.queue; ++i) channel.enqueue(100, i, 0, 32, false);
+  EXPECT_THAT([&] { channel.run_until_room(32); },
+              ::testing::ThrowsMessage<WrongAnswer>(::testing::HasSubstr("declines every command of a full queue")));
+}
+
 TEST(DramScheduling, AFactoryThatMakesNothingIsNamed) {
   register_dram_scheduling("nothing", [](const DramChannelConfig&) { return nullptr; });
   EXPECT_THAT([] { DramChannel{with_scheduling("nothing")}; },

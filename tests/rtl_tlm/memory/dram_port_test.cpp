@@ -138,5 +138,29 @@ TEST_F(DramPortAt, MalformedRequestsAreRefusedAndGoNoFurther) {
   EXPECT_EQ(bench.device.port.counters().refused, 2u);
 }
 
+// A null data pointer is refused, and a read that is answered with OK has been answered: with zeros.
+TEST_F(DramPortAt, AReadWithOkLeftTheBuffer) {
+  for (const bool null : {false, true}) {
+    fresh_context();
+    modules::ClockDomain memory("memory", 1000.0);
+    Device device("device", memory, {}, 1, 20, 0);
+    modules::RawAtInitiator initiator("initiator");
+    initiator.socket.bind(device.port.socket);
+    modules::AtPayload& payload = initiator.payload(0x40);
+    payload.acquire();
+    payload.data.fill(0xab);
+    if (null) payload.set_data_ptr(nullptr);
+    modules::elaborate();
+    initiator.send(payload);
+    EXPECT_TRUE(run_until_quiet(memory, 1000));
+    EXPECT_EQ(payload.get_response_status(), null ? ::tlm::TLM_GENERIC_ERROR_RESPONSE : ::tlm::TLM_OK_RESPONSE);
+    EXPECT_EQ(payload.data[31], null ? 0xab : 0);
+    payload.data.fill(0xab);
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    initiator.socket->b_transport(payload, delay);
+    EXPECT_EQ(payload.data[31], null ? 0xab : 0);
+  }
+}
+
 }  // namespace
 }  // namespace grtx::sim

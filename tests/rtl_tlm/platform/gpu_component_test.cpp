@@ -206,6 +206,61 @@ TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
   EXPECT_LE(last, end);
 }
 
+// `trace = 1; start; trace = 0` without a wait ran trace 0; so did a start with an annotated delay, or behind a reset.
+TEST(GpuComponent, AStartRanTheTraceThatWasWrittenBehindIt) {
+  const TinyFile few(3), many(40);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path(), many.file.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
+    Station station("a", options,
+                    {{.trace = 0},
+                     {.trace = 1},
+                     {.trace = 1, .then_trace = 0},
+                     {.trace = 1, .after_ns = 20.0, .then_trace = 0},
+                     {.trace = 1, .then_trace = 7},
+                     {.trace = 7, .then_trace = 1},
+                     {.trace = 0, .then_trace = 1, .one_transfer = true},
+                     {.trace = 1, .one_transfer = true}});
+    sc_core::sc_start();
+    return nlohmann::json{station.launcher.errors, station.launcher.cycles}.dump();
+  });
+  const auto found = nlohmann::json::parse(child.result());
+  const auto refused = static_cast<std::uint32_t>(LaunchError::no_such_trace);
+  EXPECT_EQ(found[0], nlohmann::json({0u, 0u, 0u, 0u, 0u, refused, 0u, 0u}));
+  const std::uint64_t short_run = found[1][0], long_run = found[1][1];
+  ASSERT_NE(short_run, long_run);
+  const std::vector<std::uint64_t> expected{short_run, long_run, long_run,  long_run,
+                                            long_run,  long_run, short_run, long_run};  // a refused one has none
+  EXPECT_EQ(found[1].get<std::vector<std::uint64_t>>(), expected);
+}
+
+TEST(GpuComponent, ANullDataPointerWasASegmentationFault) {
+  const TinyFile few(3);
+  GpuComponent::Options options;
+  options.machine = small_machine();
+  options.traces = {few.file.path()};
+  ChildProcess child("platform", [&] {
+    modules::set_time_resolution_to_fs();
+    Station station("a", options, {{0}});
+    sc_core::sc_start();
+    nlohmann::json found;
+    for (const auto command : {::tlm::TLM_READ_COMMAND, ::tlm::TLM_WRITE_COMMAND}) {
+      found.push_back(station.launcher.access(command, 8, nullptr, 4));
+    }
+    ::tlm::tlm_generic_payload payload;
+    payload.set_read();
+    payload.set_data_length(4);
+    payload.set_streaming_width(4);
+    found.push_back(station.launcher.socket->transport_dbg(payload));
+    return found.dump();
+  });
+  const auto refused = static_cast<int>(::tlm::TLM_GENERIC_ERROR_RESPONSE);
+  EXPECT_EQ(nlohmann::json::parse(child.result()), nlohmann::json({refused, refused, 0}));
+}
+
 TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
   const TinyFile few(3);
   GpuComponent::Options options;

@@ -5,6 +5,7 @@
 #include <tlm_utils/simple_initiator_socket.h>
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <systemc>
@@ -19,8 +20,10 @@ namespace grtx::sim::test {
 struct TestLaunch {
   std::uint32_t trace = 0;
   bool keep_caches = false;
-  double after_ns = 0.0;  ///< of the interrupt of the launch before
-  bool reset = false;     ///< abandons a launch that stands still
+  double after_ns = 0.0;                                   ///< of the interrupt of the launch before
+  bool reset = false;                                      ///< abandons a launch that stands still
+  std::optional<std::uint32_t> then_trace = std::nullopt;  ///< written behind the start, before time passes
+  bool one_transfer = false;                               ///< control, status and trace in a single write
 };
 
 /// Writes registers and waits for interrupts, a launch after the other.
@@ -57,11 +60,16 @@ class Launcher final : public sc_core::sc_module {
   }
   /// Runs one launch; returns the error register.
   std::uint32_t launch(const TestLaunch& what) {
-    write(GpuRegister::trace, what.trace);
-    write(GpuRegister::control,
-          ControlBits::kStart | (what.keep_caches ? ControlBits::kKeepCaches : 0u) |
-              (what.reset ? ControlBits::kReset : 0u),
-          what.after_ns);
+    const std::uint32_t control = ControlBits::kStart | (what.keep_caches ? ControlBits::kKeepCaches : 0u) |
+                                  (what.reset ? ControlBits::kReset : 0u);
+    if (what.one_transfer) {
+      std::uint32_t words[] = {control, 0, what.trace};
+      require(access(::tlm::TLM_WRITE_COMMAND, 0, words, sizeof words, what.after_ns) == ::tlm::TLM_OK_RESPONSE);
+    } else {
+      write(GpuRegister::trace, what.trace);
+      write(GpuRegister::control, control, what.after_ns);
+    }
+    if (what.then_trace) write(GpuRegister::trace, *what.then_trace);
     require((read(GpuRegister::status) & StatusBits::kBusy) != 0);
     wait(interrupt.posedge_event());
     const std::uint32_t error = read(GpuRegister::error);

@@ -90,19 +90,33 @@ struct Entry4711 final : modules::WarpSelection {
   unsigned select(LaneMask, const std::vector<std::uint64_t>&) override { return 4711; }
 };
 
-std::string failure_with(const std::string& setting) {
-  const test::ObservedRun run;
+/// Another dirty way whenever it is asked.
+struct FickleWay final : modules::CacheReplacement {
+  explicit FickleWay(unsigned ways) : ways_(ways) {}
+  void filled(std::uint64_t, unsigned) override {}
+  void referenced(std::uint64_t, unsigned) override {}
+  unsigned victim(std::uint64_t) const override { return asked_++ % ways_; }
+  unsigned bits_per_line() const override { return 0; }
+
+ private:
+  unsigned ways_;
+  mutable unsigned asked_ = 0;
+};
+
+std::string failure_with(const std::string& setting, const std::string& more = "l1.bytes=2048", bool walks = false) {
+  const test::ObservedRun run(!walks, !walks);
   ChildProcess child("simulation", [&]() -> std::string {
     modules::register_cache_replacement("way_4711",
                                         [](std::uint64_t, unsigned) { return std::make_unique<Way4711>(); });
+    modules::register_cache_replacement("fickle",
+                                        [](std::uint64_t, unsigned ways) { return std::make_unique<FickleWay>(ways); });
     modules::register_cache_replacement("no_replacement", [](std::uint64_t, unsigned) { return nullptr; });
     modules::register_dram_scheduling("bank_4711",
                                       [](const modules::DramChannelConfig&) { return std::make_unique<Bank4711>(); });
     modules::register_warp_selection("entry_4711", [] { return std::make_unique<Entry4711>(); });
     register_memory_system("no_memory", [](Gpu&, const BuildOptions&) { return nullptr; });
     try {
-      simulate(run.path("t.grtx"),
-               load_config(grtx::paths::source_dir() + "/configs/small.toml", {setting, "l1.bytes=2048"}), {});
+      simulate(run.path("t.grtx"), load_config(grtx::paths::source_dir() + "/configs/small.toml", {setting, more}), {});
     } catch (const Error& error) {
       return error.what();
     } catch (const std::exception& error) {
@@ -126,7 +140,17 @@ TEST(WrongAnswers, OfPoliciesAreNamedInOneLine) {
   EXPECT_THAT(failure_with("rt.scheduler.policy=entry_4711"),
               MatchesRegex("gpu\\.sm[0-9]+\\.rt: .*: the warp selection entry_4711 chose entry 4711, which is no "
                            "candidate"));
+  EXPECT_THAT(failure_with("rt.scheduler.policy=entry_4711", "rt.traversal=warp", true),
+              MatchesRegex("gpu\\.sm[0-9]+\\.rt: .*: the warp selection entry_4711 chose entry 4711, which is no "
+                           "candidate"))
+      << "it was a segmentation fault";
   EXPECT_EQ(failure_with("dram.model=no_memory"), "parts: no_memory: its factory made nothing");
+}
+
+// The cache asks twice: for room, and then for the way.
+TEST(WrongAnswers, OfAReplacementThatChangesItsMindEndNoRun) {
+  EXPECT_EQ(failure_with("l1.replacement=fickle", "l1.bytes=2048"), "none");
+  EXPECT_EQ(failure_with("l2.replacement=fickle", "l2.bytes=8192"), "none");
 }
 
 }  // namespace
