@@ -123,6 +123,9 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   for (const auto& [name, order] : traced.other_orders) {
     results["other_orders"][name] = {{"order", order.order}, {"psnr", order.psnr}};
   }
+  for (const std::string& name : comparison.names()) {
+    results["pictures"][name] = picture_json(traced.pictures.at(name));
+  }
   results["violations"] = run.violations;
   return run;
 }

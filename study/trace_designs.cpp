@@ -39,11 +39,38 @@ class ImageComparison {
     if (!is_new) all.identical = all.identical && same(known->second, images);
   }
   Images first() { return std::move(by_order_[first_]); }
+  const Images& of(const std::string& order) const { return by_order_.at(order); }
 
  private:
   std::string first_;  ///< order of the first design
   std::map<std::string, Images> by_order_;
 };
+
+/// The pictures of a design without what rounds Gaussians and responses.
+Images at_full_precision(frontend::SceneTracer& scene, TracerSettings settings, const ComparedDesign& design,
+                         const FilesRead& files, bool quiet) {
+  settings.layout = TracerSettings().layout;
+  settings.options.response_precision = frontend::ResponsePrecision::fp32;
+  frontend::TracedView traced =
+      trace_scene(scene, settings, design.checkpoint, design.kind, render_options(settings, quiet), "", files);
+  Images images = std::move(traced.further);
+  images.insert(images.begin(), std::move(traced.result.image));
+  return images;
+}
+
+bool rounds(const TracerSettings& settings) {
+  return frontend::is_quantised(settings.layout) ||
+         settings.options.response_precision != frontend::ResponsePrecision::fp32;
+}
+
+/// Compares frames with those of the reference on its pixels, all if it has none.
+void compare_with(const Images& images, const Images& reference, const std::vector<std::size_t>& pixels,
+                  PictureQuality& quality) {
+  quality.pixels = pixels.empty() ? reference.front().pixels.size() : pixels.size();
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    quality.reference.push_back(psnr_on(images[i], reference[i], pixels));
+  }
+}
 
 }  // namespace
 
@@ -65,6 +92,11 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
   TracedDesigns all;
   all.files_hash = files.hash();
   ImageComparison images;
+  // Before a structure is built, which may round the scene.
+  ReferencePictures references(scene.view() == nullptr ? nullptr : &scene.view()->scene(), cameras, tracing.quiet);
+  for (const ComparedDesign& design : comparison.designs()) {
+    references.of(design_settings(tracing.tracer, design, tracing.named), design.kind);
+  }
   for (const ComparedDesign& design : comparison.designs()) {
     const TracerSettings settings = design_settings(tracing.tracer, design, tracing.named);
     frontend::RenderOptions render = render_options(settings, tracing.quiet);
@@ -80,7 +112,23 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     all.counters = rendered.counters;
     result.statistics = sim::statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(sim::statistics_object(tracer_host_statistics(scene, rendered)));
-    images.take(all, design.name, order_of(settings, design.kind), traced);
+    PictureQuality& quality = all.pictures[design.name];
+    quality.order = order_of(settings, design.kind);
+    images.take(all, design.name, quality.order, traced);
+    const ReferencePictures::Frames& reference = references.of(settings, design.kind);
+    const Images& own = images.of(quality.order);
+    quality.fp64 = !reference.images.empty();
+    if (quality.fp64) {
+      compare_with(own, reference.images, reference.pixels, quality);
+    } else {
+      compare_with(own, rounds(settings) ? at_full_precision(scene, settings, design, files, tracing.quiet) : own, {},
+                   quality);
+    }
+  }
+  const Images& over = images.of(all.pictures.at(comparison.reference()).order);
+  for (auto& [name, quality] : all.pictures) {
+    const Images& own = images.of(quality.order);
+    for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
   }
   all.images = images.first();
   return all;

@@ -14,6 +14,7 @@
 #include "grtx/frontend/tracer/scene_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
 #include "grtx/study/design_comparison.h"
+#include "grtx/study/picture_quality.h"
 #include "grtx/study/tracer_settings.h"
 #include "grtx/study/view_choice.h"
 
@@ -37,6 +38,7 @@ struct TracedDesigns {
   std::vector<frontend::Image> images;             ///< of the first design, by frame
   bool identical = true;                           ///< images of all designs that blend in one order are bit-identical
   std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first
+  std::map<std::string, PictureQuality> pictures;  ///< of each design
   frontend::TracerCounters counters;               ///< of the last design; how rays end is the same in all
   std::string files_hash;                          ///< hash of the camera and scene files
 };

@@ -11,6 +11,7 @@
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/study/machine.h"
 #include "grtx/study/option_text.h"
+#include "grtx/study/picture_quality.h"
 #include "grtx/study/run_designs.h"
 #include "grtx/study/tracer_statistics.h"
 
@@ -82,6 +83,14 @@ void print_images(const study::DesignResults& run) {
     fmt::print("image of {}: blended by {}, {:.1f} dB from {}\n", name, order.at("order").get<std::string>(),
                order.at("psnr").get<double>(), run.comparison.reference());
   }
+  std::string text = "images against the fp64 reference in the order of each design, worst frame:";
+  for (const std::string& name : run.comparison.names()) {
+    const ordered_json& picture = run.json.at("pictures").at(name);
+    const bool fp64 = picture.at("reference") == "fp64";
+    text += fmt::format(" {} {}{}", name, study::worst_picture(picture.at("psnr_reference")),
+                        fp64 ? "" : " (against the tracer at full precision)");
+  }
+  say("{}", text);
 }
 
 /// Prints a summary of the results.

@@ -26,7 +26,7 @@ constexpr double kMaxAlpha = 0.99;         // 3DGRT, 3DGS
 constexpr double kMinAlpha = 1.0 / 255.0;  // 3DGRT, 3DGS
 constexpr double kMinResponse = 0.0113;    // 3DGRT: the proxy ends where o * response falls to this
 constexpr double kMaxRatio = 0.97;         // 3DGRT: floor of the radius for nearly transparent Gaussians
-constexpr unsigned kTile = 8;              // pixels along each side of a tile
+constexpr unsigned kTile = kReferenceTile;
 // Near misses are candidates, too: those beyond the limits of d2 and alpha by up to this share.
 constexpr double kNearRadius2 = 1.05;
 constexpr double kNearAlpha = 0.95;
@@ -206,13 +206,14 @@ class Renderer {
     result.image = Image(camera_.width, camera_.height);
     if (options_.keep_sequences) result.sequences.resize(result.image.pixels.size());
     if (options_.keep_candidates) result.candidates.resize(result.image.pixels.size());
-    const unsigned tiles_x = (camera_.width + kTile - 1) / kTile;
-    const unsigned tiles = tiles_x * ((camera_.height + kTile - 1) / kTile);
-    Progress progress("reference", result.image.pixels.size(), "rays", options_.quiet);
+    const std::vector<unsigned> columns = chosen(camera_.width), rows = chosen(camera_.height);
+    const auto tiles = static_cast<unsigned>(columns.size() * rows.size());
+    if (options_.tiles_a_side != 0) result.rendered = pixels_of(columns, rows);
+    Progress progress("reference", tiles * kTile * kTile, "rays", options_.quiet);
     std::atomic<unsigned> next{0};
     const auto work = [&] {
       for (unsigned tile = next++; tile < tiles; tile = next++) {
-        progress.add(render_tile(tile % tiles_x * kTile, tile / tiles_x * kTile, result));
+        progress.add(render_tile(columns[tile % columns.size()], rows[tile / columns.size()], result));
       }
     };
     const unsigned wanted =
@@ -225,6 +226,29 @@ class Renderer {
   }
 
  private:
+  /// First pixels of the tiles to render along a side of so many pixels.
+  std::vector<unsigned> chosen(unsigned pixels) const {
+    const unsigned all = (pixels + kTile - 1) / kTile;
+    const unsigned count = options_.tiles_a_side == 0 ? all : std::min(all, options_.tiles_a_side);
+    std::vector<unsigned> first;
+    for (unsigned i = 0; i < count; ++i) first.push_back((2 * i + 1) * all / (2 * count) * kTile);
+    return first;
+  }
+
+  std::vector<std::size_t> pixels_of(const std::vector<unsigned>& columns, const std::vector<unsigned>& rows) const {
+    std::vector<std::size_t> pixels;
+    for (const unsigned row : rows) {
+      for (unsigned y = row; y < std::min(row + kTile, camera_.height); ++y) {
+        for (const unsigned column : columns) {
+          for (unsigned x = column; x < std::min(column + kTile, camera_.width); ++x) {
+            pixels.push_back(std::size_t{y} * camera_.width + x);
+          }
+        }
+      }
+    }
+    return pixels;
+  }
+
   Ray ray(unsigned x, unsigned y) const { return {origin_, round_to_float(camera_.direction(x, y))}; }
 
   /// Returns the number of pixels rendered. Tiles write disjoint pixels, so the result does not depend on the threads.

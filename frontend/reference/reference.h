@@ -3,6 +3,7 @@
 // description of glass and mirror.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ namespace grtx::frontend {
 
 enum class ReferenceProxy { icosahedron20, icosphere80, sphere };
 
+inline constexpr unsigned kReferenceTile = 8;  ///< pixels along each side of a tile of rays
+
 struct ReferenceOptions {
   ReferenceProxy proxy = ReferenceProxy::icosahedron20;
   bool sort_by_peak = false;    ///< false: t_hit of the proxy's entry; true: t_alpha
@@ -27,6 +30,9 @@ struct ReferenceOptions {
   OpticalObjects objects;       ///< glass and mirror, file coordinates
   unsigned threads = 0;         ///< 0: all
   bool quiet = true;
+  /// Most tiles of kReferenceTile pixels along each side, evenly spread over the image; pixels between them stay black.
+  /// 0: the whole image.
+  unsigned tiles_a_side = 0;
   bool keep_sequences = false;   ///< also return what each ray blended, for tests
   bool keep_candidates = false;  ///< also return each ray's hits and near misses, for tests
 };
@@ -51,6 +57,7 @@ struct ReferenceCandidate {
 
 struct ReferenceResult {
   Image image;
+  std::vector<std::size_t> rendered;  ///< indices of the pixels of the chosen tiles, ascending; empty: all
   std::vector<std::vector<ReferenceHit>>
       sequences;  ///< per pixel, along its path, blended only; empty unless asked for
   std::vector<std::vector<ReferenceCandidate>> candidates;  ///< per pixel, by (t, id); empty unless asked for

@@ -12,8 +12,8 @@ import pandas as pd
 
 from .errors import StatisticsError, StrPath, unknown
 
-#: The designs, in the order of the paper's figure.
-DESIGNS: tuple[str, ...] = ("baseline", "sw", "hw", "grtx")
+#: The designs, in the order of the program's tables.
+DESIGNS: tuple[str, ...] = ("baseline", "sw", "hw", "grtx", "gautracer", "walk")
 
 
 def _document(path: str, schema: str, made_by: str) -> dict[str, Any]:
@@ -126,6 +126,10 @@ class Results:
     - ``statistics``: frame of one row a statistic, one column a design (value; NaN where a design has none).
     - ``quantities``: frame of the same rows: ``unit``, ``description``.
     - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
+    - ``pictures``: frame of one row a design and frame: ``psnr`` against ``speedup_over`` and ``psnr_reference`` against the
+      reference in the design's own order, in dB (infinite: identical pictures); ``order``, by which its hits are blended;
+      ``reference``: "fp64", on ``reference_pixels`` of the frame, or "tracer", which traced it at full precision. Empty for
+      files of earlier versions.
     - ``frames``: frame of one row a frame of a sequence, a column a design, in cycles; empty for one view.
     - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
@@ -141,11 +145,27 @@ class Results:
     images_identical: bool | None
     violations: list[str]
     notes: dict[str, list[dict[str, str]]]
+    pictures: pd.DataFrame
 
     def __repr__(self) -> str:
         times = ", ".join(f"{design} {value:.2f}" for design, value in self.speedup.items() if design != self.speedup_over)
         return (f"<Results: machine {self.machine or 'unknown'}, {len(self.statistics)} statistics of "
                 f"{', '.join(self.statistics.columns)}; times as fast as {self.speedup_over}: {times or 'none'}>")
+
+
+def _pictures(document: dict[str, Any], path: str) -> pd.DataFrame:
+    columns = ["order", "psnr", "psnr_reference", "reference", "reference_pixels"]
+    rows = {}
+    for design, own in (_part(document, "pictures", path) if "pictures" in document else {}).items():
+        try:
+            for frame, (over, reference) in enumerate(zip(own["psnr"], own["psnr_reference"], strict=True)):
+                rows[design, frame] = [own["order"], *(float("inf") if psnr is None else float(psnr) for psnr in (over, reference)),
+                                       own["reference"], own["reference_pixels"]]
+        except (KeyError, TypeError, ValueError):
+            raise StatisticsError(path, f"pictures.{design}", "must have lists of dB, one for each frame") from None
+    index = pd.MultiIndex.from_tuples(list(rows), names=["design", "frame"]) if rows else \
+        pd.MultiIndex.from_arrays([[], []], names=["design", "frame"])
+    return pd.DataFrame(list(rows.values()), index=index, columns=columns)
 
 
 def read_results(path: StrPath) -> Results:
@@ -172,6 +192,7 @@ def read_results(path: StrPath) -> Results:
         images_identical=document.get("images_identical"),
         violations=document.get("violations", []),
         notes={name: _notes(notes, path, f"notes.{name}") for name, notes in document.get("notes", {}).items()},
+        pictures=_pictures(document, path),
     )
 
 

@@ -12,8 +12,9 @@ from .frames import DESIGNS, Results
 
 Reference = Mapping[str, float] | pd.Series
 
-#: Colours of the designs, which people with red-green blindness can tell apart (Okabe and Ito).
-COLOURS = {"baseline": "#999999", "sw": "#56B4E9", "hw": "#E69F00", "grtx": "#009E73"}
+#: Colours of the designs, which people with red-green blindness can tell apart (Okabe and Ito): those of the report's pages
+#: (view/report/web/report.css).
+COLOURS = {"baseline": "#999999", "sw": "#56B4E9", "hw": "#E69F00", "grtx": "#009E73", "gautracer": "#CC79A7", "walk": "#D55E00"}
 STALL = "gpu.rt.stall."
 
 
@@ -21,10 +22,12 @@ def _axes(ax: Axes | None) -> Axes:
     return ax if ax is not None else plt.subplots(constrained_layout=True)[1]
 
 
-def plot_speedup(speedups: pd.DataFrame | pd.Series, reference: Reference | None = None, ax: Axes | None = None) -> Axes:
+def plot_speedup(speedups: pd.DataFrame | pd.Series, reference: Reference | None = None, ax: Axes | None = None,
+                 over: str = "the baseline") -> Axes:
     """Bars of the designs' speed-ups, as in the paper's main figure.
 
-    ``speedups``: frame of one row a scene, one column a design (over the baseline, no unit), or the series of one scene.
+    ``speedups``: frame of one row a scene, one column a design (no unit), or the series of one scene. ``over``: whose cycles
+    they are relative to.
     ``reference``: by design, drawn as a line over each bar (say the paper's means). Raises ValueError if empty.
     """
     frame = speedups.to_frame().T if speedups.ndim == 1 else speedups
@@ -40,7 +43,7 @@ def plot_speedup(speedups: pd.DataFrame | pd.Series, reference: Reference | None
             ax.hlines([reference[design]] * len(left), left - width / 2, left + width / 2, colors="black",
                       label=None if i else "reference")
     ax.set_xticks(places, [str(name) for name in frame.index])
-    ax.set_ylabel("speed-up over the baseline")
+    ax.set_ylabel(f"speed-up over {over}")
     ax.legend()
     return ax
 
@@ -121,6 +124,13 @@ def plot_error_against_time(frame: pd.DataFrame, time: str, error: str, label: s
 
 
 def main_figure(results: Mapping[str, Results], reference: Reference | None = None, ax: Axes | None = None) -> Axes:
-    """The paper's main figure from ``{scene: Results}``: speed-ups of the designs other than the baseline."""
-    speedups = pd.DataFrame({scene: one.speedup for scene, one in results.items()}).T
-    return plot_speedup(speedups[[d for d in DESIGNS[1:] if d in speedups]], reference, ax)
+    """The paper's main figure from ``{scene: Results}``: speed-ups of all designs other than the one that they are over, which
+    must be the same in all results. Raises ValueError."""
+    over = list(dict.fromkeys(one.speedup_over for one in results.values()))
+    if len(over) != 1:
+        raise ValueError("main_figure: speed-ups must be over one design, not over " + (" and ".join(over) or "none"))
+    speedups = pd.DataFrame({scene: one.speedup for scene, one in results.items()}).T.drop(columns=over)
+    order = [d for d in DESIGNS if d in speedups] + [d for d in speedups if d not in DESIGNS]
+    if not order:
+        raise ValueError(f"main_figure: there is no design but {over[0]}")
+    return plot_speedup(speedups[order], reference, ax, "the baseline" if over == ["baseline"] else over[0])

@@ -14,22 +14,21 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   // answered as soon as the L2 answers; or joining another warp's miss or a prefetch a cycle before the sector comes.
   const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
   const Cycle answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
-  const Cycle fetch = rt.memory.merge_in_flight ? 0 : 1 + config.sm_links.l1_latency + answer;
+  const Cycle alone = 1 + config.sm_links.l1_latency + answer;
+  const Cycle fetch = rt.memory.merge_in_flight ? 0 : alone;
   internal = fetch + 1 + rt.ray_box.latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + rt.leaf_unit(header).latency;
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
   const bool boxes = traces::has_box_leaves(header.accel);
-  if (rt.walks()) {  // nodes of a ray are under way at once: no chain of its events
-    internal = instance = leaf = stack = 0;
-  } else if (boxes) {
-    leaf = fetch + messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
-           config.simt.instruction_latency;
-  }
+  const Cycle intersection = messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
+                             config.simt.instruction_latency;
+  if (boxes) leaf = fetch + intersection;
   any_hit = rt.any_hit_unit.enabled ? Cycle{rt.any_hit_unit.latency}
                                     : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
-  if (rt.walks()) any_hit = 0;
+  // A warp has a node once: its fetch merges with no other of the warp's.
+  if (rt.walks()) walk.emplace(rt, header, rt.memory.by_shader ? 0 : alone, boxes ? intersection : any_hit);
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }
@@ -60,9 +59,29 @@ class StepLengths {
   std::array<Cycle, 16 * kDetails> steps_;
 };
 
+Chain measure_walk(const traces::RayGroup& group, const ChainLatencies& latencies) {
+  Chain chain{0, latencies.ray};
+  std::vector<Cycle> of_lane(group.rays.size(), latencies.ray);
+  std::vector<std::size_t> first_event(group.rays.size());
+  for (std::size_t round = 0;; ++round) {
+    const auto runs = [round](const traces::Ray& ray) { return round < ray.rounds.size(); };
+    if (std::none_of(group.rays.begin(), group.rays.end(), runs)) break;
+    const WalkCall call = latencies.walk->measure(group, round, first_event);
+    chain.warp += latencies.round + call.warp;
+    for (std::size_t lane = 0; lane < group.rays.size(); ++lane) {
+      if (!runs(group.rays[lane])) continue;
+      of_lane[lane] += latencies.round + call.lanes[lane];
+      first_event[lane] += group.rays[lane].rounds[round].event_count;
+    }
+  }
+  for (const Cycle cycles : of_lane) chain.ray = std::max(chain.ray, cycles);
+  return chain;
+}
+
 }  // namespace
 
 Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latencies) {
+  if (latencies.walk) return measure_walk(group, latencies);
   Chain chain;
   const StepLengths steps(latencies);
   std::vector<Cycle> rounds;  // longest lane of each round

@@ -22,15 +22,25 @@ std::optional<double> value_of(const modules::StatisticList& list, std::string_v
   return std::nullopt;
 }
 
-/// A launch with fewer warps than slots is all tail: no warp takes the place of one that has ended.
+/// A launch with fewer warps than slots is all tail: no warp takes the place of one that has ended. One of a few more
+/// is mostly tail, as that of a machine whose registers leave few slots.
 void add_partial_launch(const GpuConfig& config, const traces::Header& header, std::uint64_t groups,
                         const modules::StatisticList& statistics, ResultNotes& notes) {
   const std::uint64_t slots = std::uint64_t{config.sms} * config.resident();
   const auto& frames = header.frame_groups;
   const std::uint64_t launch = frames.empty() ? groups : *std::max_element(frames.begin(), frames.end());
-  if (launch >= slots) return;
   const double cycles = value_of(statistics, "gpu.cycles").value_or(0.0);
   const double tail = value_of(statistics, "gpu.distributor.tail_cycles").value_or(0.0);
+  constexpr double kMostly = 0.5;
+  if (launch >= slots && tail <= kMostly * cycles) return;
+  if (launch >= slots) {
+    notes.push_back(
+        {"partial-launch",
+         fmt::format("a launch of {} warps fills {} warp slots no more than {:.1f} times; {:.0f} % of the "
+                     "cycles lie behind its last start of a warp",
+                     launch, slots, static_cast<double>(launch) / static_cast<double>(slots), 100.0 * tail / cycles)});
+    return;
+  }
   notes.push_back({"partial-launch",
                    fmt::format("a launch of {} warps does not fill {} warp slots; {:.0f} % of the cycles lie behind "
                                "its last start of a warp",

@@ -65,6 +65,31 @@ TEST_F(RunTest, DesignsEndToEnd) {
   EXPECT_EQ(results.at("inputs").at("grtx").at("trace.k"), "8");
 }
 
+// dB of gautracer and walk stood on stdout alone, and those against the fp64 reference nowhere.
+TEST_F(RunTest, EachDesignAndFrameSaysHowFarItsPictureIs) {
+  must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
+  std::string view = scene_arguments();
+  view.replace(view.find("--view 0"), 8, "--views 0:2");
+  must("run " + view + config() + "--designs baseline,grtx,gautracer,walk --quiet -o " + folder + "/out");
+  const nlohmann::json pictures = json("out/results.json").at("pictures");
+  ASSERT_EQ(pictures.size(), 4U);
+  for (const auto& [design, own] : pictures.items()) {
+    EXPECT_EQ(own.at("reference"), "fp64") << design;
+    EXPECT_EQ(own.at("reference_pixels"), 24 * 16) << design;  // less than 48 x 48
+    ASSERT_EQ(own.at("psnr").size(), 2U) << design;
+    ASSERT_EQ(own.at("psnr_reference").size(), 2U) << design;
+    for (int frame = 0; frame < 2; ++frame) {
+      const bool same_order = design == "baseline" || design == "grtx";
+      EXPECT_EQ(own.at("psnr")[frame].is_null(), same_order) << design;
+      if (!same_order) EXPECT_LT(own.at("psnr")[frame].get<double>(), 80.0) << design;
+      // In its own order a design draws what it should; walk's Gaussians are rounded.
+      EXPECT_GT(own.at("psnr_reference")[frame].get<double>(), design == "walk" ? 45.0 : 80.0) << design;
+    }
+  }
+  EXPECT_EQ(pictures.at("gautracer").at("order"), "peak");
+  EXPECT_EQ(pictures.at("walk").at("order"), "entry into spheres of quantised Gaussians");
+}
+
 TEST_F(RunTest, WhatYouSetADesignLeavesAsItIs) {
   must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
   must("run " + scene_arguments() + config() +
@@ -257,6 +282,8 @@ TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {
   }
   EXPECT_LT(stat("grtx", "tracer.visits.total"), stat("sw", "tracer.visits.total"));
   EXPECT_EQ(results.at("speedup").at("grtx").get<double>(), stat("sw", "gpu.cycles") / stat("grtx", "gpu.cycles"));
+  EXPECT_EQ(results.at("pictures").at("grtx").at("reference"), "tracer");  // which is at full precision itself
+  EXPECT_TRUE(results.at("pictures").at("grtx").at("psnr_reference")[0].is_null());
   const std::string report = read_file(folder + "/out/report.html");
   EXPECT_NE(report.find("speed-up"), std::string::npos);
   // Flattened it is a scene like any other, of nearly the same image.

@@ -4,9 +4,11 @@
 
     python_frames_test.py GRTX       Exit code 77: a Python package is missing.
 """
+import dataclasses
 import json
 import os
 import pathlib
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -303,7 +305,7 @@ class Frames(unittest.TestCase):
     def test_plots_show_the_numbers(self):
         results, sweep = grtx_tlm.read_results(self.path("run")), grtx_tlm.read_sweep(self.path("s.sqlite"))
         bars = plots.main_figure({"s": results}, pd.Series({"sw": 2.0, "hw": 1.94, "grtx": 4.36})).patches
-        self.assertEqual([bar.get_height() for bar in bars], list(results.speedup[["sw", "hw", "grtx"]]))
+        self.assertEqual([bar.get_height() for bar in bars], list(results.speedup[["sw", "hw", "grtx", "gautracer"]]))
         shares = plots.stall_shares(results.statistics)
         self.assertTrue((abs(shares.sum() - 1) < 1e-12).all())
         self.assertEqual(len(plots.plot_stalls(results.statistics).patches), shares.size)
@@ -312,6 +314,47 @@ class Frames(unittest.TestCase):
         self.assertEqual(sum(len(dot.get_offsets()) for dot in dots), 4)
         errors = pd.DataFrame({"speed": [1.0, 4.0, 8.0], "error": [0.0, 0.005, 0.01]})
         self.assertEqual(len(plots.plot_error_against_time(errors, "speed", "error").collections[0].get_offsets()), 2)
+
+    def test_the_main_figure_has_every_design_and_says_over_which(self):
+        # gautracer and walk were missing, runs over sw were called "over the baseline", {baseline, walk} failed.
+        results = grtx_tlm.read_results(self.path("run"))
+        walk = dataclasses.replace(results, speedup=pd.Series({"baseline": 1.0, "walk": 8.0}))
+        axes = plots.main_figure({"s": walk})
+        self.assertEqual([bar.get_height() for bar in axes.patches], [8.0])
+        self.assertEqual(axes.get_ylabel(), "speed-up over the baseline")
+        over_sw = dataclasses.replace(results, speedup=pd.Series({"sw": 1.0, "mine": 3.0, "grtx": 2.0}), speedup_over="sw")
+        axes = plots.main_figure({"s": over_sw})
+        self.assertEqual([bar.get_height() for bar in axes.patches], [2.0, 3.0])
+        self.assertEqual(axes.get_ylabel(), "speed-up over sw")
+        for bad, words in (({"a": walk, "b": over_sw}, "not over baseline and sw"), ({}, "not over none"),
+                           ({"s": dataclasses.replace(walk, speedup=walk.speedup[:1])}, "no design but baseline")):
+            with self.assertRaisesRegex(ValueError, words):
+                plots.main_figure(bad)
+
+    def test_a_design_has_one_colour_in_plots_and_on_pages(self):
+        with open(os.path.join(ROOT, "view", "report", "web", "report.css"), encoding="utf-8") as file:
+            pages = dict(re.findall(r"--d-(\w+): (#[0-9A-F]{6});", file.read()))
+        self.assertEqual(plots.COLOURS, pages)
+        self.assertEqual(list(plots.COLOURS), list(grtx_tlm.DESIGNS))
+
+    def test_results_say_whose_pictures_differ(self):
+        pictures = grtx_tlm.read_results(self.path("run")).pictures
+        self.assertEqual(pictures.index.get_level_values("design").tolist(), ["baseline", "sw", "hw", "grtx", "gautracer"])
+        self.assertEqual(pictures.loc[("grtx", 0), "psnr"], float("inf"))
+        self.assertLess(pictures.loc[("gautracer", 0), "psnr"], 100)
+        self.assertEqual(pictures.loc[("gautracer", 0), "order"], "peak")
+        self.assertTrue((pictures["psnr_reference"] > 60).all())
+        self.assertEqual(set(pictures["reference"]), {"fp64"})
+        document = self.document("run/results.json")
+        for damaged in ({"baseline": {"psnr": [1.0]}}, {"baseline": {"order": "", "psnr": [1.0], "psnr_reference": []}}):
+            with open(self.path("damaged.json"), "w", encoding="utf-8") as file:
+                json.dump({**document, "pictures": damaged}, file)
+            with self.assertRaisesRegex(grtx_tlm.StatisticsError, "pictures.baseline: must have lists of dB"):
+                grtx_tlm.read_results(self.path("damaged.json"))
+        del document["pictures"]
+        with open(self.path("older.json"), "w", encoding="utf-8") as file:
+            json.dump(document, file)
+        self.assertTrue(grtx_tlm.read_results(self.path("older.json")).pictures.empty)
 
     def test_the_front_holds_what_nothing_beats(self):
         frame = pd.DataFrame({"a": [1, 2, 2, 3, 4, None], "b": [9, 5, 6, 5, 1, 0]})

@@ -2,9 +2,8 @@
 #include "grtx/view/report/charts.h"
 
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <set>
-#include <string_view>
 
 #include "grtx/base/json.h"
 
@@ -20,6 +19,23 @@ constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same val
 ordered_json palette() {
   ordered_json range = ordered_json::array();
   for (unsigned i = 1; i <= kColours; ++i) range.push_back("var(--c" + std::to_string(i) + ")");
+  return range;
+}
+
+/// Colour of a thing by its name in report.css, which alone knows them; `otherwise` if it has none.
+std::string named_colour(const char* kind, std::string name, const std::string& otherwise) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') c = '-';
+  }
+  return std::string("var(--") + kind + "-" + name + ", " + otherwise + ")";
+}
+
+/// Of the parts of a bar: a part has one colour in all charts.
+ordered_json part_palette(const std::vector<std::string>& parts) {
+  ordered_json range = ordered_json::array();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    range.push_back(named_colour("p", parts[i], "var(--c" + std::to_string(i % kColours + 1) + ")"));
+  }
   return range;
 }
 
@@ -50,11 +66,7 @@ ordered_json tooltips(const std::vector<ChartField>& fields) {
 
 }  // namespace
 
-std::string design_colour(const std::string& design) {
-  constexpr std::array<std::string_view, 5> kDesigns = {"baseline", "sw", "hw", "grtx", "gautracer"};
-  const bool known = std::find(kDesigns.begin(), kDesigns.end(), design) != kDesigns.end();
-  return known ? "var(--d-" + design + ")" : "var(--c10)";
-}
+std::string design_colour(const std::string& design) { return named_colour("d", design, "var(--c10)"); }
 
 ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::string>& parts,
                           const std::string& value_title, const std::string& unit, const std::string& part_title) {
@@ -74,7 +86,7 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
       {"color",
        {{"field", "part"},
         {"type", "nominal"},
-        {"scale", {{"domain", parts}, {"range", palette()}}},
+        {"scale", {{"domain", parts}, {"range", part_palette(parts)}}},
         {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
       {"order", {{"field", "place"}}},
       {"tooltip",

@@ -103,8 +103,7 @@ std::string cost_section(const MachineFigures& machine, const std::string& title
            ": the cost model cannot price this machine: " + escape(machine.problem) + "</p>\n";
   }
   const ordered_json& cost = machine.cost;
-  const std::string caption = fmt::format("{}: design {}, {} nm", title, cost.at("design").get<std::string>(),
-                                          cost.at("technology").at("nm").get<unsigned>());
+  const std::string caption = fmt::format("{}, {} nm", title, cost.at("technology").at("nm").get<unsigned>());
   Table tree(caption, {{"module", false},
                        {"flip-flop bits"},
                        {"RAM bits"},

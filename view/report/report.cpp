@@ -61,6 +61,7 @@ void join(RunResults& run, RunResults other) {
   run.file += ", " + other.file;
   run.hash += ", " + other.hash;
   run.bytes += other.bytes;
+  run.label = label_of(run);
   run.over_time = ordered_json();  // dropped: it would not be clear which design the lines belong to
 }
 
@@ -122,14 +123,17 @@ std::string machines_section(const Inputs& inputs) {
       "<p>The paper gives no area and no energy: these figures are this model's own (docs/model/cost.md).</p>\n";
   for (const ReportRun& run : inputs.runs) {
     for (std::size_t i = 0; i < run.machines.size(); ++i) {
-      const std::string title = run.results.label + ", " + run.results.designs[i].name;
+      const DesignResult& design = run.results.designs[i];
+      const std::string of = design.subject.text();
+      const std::string title = (of.empty() ? run.results.label : of) + ", " + design.name;
       out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
     }
   }
   for (const ReportSweep& sweep : inputs.sweeps) {
     for (const ReportSweep::Machine& machine : sweep.machines) {
       const std::string title =
-          fmt::format("{} #{}, {}, {}", sweep.results.file, sweep.results.points[machine.point].id, machine.what,
+          fmt::format("{} #{}, {}, {}, {}", sweep.results.file, sweep.results.points[machine.point].id,
+                      sweep.results.points[machine.point].design, machine.what,
                       subject_of(sweep.results, sweep.results.points[machine.point]).machine_text());
       out += details("Machine of " + escape(title), cost_section(machine.figures, title),
                      &machine == &sweep.machines.front());

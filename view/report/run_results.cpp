@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -78,6 +80,34 @@ std::map<std::string, Interval> intervals(const ordered_json& document, const ch
   return all;
 }
 
+/// dB by frame; null: the pictures are identical.
+std::vector<double> decibels(const ordered_json& picture, const char* name, const std::string& path) {
+  std::vector<double> list;
+  for (const ordered_json& psnr : picture.value(name, ordered_json::array())) {
+    if (!psnr.is_null() && !psnr.is_number())
+      throw Error(path, std::string("pictures.") + name, "must be a list of dB");
+    list.push_back(psnr.is_null() ? std::numeric_limits<double>::infinity() : psnr.get<double>());
+  }
+  return list;
+}
+
+std::optional<PictureResult> picture_of(const ordered_json& document, const std::string& design,
+                                        const std::string& path) {
+  if (!document.contains("pictures") || !object(document, "pictures", path).contains(design)) return std::nullopt;
+  const ordered_json& own = object(document.at("pictures"), design.c_str(), path);
+  return PictureResult{text(own, "order"), text(own, "reference") == "fp64", own.value("reference_pixels", 0.0),
+                       decibels(own, "psnr", path), decibels(own, "psnr_reference", path)};
+}
+
+std::vector<double> frame_speedups(const ordered_json& document, const std::string& design) {
+  const ordered_json frames = document.value("frames", ordered_json::object());
+  const ordered_json all = frames.is_object() ? frames.value("speedup", ordered_json::object()) : ordered_json();
+  std::vector<double> list;
+  if (!all.is_object() || !all.contains(design) || !all.at(design).is_array()) return list;
+  for (const ordered_json& own : all.at(design)) list.push_back(own.is_number() ? own.get<double>() : std::nan(""));
+  return list;
+}
+
 void read_run(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json all_inputs =
       document.contains("inputs") ? object(document, "inputs", path) : ordered_json::object();
@@ -88,6 +118,8 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     run.designs.push_back(design_result(name, statistics, inputs, path));
     run.designs.back().config = run.config;
     if (brought.contains(name)) run.designs.back().config.update(object(brought, name.c_str(), path));
+    run.designs.back().picture = picture_of(document, name, path);
+    run.designs.back().frame_speedups = frame_speedups(document, name);
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
     if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
       run.designs.back().notes = sim::notes_from(notes->at(name), path);
@@ -146,6 +178,18 @@ const DesignResult* RunResults::design(const std::string& name) const {
   return nullptr;
 }
 
+std::string label_of(const RunResults& run) {
+  std::string k = run.subject.setting("k"), others;
+  for (const DesignResult& design : run.designs) {
+    const std::string own = design.subject.setting("k");
+    if (own != k) others += (others.empty() ? "" : ", ") + design.name + " " + (own.empty() ? "unknown" : own);
+  }
+  if (!others.empty()) k += " (" + others + ")";
+  std::string label = run.subject.scene().empty() ? run.file : "";
+  if (const std::string of = run.subject.text(k); !of.empty()) label += (label.empty() ? "" : ", ") + of;
+  return label;
+}
+
 RunResults read_run_results(const std::string& path) {
   RunResults run;
   const std::string bytes = read_file(path);
@@ -171,8 +215,7 @@ RunResults read_run_results(const std::string& path) {
   }
   for (DesignResult& design : run.designs) design.subject = Subject(design.inputs, design.config, more);
   run.subject = run.designs.front().subject;
-  run.label = run.subject.scene().empty() ? run.file : "";
-  if (const std::string of = run.subject.text(); !of.empty()) run.label += (run.label.empty() ? "" : ", ") + of;
+  run.label = label_of(run);
   return run;
 }
 

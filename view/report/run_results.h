@@ -28,14 +28,25 @@ std::optional<Interval> cycles_interval(Value&& value) {
   return interval;
 }
 
+/// How a design's pictures differ from others, by frame, in dB; infinite where they are identical.
+struct PictureResult {
+  std::string order;              ///< by which its hits are blended
+  bool fp64 = true;               ///< against the fp64 reference; else against the tracer at full precision
+  double pixels = 0.0;            ///< of a frame that were compared with it
+  std::vector<double> over;       ///< against the design that speed-ups are over
+  std::vector<double> reference;  ///< against the reference in the design's own order
+};
+
 struct DesignResult {
   std::string name;                   ///< as design_name()
   nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
   nlohmann::ordered_json inputs;      ///< name -> text
   nlohmann::ordered_json config;      ///< resolved, with the design's own keys
   Subject subject;
-  std::string binding_bound;  ///< "" when not recorded
-  sim::ResultNotes notes;     ///< limitations of its results
+  std::string binding_bound;             ///< "" when not recorded
+  sim::ResultNotes notes;                ///< limitations of its results
+  std::optional<PictureResult> picture;  ///< not of a single simulation, nor of older runs
+  std::vector<double> frame_speedups;    ///< of a sequence
 
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
@@ -43,7 +54,7 @@ struct DesignResult {
 };
 
 struct RunResults {
-  std::string label;  ///< one-line description of scene, machine and mode
+  std::string label;  ///< one-line description of scene, k of each design, machine and mode
   Subject subject;    ///< of its first design
   std::string file;   ///< without its folder
   std::string hash;   ///< XXH3 of the file
@@ -65,6 +76,9 @@ struct RunResults {
   /// Interval of a design's speed-up over `speedup_over`; nullopt if both are exact.
   std::optional<Interval> speedup_interval(const DesignResult& design) const;
 };
+
+/// Describes the run in one line by its first design, with the k of those that have another.
+std::string label_of(const RunResults& run);
 
 /// Throws Error if the file is neither grtx.run/1 nor grtx.stats/1, or is incomplete.
 RunResults read_run_results(const std::string& path);

@@ -79,6 +79,13 @@ std::string designs_table(const ReportRun& run) {
     return [&designs, name](std::size_t i) { return number(designs[i].value(name)); };
   };
   row("speed-up", [&](std::size_t i) { return speedup_text(run, designs[i]); });
+  const auto picture = [&designs](std::vector<double> PictureResult::*psnr) {
+    return [&designs, psnr](std::size_t i) {
+      return designs[i].picture ? decibels_text(*designs[i].picture.*psnr) : std::string();
+    };
+  };
+  row("picture against " + run.results.speedup_over, picture(&PictureResult::over));
+  row("picture against the reference in its own order", picture(&PictureResult::reference));
   row("cycles", [&](std::size_t i) {
     return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
   });
@@ -101,6 +108,34 @@ std::string designs_table(const ReportRun& run) {
   }
   row("energy", [&](std::size_t i) { return with_unit(energy_nj(designs[i], run.machines[i]) * 1e-9, "J"); });
   row("energy a ray", [&](std::size_t i) { return with_unit(designs[i].value("gpu.energy_nj_per_ray") * 1e-9, "J"); });
+  return table.html();
+}
+
+/// Of a sequence: speed-up and pictures of each frame.
+std::string frames_table(const ReportRun& run) {
+  const std::vector<DesignResult>& designs = run.results.designs;
+  std::size_t frames = 0;
+  std::vector<Table::Column> columns = {{"frame", false}};
+  for (const DesignResult& d : designs) {
+    frames = std::max(frames, d.frame_speedups.size());
+    columns.push_back({d.name});
+    columns.push_back({d.name + ": picture against " + run.results.speedup_over});
+    columns.push_back({d.name + ": picture against the reference"});
+  }
+  if (frames == 0) return "";
+  Table table(run.results.label + ": frame by frame", columns);
+  const auto shown = [](const std::vector<double>& list, std::size_t frame) {
+    return frame < list.size() ? decibels_text({list[frame]}) : std::string();
+  };
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    std::vector<std::string> cells = {fmt::format("{}", frame)};
+    for (const DesignResult& d : designs) {
+      cells.push_back(frame < d.frame_speedups.size() ? times(d.frame_speedups[frame]) : "");
+      cells.push_back(d.picture ? shown(d.picture->over, frame) : "");
+      cells.push_back(d.picture ? shown(d.picture->reference, frame) : "");
+    }
+    table.row(cells);
+  }
   return table.html();
 }
 
@@ -173,7 +208,7 @@ std::string over_time(const ReportRun& run, std::size_t index) {
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,
                                 run.name.empty() ? "" : ": " + escape(run.name), subject_html(run));
-  out += designs_table(run);
+  out += designs_table(run) + frames_table(run);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
   }

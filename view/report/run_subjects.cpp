@@ -53,25 +53,37 @@ std::string interval_html(const std::optional<Interval>& interval, std::string (
 }
 
 std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name) {
-  std::vector<std::pair<std::string, std::string>> texts;  // {names, text of the note}, in order of appearance
+  struct Said {
+    std::string id;
+    std::vector<std::pair<std::string, std::string>> texts;  // {names, text of the note}, in order of appearance
+  };
+  std::vector<Said> all;
   for (const auto& [name, notes] : by_name) {
     for (const sim::ResultNote& note : notes) {
-      const auto known = std::find_if(texts.begin(), texts.end(), [&](const auto& t) { return t.second == note.text; });
-      if (known == texts.end()) {
-        texts.emplace_back(name, note.text);
+      auto said = std::find_if(all.begin(), all.end(), [&](const Said& s) { return s.id == note.id; });
+      if (said == all.end()) said = all.insert(all.end(), {note.id, {}});
+      auto known =
+          std::find_if(said->texts.begin(), said->texts.end(), [&](const auto& t) { return t.second == note.text; });
+      if (known == said->texts.end()) {
+        said->texts.emplace_back(name, note.text);
       } else {
         known->first += ", " + name;
       }
     }
   }
   std::string out;
-  for (const auto& [names, text] : texts) {
-    out += fmt::format("<p class=\"limit\"><strong>Mind ({}):</strong> {}</p>\n", escape(names), escape(text));
+  for (const Said& said : all) {
+    out += "<p class=\"limit\">";
+    for (std::size_t i = 0; i < said.texts.size(); ++i) {
+      out += fmt::format("{}<strong>Mind ({}):</strong> {}", i == 0 ? "" : "; ", escape(said.texts[i].first),
+                         escape(said.texts[i].second));
+    }
+    out += "</p>\n";
   }
   return out;
 }
 
-std::string subject_html(const ReportRun& run, bool open) {
+std::string subject_html(const ReportRun& run, bool limits) {
   const std::string name = run.name.empty() ? "" : "<strong>" + escape(run.name) + "</strong>: ";
   std::string out = "<p class=\"subject\">" + name + escape(run.results.label) + ".";
   const auto estimated = [](const DesignResult& d) { return d.cycles_interval().has_value(); };
@@ -83,8 +95,10 @@ std::string subject_html(const ReportRun& run, bool open) {
   out += "</p>\n";
   std::vector<std::pair<std::string, sim::ResultNotes>> notes;
   for (const DesignResult& design : run.results.designs) notes.emplace_back(design.name, design.notes);
-  const std::string limits = notes_html(notes);
-  return out + (limits.empty() ? "" : details("What limits these figures", limits, open));
+  const std::string text = notes_html(notes);
+  if (text.empty()) return out;
+  if (limits) return out + details("What limits these figures", text, true);
+  return out + "<p class=\"note\"><a href=\"#headline\">What limits these figures</a> stands with the answer.</p>\n";
 }
 
 std::string subjects_html(const std::vector<ReportRun>& runs) {

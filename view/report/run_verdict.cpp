@@ -67,15 +67,30 @@ std::pair<std::string, double> largest_stall(const DesignResult& design) {
   return largest;
 }
 
+/// "3.0", "112": a factor in plain digits.
+std::string factor(double ratio) { return ratio < 9.95 ? fmt::format("{:.1f}", ratio) : number(std::round(ratio)); }
+
+/// Share of the run in which the slowest traceRay call of a warp was under way; NaN if not recorded.
+double longest_call_share(const DesignResult& design) {
+  return design.value("gpu.rt.warp_latency_max") / design.value("gpu.cycles");
+}
+
+/// Whether a single warp takes most of the run, and more than any bound explains: then latency binds, and no resource.
+bool latency_binds(const DesignResult& design) {
+  constexpr double kMost = 0.5;
+  const double share = longest_call_share(design), bound = design.value("gpu.bound.fraction");
+  return share >= kMost && share <= 1.0 && !(bound >= share);
+}
+
 /// "fetches 3.0 times fewer nodes": ratios of reference to design that differ from 1 by more than 5 %.
 std::string reasons(const DesignResult& reference, const DesignResult& design) {
   std::vector<std::string> list;
   const auto ratio = [&](const char* name) { return reference.value(name) / design.value(name); };
   if (const double r = ratio("gpu.rt.node_fetches"); r > 1.05) {
-    list.push_back(fmt::format("fetches {:.2g} times fewer nodes", r));
+    list.push_back("fetches " + factor(r) + " times fewer nodes");
   }
   if (const double r = ratio("gpu.rt.node_fetch_latency"); r > 1.05) {
-    list.push_back(fmt::format("waits {:.2g} times shorter for a node", r));
+    list.push_back("waits " + factor(r) + " times shorter for a node");
   }
   const double before = reference.value("gpu.l1.node.hit_rate"), after = design.value("gpu.l1.node.hit_rate");
   if (after - before > 0.01) {
@@ -83,17 +98,33 @@ std::string reasons(const DesignResult& reference, const DesignResult& design) {
                                100.0 * before));
   }
   if (const double r = ratio("gpu.dram.bytes"); r > 1.05) {
-    list.push_back(fmt::format("moves {:.2g} times fewer bytes to and from the DRAM", r));
+    list.push_back("moves " + factor(r) + " times fewer bytes to and from the DRAM");
   }
   std::string text;
   for (std::size_t i = 0; i < list.size(); ++i) text += (i == 0 ? "" : i + 1 == list.size() ? " and " : ", ") + list[i];
   return text;
 }
 
+/// What else the fastest design draws; "" if its pictures are those of the reference, or not recorded.
+std::string other_picture(const DesignResult& design, const std::string& reference) {
+  if (!design.picture || design.picture->over.empty()) return "";
+  if (std::isinf(*std::min_element(design.picture->over.begin(), design.picture->over.end()))) return "";
+  return fmt::format(", and draws another picture, {} from that of {}", decibels_text(design.picture->over), reference);
+}
+
 }  // namespace
+
+std::string decibels_text(const std::vector<double>& frames) {
+  if (frames.empty()) return "";
+  const auto [least, most] = std::minmax_element(frames.begin(), frames.end());
+  const auto shown = [](double psnr) { return std::isinf(psnr) ? "identical" : fmt::format("{:.1f} dB", psnr); };
+  return *least == *most ? shown(*least) : shown(*least) + " to " + shown(*most);
+}
 
 std::string binding_text(const DesignResult& design) {
   const double fraction = design.value("gpu.bound.fraction");
+  if (latency_binds(design))
+    return fmt::format("latency: one warp is {:.0f} % of the run", 100.0 * longest_call_share(design));
   if (design.binding_bound.empty() || !std::isfinite(fraction)) return "";
   return fmt::format("{}, {:.0f} %", words_of_bound(design.binding_bound), 100.0 * fraction);
 }
@@ -123,11 +154,20 @@ std::string run_answer(const ReportRun& run) {
       text += fmt::format(", <strong>{:.2f} times as fast as {}</strong>",
                           reference->value("gpu.cycles") / best.value("gpu.cycles"), escape(reference->name)) +
               interval_html(run.results.speedup_interval(best), times);
+      text += escape(other_picture(best, reference->name));
     }
     text += ". ";
   }
-  if (const double fraction = best.value("gpu.bound.fraction");
-      std::isfinite(fraction) && !best.binding_bound.empty()) {
+  const double fraction = best.value("gpu.bound.fraction");
+  if (latency_binds(best)) {
+    text += fmt::format("What binds {} most is <strong>latency: one warp is {:.0f} % of the run</strong>",
+                        several ? escape(best.name) : "it", 100.0 * longest_call_share(best));
+    if (std::isfinite(fraction) && !best.binding_bound.empty()) {
+      text += fmt::format("; of its resources {}, at {:.0f} %", escape(words_of_bound(best.binding_bound)),
+                          100.0 * fraction);
+    }
+    text += ".";
+  } else if (std::isfinite(fraction) && !best.binding_bound.empty()) {
     text +=
         fmt::format("What binds {} most is <strong>{}</strong>: it alone takes {:.0f} % of the cycles.",
                     several ? escape(best.name) : "it", escape(words_of_bound(best.binding_bound)), 100.0 * fraction);

@@ -39,8 +39,9 @@ struct ReportSweep {
 // Descriptions of results: machine, view, mode, limitations.
 /// Sets the names of runs by how they differ.
 void name_runs(std::vector<ReportRun>& runs);
-/// Describes a run (machine, view, mode) and the limitations of its results, folded unless `open`.
-std::string subject_html(const ReportRun& run, bool open = false);
+/// Describes a run (machine, view, mode). limits: with the limitations of its results, which a page says once; else a
+/// link to them.
+std::string subject_html(const ReportRun& run, bool limits = false);
 /// The same for a sweep's points: machines, modes, and the number of points that each note applies to.
 std::string subject_html(const SweepResults& sweep);
 /// The same for each run.
@@ -57,7 +58,7 @@ std::optional<Interval> interval_of(const RunTarget& target, const RunResults& r
 std::string interval_text(const std::optional<Interval>& interval, std::string (*shown)(double));
 /// The same in brackets and small print, to append to the value.
 std::string interval_html(const std::optional<Interval>& interval, std::string (*shown)(double));
-/// One paragraph per note; a note shared by several designs appears once.
+/// One paragraph per kind of note; a text shared by several designs appears once.
 std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name);
 
 // Runs.
@@ -69,8 +70,11 @@ std::string run_answer(const ReportRun& run);
 std::string run_verdict(const ReportRun& run);
 /// The design of the fewest cycles.
 const DesignResult& fastest(const RunResults& run);
-/// "the longest ray, 59 %": the largest lower bound, and its share of the cycles; "" if not recorded. Plain text.
+/// "the longest ray, 59 %": the largest lower bound, and its share of the cycles, or "latency: one warp is 83 % of the
+/// run" if that is more; "" if not recorded. Plain text.
 std::string binding_text(const DesignResult& design);
+/// dB of pictures, of several frames from the least to the most: "36.0 dB", "29.1 dB to 36.0 dB", "identical".
+std::string decibels_text(const std::vector<double>& frames);
 /// Over the run's reference, with its interval, as HTML; "" without a reference.
 std::string speedup_text(const ReportRun& run, const DesignResult& design);
 std::string paper_section(const std::vector<ReportRun>& runs);

@@ -148,12 +148,12 @@ Subject::Subject(const ordered_json& inputs, const ordered_json& config,
 
 std::string Subject::setting(const std::string& name) const { return value_of(settings_, name); }
 
-std::string Subject::text() const {
+std::string Subject::text(const std::string& k) const {
   std::vector<std::string> parts;
   if (!scene_.empty()) parts.push_back(scene_);
   if (!camera_.empty()) parts.push_back("view " + camera_);
   if (const std::string size = size_of(*this); !size.empty()) parts.push_back(size);
-  if (!setting("k").empty()) parts.push_back(words("k", setting("k")));
+  if (!k.empty()) parts.push_back(words("k", k));
   if (const std::string machine = machine_text(); !machine.empty()) parts.push_back(machine);
   return joined(parts);
 }

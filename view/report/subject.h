@@ -42,7 +42,9 @@ class Subject {
   /// An input that does not describe the view: "machine", "mode", "k", "width". "" if missing.
   std::string setting(const std::string& name) const;
   /// "hall, view 0, 64 × 64, k = 8, machine paper, mode cycle, model version 7", as far as known.
-  std::string text() const;
+  std::string text() const { return text(setting("k")); }
+  /// The same with this text in the place of its k, as "8 (walk 64)".
+  std::string text(const std::string& k) const;
   /// The part of text() on machine, mode and model version.
   std::string machine_text() const;
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -56,6 +57,32 @@ TEST(ReferenceRules, CentralHitHasAlphaOpacityCappedAt99Percent) {
     EXPECT_DOUBLE_EQ(result.sequences[0][0].alpha, alpha);
     EXPECT_NEAR(result.image.at(0, 0).x, 0.75 * alpha, 1e-6);
   }
+}
+
+TEST(ReferenceRules, TilesOfAnImageAreThoseOfTheWholeImage) {
+  Scene scene;
+  add(scene, {0, 0, 5}, 1.0f, 0.9f, 0.75f);
+  add(scene, {1, 1, 4}, 0.5f, 0.5f, 0.25f);
+  Camera camera;
+  camera.width = 100;
+  camera.height = 36;
+  camera.fx = camera.fy = 60.0;
+  camera.cx = 50.0;
+  camera.cy = 18.0;
+  ReferenceOptions options;
+  const ReferenceResult whole = render_reference(scene, camera, options);
+  EXPECT_TRUE(whole.rendered.empty());
+  options.tiles_a_side = 3;
+  const ReferenceResult tiles = render_reference(scene, camera, options);
+  // Of 13 columns the tiles 2, 6, 10; of 5 rows 0, 2, 4, the last of which has four lines.
+  ASSERT_EQ(tiles.rendered.size(), 3u * 8 * (8 + 8 + 4));
+  EXPECT_EQ(tiles.rendered.front(), 16u);
+  EXPECT_EQ(tiles.rendered.back(), 35u * 100 + 87);
+  EXPECT_TRUE(std::is_sorted(tiles.rendered.begin(), tiles.rendered.end()));
+  for (const std::size_t pixel : tiles.rendered) EXPECT_EQ(tiles.image.pixels[pixel], whole.image.pixels[pixel]);
+  EXPECT_EQ(tiles.image.at(0, 0), glm::vec3(0.0f));
+  options.tiles_a_side = 100;
+  EXPECT_EQ(render_reference(scene, camera, options).rendered.size(), 3600u);
 }
 
 TEST(ReferenceRules, TooTransparentIsNeverBlended) {

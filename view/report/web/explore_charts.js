@@ -8,7 +8,6 @@ const grtx_explore_charts = (() => {
     kMostTips = 5,
     kMostColours = 12;
   const kWide = 20; // an axis whose values span more is logarithmic
-  const kDesigns = ['baseline', 'sw', 'hw', 'grtx', 'gautracer'];
 
   // Numbers.
 
@@ -74,7 +73,7 @@ const grtx_explore_charts = (() => {
 
   const methods = {
     design_colour(design) {
-      return kDesigns.includes(design) ? `var(--d-${design})` : 'var(--c10)';
+      return `var(--d-${String(design).replace(/[^A-Za-z0-9_]/g, '-')}, var(--c10))`;
     },
 
     colour_encoding() {
