@@ -91,6 +91,12 @@ class Figure:
                 f'<rect class="paper" width="{WIDTH}" height="{self.height}"/>\n' + "\n".join(self.parts) + "\n</svg>\n")
 
 
+def default(key):
+    """A key's default as docs/model/configuration.md, which the program prints, has it."""
+    with open(os.path.join(FOLDER, "..", "..", "model", "configuration.md"), encoding="utf-8") as file:
+        return next(line.split("|")[2].strip() for line in file if line.startswith(f"| `{key}` |"))
+
+
 def checkpoint_lists():
     f = Figure("Checkpoint lists of a ray over two rounds", 330)
     f.box("r0", 10, 10, 740, 130, "", kind="area")
@@ -417,7 +423,7 @@ def warp_walk():
     for row, (name, mask, kind) in enumerate(rows):
         f.box(name, 20, 28 + 28 * row, 150, 26, f"node {name}: {mask}", kind=kind)
     f.box("memory", 20, 198, 150, 20, "memory: spilled", kind="mem")
-    f.box("slots", 250, 50, 150, 70, "node slots", "ahead (8): record,", "lanes in tests", kind="mem")
+    f.box("slots", 250, 50, 150, 70, "node slots", f"ahead ({default('rt.warp_stack.ahead')}): record,", "lanes in tests", kind="mem")
     f.box("units", 460, 20, 130, 60, "units", "a test a lane", kind="unit")
     f.box("hits", 460, 120, 130, 60, "hits", "128, a list a lane", kind="mem")
     f.box("any", 650, 120, 110, 60, "any-hit unit", "or collector", kind="area")

@@ -42,6 +42,11 @@ void choose_pixel(const std::string& trace, const traces::Reader& reader, const 
   const std::uint32_t pixel = y * header.width + x;
   const auto primary = frontend::map_pixels(header.width, header.height,
                                             header.warp_mapping == traces::WarpMapping::linear, header.warp_size);
+  if (primary.size() > end - begin) {
+    throw Error(trace, place_of(choice),
+                fmt::format("an image of {} x {} pixels has {} warps, the trace {}", header.width, header.height,
+                            primary.size(), end - begin));
+  }
   for (std::size_t i = 0; i < primary.size(); ++i) {
     if (std::find(primary[i].begin(), primary[i].end(), pixel) != primary[i].end()) {
       choose(reader, begin + i, pixel, chosen);

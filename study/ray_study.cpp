@@ -54,8 +54,8 @@ std::vector<view::WarpTimeline> timelines_of(const RayPlan& plan, const traces::
   return timelines;
 }
 
-view::DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
-                         view::RayNodes& nodes, RayScene* scene) {
+view::DrawnRay drawn_ray(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
+                         unsigned lane, view::RayNodes& nodes, RayScene* scene) {
   view::DrawnRay drawn;
   drawn.group = group.index;
   drawn.frame = group.frame;
@@ -64,7 +64,7 @@ view::DrawnRay drawn_ray(const traces::Header& header, const traces::RayGroup& g
   drawn.kind = group.kind;
   std::optional<view::RayValues> values;
   if (scene != nullptr) values = scene->trace(group, lane);
-  drawn.replayed = view::replay_ray(header, group, lane, nodes, values ? &*values : nullptr);
+  drawn.replayed = view::replay_ray(file, header, group, lane, nodes, values ? &*values : nullptr);
   if (values) {
     drawn.traced_again = true;
     drawn.transmittance = values->transmittance;
@@ -100,10 +100,11 @@ RayStudy study_rays(const RayPlan& plan) {
   std::set<std::uint32_t> met;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const traces::RayGroup& group = chosen[i].group;
-    view::DrawnWarp warp{view::RayNodes(header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
+    view::DrawnWarp warp{
+        view::RayNodes(plan.trace, header, group, chosen[i].lanes), {}, std::move(timelines[i].slices)};
     if (scene) scene->describe(warp.nodes.nodes());
     for (const unsigned lane : chosen[i].lanes) {
-      view::DrawnRay drawn = drawn_ray(header, group, lane, warp.nodes, scene ? &*scene : nullptr);
+      view::DrawnRay drawn = drawn_ray(plan.trace, header, group, lane, warp.nodes, scene ? &*scene : nullptr);
       met.insert(drawn.replayed.met.begin(), drawn.replayed.met.end());
       ++study.rays;
       study.rounds += group.rays[lane].rounds.size();

@@ -21,6 +21,7 @@
 #include "grtx/study/design_results.h"
 #include "grtx/study/simulate_designs.h"
 #include "grtx/study/trace_designs.h"
+#include "grtx/traces/reader.h"
 #include "grtx/view/report/report.h"
 
 namespace grtx::study {
@@ -95,22 +96,41 @@ class MadeFolder {
   std::vector<fs::path> made_;  ///< the innermost first
 };
 
-/// Removes results.json, report.html and the pictures of an earlier run. Pictures go only if its results name them and
-/// they are unchanged since.
-void remove_earlier_run(const std::string& folder) {
+bool is_plain_file(const std::string& path) { return fs::is_regular_file(fs::symlink_status(path)); }
+
+/// Whether the file is the trace with this hash.
+bool is_trace(const std::string& path, const std::string& hash) {
+  try {
+    return is_plain_file(path) && traces::Reader(path).content_hash() == hash;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// Removes results.json, report.html, the pictures of an earlier run, and its traces of designs that are not compared
+/// now. Pictures and traces go only if its results name them and they are unchanged since.
+void remove_earlier_run(const std::string& folder, const DesignComparison& comparison) {
   const std::string path = folder + "/results.json";
-  if (!std::filesystem::exists(path)) return;
+  if (!fs::exists(path)) return;
   std::vector<std::string> files = {path, folder + "/report.html"};
   try {
-    for (const ordered_json& image : read_json(path).value("images", ordered_json::array())) {
+    const ordered_json earlier = read_json(path);
+    for (const ordered_json& image : earlier.value("images", ordered_json::array())) {
       const std::string file = folder + "/" + image.value("file", "");
-      const bool beside = std::filesystem::path(file).parent_path() == folder && std::filesystem::is_regular_file(file);
+      const bool beside = fs::path(file).parent_path() == folder && is_plain_file(file);
       if (beside && hex(xxh3(read_file(file))) == image.value("hash", "")) files.push_back(file);
+    }
+    const ordered_json inputs = earlier.value("inputs", ordered_json::object());
+    for (const std::string& design : lab::design_names()) {
+      if (!inputs.contains(design)) continue;
+      const bool compared = std::ranges::any_of(comparison.designs(), [&](const auto& d) { return d.name == design; });
+      const std::string file = fmt::format("{}/{}.grtx", folder, design);
+      if (!compared && is_trace(file, inputs.at(design).value("trace_hash", ""))) files.push_back(file);
     }
   } catch (const Error&) {  // not results of a run: removed as well
   } catch (const ordered_json::exception&) {
   }
-  for (const std::string& file : files) std::filesystem::remove(file);
+  for (const std::string& file : files) fs::remove(file);
 }
 
 /// Writes one picture per frame. Returns [{"file", "hash"}] for results.json; by the hash a report checks that a
@@ -152,7 +172,7 @@ DesignResults run_designs(RunPlan plan) {
 
   const TracedDesigns traced = trace_designs(
       {plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened}, comparison);
-  remove_earlier_run(plan.output);
+  remove_earlier_run(plan.output, comparison);
   const ordered_json images = write_run_images(plan.output, traced.images);
   plan.windows.price = lab::describe_energy;
   if (!plan.mode) plan.mode = unnamed_mode(traced, comparison, plan.config, plan.windows);

@@ -187,6 +187,7 @@ std::size_t place_of(const std::string& file, const std::vector<std::string>& ar
 std::string next_step(const Error& error, const std::vector<std::string>& arguments) {
   if (error.file() == "internal error" || arguments.empty()) return "";
   if (error.rule().find(std::strerror(EACCES)) != std::string::npos) return "";  // there, but not for this user
+  if (error.rule().find("which is not read: ") != std::string::npos) return "";  // says what to do
   if (const std::size_t at = place_of(error.file(), arguments); at != 0) {
     if (std::string step = of_file(error, arguments, at); !step.empty()) return step;
   }

@@ -93,6 +93,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   grtx::apps::add_search(app, common);
   grtx::apps::add_regress(app, common);
   grtx::apps::add_selftest(app, common);
+  grtx::apps::refuse_missing_values(app, arguments);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version

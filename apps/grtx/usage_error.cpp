@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/apps/grtx/command_files.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/removed_names.h"
 
@@ -18,13 +19,20 @@ namespace {
 
 constexpr const char* kWhole = "a whole number from 0 on";
 
-/// The option that the parser's message is about; nullptr if it names none.
+/// The option that the parser's message is about, which it names first: a value may look like an option, too. nullptr
+/// if it names none.
 const CLI::Option* option_in(const CLI::App& command, const std::string& message) {
   const CLI::Option* found = nullptr;
+  std::size_t first = message.size();
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
-    if (name.empty() || message.find(name) == std::string::npos) continue;
-    if (found == nullptr || name.size() > found->get_name().size()) found = option;
+    const std::size_t at = name.empty() ? std::string::npos : message.find(name);
+    if (at == std::string::npos) continue;
+    const bool longer = at == first && found != nullptr && name.size() > found->get_name().size();
+    if (at < first || longer) {
+      found = option;
+      first = at;
+    }
   }
   return found;
 }
@@ -52,6 +60,7 @@ std::string broken_rule(const CLI::Option& option, const std::string& kind) {
   const std::string type = what_it_takes(option);
   if (kind == "ConversionError") {
     const std::string text = fmt::format("{}", fmt::join(given, ","));
+    if (option.get_items_expected_max() == 0) return fmt::format("takes no value, so not {}", text);
     const std::string meant = option.get_type_name().starts_with("FLOAT") ? "" : digits(text);
     return fmt::format("must be {}{}, not {}", type, meant.empty() ? "" : ", as " + meant, text);
   }
@@ -61,7 +70,36 @@ std::string broken_rule(const CLI::Option& option, const std::string& kind) {
   return fmt::format("must be {}: {} values, not {}", type, option.get_items_expected_min(), given.size());
 }
 
+/// The option of the command that is called so, as --seed or -o; nullptr if there is none.
+const CLI::Option* option_called(const CLI::App& command, const std::string& flag) {
+  return flag.size() > 1 && flag[0] == '-' ? command.get_option_no_throw(flag) : nullptr;
+}
+
 }  // namespace
+
+void refuse_missing_values(const CLI::App& app, const std::vector<std::string>& arguments) {
+  const auto first =
+      std::find_if(arguments.begin(), arguments.end(), [](const auto& a) { return !a.starts_with("-"); });
+  if (first == arguments.end()) return;
+  const auto named = app.get_subcommands([&](const CLI::App* sub) { return sub->get_name() == *first; });
+  if (named.empty()) return;
+  const CLI::App* const command = named.front();
+  for (auto at = first + 1; at != arguments.end() && *at != "--"; ++at) {
+    if (at->empty()) throw Error(command->get_name(), "", "an argument is empty");
+    const std::size_t equals = at->starts_with("--") ? at->find('=') : std::string::npos;
+    const CLI::Option* const option = option_called(*command, at->substr(0, equals));
+    if (option == nullptr || option->get_items_expected_min() == 0) continue;
+    const std::string needs = fmt::format("needs a value: {}", what_it_takes(*option));
+    if (equals == at->size() - 1) throw Error(command->get_name(), option->get_name(), needs);
+    if (equals != std::string::npos || at + 1 == arguments.end()) continue;
+    const std::string& value = *++at;
+    if (value.empty() && option->get_type_name() == kOutputFile) continue;  // CommandFiles says so
+    if (value.empty()) throw Error(command->get_name(), option->get_name(), needs);
+    if (value.starts_with("--") || option_called(*command, value) != nullptr) {
+      throw Error(command->get_name(), option->get_name(), fmt::format("{}, not {}", needs, value));
+    }
+  }
+}
 
 Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App* command = &app;

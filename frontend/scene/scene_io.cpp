@@ -7,6 +7,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/frontend/scene/compressed_ply_reader.h"
+#include "grtx/frontend/scene/foreign_formats.h"
 #include "grtx/frontend/scene/ply_header.h"
 #include "grtx/frontend/scene/ply_reader.h"
 #include "grtx/frontend/scene/readers.h"
@@ -23,6 +24,7 @@ RawRows read_rows(const std::string& path, std::string_view bytes, const SceneRe
   }
   if (is_spz(bytes)) return read_spz(bytes, options.spz_raw_axes, path);
   if (is_splat(bytes)) return read_splat(bytes);
+  if (const std::string foreign = foreign_name(path); !foreign.empty()) throw Error(path, "", foreign);
   throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb, .gltf or .splat scene; its content is none of them");
 }
 
@@ -51,6 +53,7 @@ struct Input {
 Input read_input(const std::string& path, const SceneReadOptions& options, FilesRead& files) {
   const std::string file = file_of(path);
   const std::string bytes = files.read(file);
+  if (const std::string foreign = foreign_content(bytes); !foreign.empty()) throw Error(file, "", foreign);
   if (is_sog_archive(bytes) || is_sog_meta(bytes)) {
     SogRows sog =
         is_sog_archive(bytes) ? read_sog_archive(bytes, file) : read_sog_meta(bytes, options.sog_lod, file, files);

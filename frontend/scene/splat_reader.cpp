@@ -15,7 +15,9 @@ constexpr std::size_t kColourAt = 24;
 constexpr std::size_t kRotationAt = 28;
 
 // Text read as floats has magnitudes of 1e-19 or 1e12 and more; random bits are plausible in one row of eight or fewer.
+// A row of zeros is padding of something else.
 bool is_plausible_row(std::string_view row) {
+  if (row.substr(0, kRowBytes).find_first_not_of('\0') == std::string_view::npos) return false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float position = load<float>(row, axis * 4);
     const float scale = load<float>(row, kScaleAt + axis * 4);

@@ -19,6 +19,12 @@ def find_program(program: StrPath | None = None) -> str:
     return program
 
 
+def file(path: StrPath) -> str:
+    """The path as an argument of its own: one that begins with - would be an option."""
+    text = os.fspath(path)
+    return os.path.join(os.curdir, text) if text.startswith("-") else text
+
+
 def call(command: str, *arguments: StrPath, program: StrPath | None = None) -> str:
     """Runs ``grtx COMMAND ARGUMENTS --quiet``. Raises ProgramError with its exit code and last line on stderr."""
     done = subprocess.run([find_program(program), command, *map(os.fspath, arguments), "--quiet"], text=True,

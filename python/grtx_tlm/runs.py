@@ -23,7 +23,7 @@ def _simulated(trace: StrPath, settings: Settings | None, options: Mapping[str, 
     """The statistics file of a run."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "stats.json")
-        grtx.call("sim", trace, "--stats", path, *grtx.settings(settings), *grtx.options(options), program=program)
+        grtx.call("sim", grtx.file(trace), "--stats", path, *grtx.settings(settings), *grtx.options(options), program=program)
         return statistics_document(path)
 
 
@@ -77,8 +77,8 @@ def run(scene: StrPath, cameras: StrPath, settings: Settings | None = None, *,
     options = _given(locals(), "scene", "cameras", "settings", "output", "program")
     with tempfile.TemporaryDirectory() as folder:
         output = os.path.join(folder, "run") if output is None else output
-        grtx.call("run", "--scene", scene, "--cameras", cameras, "--output", output, *grtx.settings(settings),
-                  *grtx.options(options), program=program)
+        grtx.call("run", "--scene", grtx.file(scene), "--cameras", grtx.file(cameras), "--output", grtx.file(output),
+                  *grtx.settings(settings), *grtx.options(options), program=program)
         return read_results(output)
 
 

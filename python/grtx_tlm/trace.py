@@ -11,7 +11,7 @@ from typing import Any, SupportsIndex, overload
 import numpy as np
 
 from .errors import StrPath, TraceError
-from .program import find_program
+from .program import file, find_program
 
 EVENT_KINDS = ("visit_internal", "visit_instance", "visit_leaf", "cull", "replay_take", "replay_forward")
 #: What the test of a leaf gave, by number.
@@ -138,14 +138,14 @@ class Trace:
 
     def _lines(self, command: str, *options: str) -> Iterator[str]:
         """The lines that the program prints; it is ended when they are no longer wanted."""
-        process = subprocess.Popen([self.program, command, self.path, *options], stdout=subprocess.PIPE,
+        process = subprocess.Popen([self.program, command, file(self.path), *options], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
         try:
             yield from process.stdout
             said = process.stderr.read().strip()
             if process.wait() != 0:
                 line = (said.splitlines() or [f"{command} ended with {process.returncode}"])[0].removeprefix("grtx: ")
-                place, colon, rule = line.removeprefix(f"{self.path}: ").partition(": ")
+                place, colon, rule = line.removeprefix(f"{file(self.path)}: ").partition(": ")
                 raise TraceError(self.path, place if colon else "", rule if colon else place)
         finally:
             process.kill()

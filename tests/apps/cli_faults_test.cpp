@@ -48,7 +48,9 @@ TEST_F(CliFaults, ProgressTextIsWrittenIntoTheTraceWhenStderrIsClosed) {
     // The shell of run() redirects after the command; a shell of its own closes what the program gets.
     const std::string command =
         "cd '" + folder_.path("") + "' && '" + grtx::paths::program() + "' " + trace_ + "-o c.grtx " + closed;
-    EXPECT_EQ(std::system(("sh -c \"" + command + "\"").c_str()), 0) << closed;
+    // The summary goes to stdout, and its loss is an error; the trace is whole all the same.
+    const int code = std::string(closed).find("1>&-") == std::string::npos ? 0 : 2;
+    EXPECT_EQ(WEXITSTATUS(std::system(("sh -c \"" + command + "\"").c_str())), code) << closed;
     EXPECT_EQ(folder_.read("c.grtx"), expected) << closed;
   }
 }
@@ -298,6 +300,54 @@ TEST_F(CliFaults, TextIntoAFullDeviceSucceedsOrIsAnInternalError) {
     EXPECT_EQ(shell(std::string("grtx ") + what + " >/dev/full 2>err"), 2) << what;
     EXPECT_EQ(folder_.read("err"), "grtx: standard output: cannot be written\n") << what;
   }
+}
+
+TEST_F(CliFaults, ResultsForAClosedOutputAreLostAndTheExitCodeIs0) {
+  make_scene();
+  ASSERT_EQ(folder_.run("sim t.grtx --quiet --stats st.json").code, 0);
+  const std::string reference = "reference --scene s.ply --cameras s.cameras.json --width 2 --height 2 -o i.pfm";
+  for (const std::string& what :
+       {std::string("sim t.grtx"), std::string("sim t.grtx --json"), std::string("sim --list-config"),
+        trace_ + "-o u.grtx --json", std::string("info s.ply"), std::string("info s.ply --json"),
+        std::string("trace-check t.grtx --json"), std::string("trace-dump t.grtx"),
+        std::string("ray t.grtx --pixel 4,4 -o r.html --json"), std::string("machine paper"), std::string("cost"),
+        std::string("stalls st.json"), std::string("report st.json -o p.html --json"),
+        std::string("convert s.ply v.ply --json"), reference + " --json",
+        std::string("compare s.cameras.json s.cameras.json --help"),
+        std::string("synth --preset object --count 9 -o w.ply --json"), std::string("--version"),
+        std::string("--help")}) {
+    for (const char* lost : {">&-", ">/dev/full"}) {
+      EXPECT_EQ(shell("grtx " + what + " 2>err " + lost), 2) << what << lost;
+      EXPECT_THAT(folder_.read("err"), HasSubstr("grtx: standard output: cannot be written\n")) << what << lost;
+    }
+  }
+  // What prints no result needs no output.
+  EXPECT_EQ(shell("grtx sim t.grtx --quiet --stats st2.json >&-"), 0);
+  EXPECT_EQ(folder_.read("st2.json").substr(0, 20), folder_.read("st.json").substr(0, 20));
+}
+
+TEST_F(CliFaults, AnOptionTakesTheNextOneAsItsValue) {
+  make_scene();
+  expect_refused("sim t.grtx --seed --quiet", "sim: --seed: needs a value: a whole number from 0 on, not --quiet");
+  expect_refused("sim t.grtx --seed= --quiet", "sim: --seed: needs a value: a whole number from 0 on");
+  expect_refused("sim t.grtx --seed ''", "sim: --seed: needs a value: a whole number from 0 on");
+  expect_refused("sim t.grtx --stats --quiet", "sim: --stats: needs a value: OUTPUT, not --quiet");
+  expect_refused("sim t.grtx --stats --qiet", "sim: --stats: needs a value: OUTPUT, not --qiet");
+  EXPECT_FALSE(folder_.has("--quiet"));
+  EXPECT_FALSE(folder_.has("--qiet"));
+  expect_refused("sim t.grtx --mode --quiet", "sim: --mode: needs a value: TEXT:{");
+  expect_refused("sim t.grtx --share -h", "sim: --share: needs a value: a number, not -h");
+  expect_refused("sim t.grtx --quiet=foo", "sim: --quiet: takes no value, so not foo");
+  expect_refused("sim t.grtx --share=--quiet", "sim: --share: must be a number, not --quiet");
+  expect_refused("synth --count --seed 3 -o x.ply",
+                 "synth: --count: needs a value: a whole number from 0 on, not --seed");
+  expect_refused(trace_ + "--views= -o z.grtx", "trace: --views: needs a value: TEXT");
+  expect_refused("info ''", "info: an argument is empty");
+  // Explicit values are taken as they are, and what follows -- is no option.
+  EXPECT_EQ(folder_.run("sim t.grtx --quiet --stats=--odd").code, 0);
+  EXPECT_TRUE(folder_.has("--odd"));
+  folder_.write("--s.ply", folder_.read("s.ply"));
+  EXPECT_EQ(folder_.run("info --quiet -- --s.ply").code, 0);
 }
 
 TEST_F(CliFaults, DevStdoutAndFifosAsOutputs) {

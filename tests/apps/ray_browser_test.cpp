@@ -107,6 +107,28 @@ TEST_F(RayInBrowser, TheWalkthroughIsSteppedThrough) {
   EXPECT_EQ(found.at("plain").at("rows"), 3);
 }
 
+// Events come in the order in which the ray came to them, and nodes under way keep their place on the stack.
+TEST_F(RayInBrowser, AWalkIsSteppedThrough) {
+  ASSERT_EQ(folder.run("synth --preset object --count 2000 --seed 7 -o s.ply --quiet").code, 0);
+  make("walk.html",
+       "--scene s.ply --cameras s.cameras.json --width 16 --height 16 --accel ellipsoid --layout quantised --k 4 "
+       "--ahead 8",
+       "--pixel 8,8");
+  const json found = look("walk.html");
+  ASSERT_TRUE(found.contains("plain"));
+  EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");
+  const json& rounds = found.at("rounds");
+  ASSERT_GT(rounds.size(), 1u);
+  for (const json& round : rounds) {
+    EXPECT_EQ(round.at("end").at("sizes").at("stack"), "0, 0 under way");
+    EXPECT_EQ(round.at("begin").at("sizes").at("stack"), "1, 1 under way");
+  }
+  for (std::size_t r = 0; r + 1 < rounds.size(); ++r) {  // a round that is not the last fills the k-buffer
+    EXPECT_EQ(rounds[r].at("end").at("k_buffer").size(), 4u) << "round " << r;
+  }
+  EXPECT_THAT(found.at("hits")[0].at("sizes").at("stack").get<std::string>(), HasSubstr("under way"));
+}
+
 TEST_F(RayInBrowser, WithoutTheSceneListsAreThereAndTimesAreNot) {
   ASSERT_EQ(folder.run("synth --preset object --count 2000 --seed 7 -o s.ply --quiet").code, 0);
   make("alone.html",

@@ -149,6 +149,28 @@ TEST_F(RunTest, PicturesOfAnEarlierRunGo) {
   EXPECT_NE(page.find("<img src=\"data:image/png;base64,"), std::string::npos);
 }
 
+// A run of one design left the traces of the others beside its results, and they were of another scene.
+TEST_F(RunTest, TracesOfAnEarlierRunGo) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  const std::string run =
+      "run " + scene_arguments() + "--set gpu.sms=1 --mode cycle --quiet -o " + folder + "/out --designs ";
+  must(run + "baseline,sw,hw,grtx");
+  write_file(folder + "/out/mine.grtx", "a file of mine");
+  std::filesystem::copy_file(folder + "/out/grtx.grtx", folder + "/out/a_copy.grtx");
+  std::filesystem::copy_file(folder + "/out/sw.grtx", folder + "/out/hw.grtx",  // no longer that of the earlier run
+                             std::filesystem::copy_options::overwrite_existing);
+  write_file(folder + "/out/walk.grtx", "of mine, too");
+  must(run + "baseline");
+  const auto is_there = [&](const char* name) { return std::filesystem::exists(folder + "/out/" + name); };
+  EXPECT_TRUE(is_there("baseline.grtx"));
+  EXPECT_FALSE(is_there("sw.grtx"));
+  EXPECT_FALSE(is_there("grtx.grtx"));
+  EXPECT_TRUE(is_there("a_copy.grtx"));
+  EXPECT_TRUE(is_there("hw.grtx"));
+  EXPECT_EQ(read_file(folder + "/out/mine.grtx"), "a file of mine");
+  EXPECT_EQ(read_file(folder + "/out/walk.grtx"), "of mine, too");
+}
+
 TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   std::filesystem::create_directories(folder + "/out");

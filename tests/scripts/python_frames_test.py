@@ -88,6 +88,19 @@ class Frames(unittest.TestCase):
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
 
+    def test_files_whose_names_begin_with_a_dash_are_options(self):
+        here = os.getcwd()
+        os.chdir(os.path.dirname(self.path("x")))
+        self.addCleanup(os.chdir, here)
+        shutil.copy("s.ply", "-h")
+        shutil.copy("s.cameras.json", "--quiet")
+        results = grtx_tlm.run("-h", "--quiet", output="-o", designs="sw", width=8, height=8, program=PROGRAM)
+        self.assertEqual(results.statistics.shape, grtx_tlm.read_results("-o").statistics.shape)
+        shutil.move("-o/sw.grtx", "-T")
+        frame = grtx_tlm.simulate("-T", timeline="--t.json", program=PROGRAM)
+        self.assertGreater(frame.loc["gpu.cycles", "value"], 0)
+        self.assertTrue(os.path.exists("--t.json"))
+
     def test_many_runs_are_one_tidy_frame(self):
         trace = self.trace()
         many = grtx_tlm.simulate_all({"a": trace, "b": trace}, {"l1.bytes": [32768, 65536], "rt.prefetch.enabled": True},

@@ -7,6 +7,7 @@ what the program refuses raises TraceError that names file, place and rule.
 """
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -111,6 +112,22 @@ class Reads(unittest.TestCase):
                 self.assertEqual(caught.exception.file, self.path("bad.grtx"))
                 self.assertIn(words, str(caught.exception))
                 self.assertNotIn("bad.grtx", caught.exception.place + caught.exception.rule)
+
+    def test_a_file_whose_name_begins_with_a_dash_is_an_option(self):
+        here = os.getcwd()
+        os.chdir(os.path.dirname(self.path("x")))
+        self.addCleanup(os.chdir, here)
+        for name in ("-h", "--json", "-o=x"):
+            shutil.copy(ARCHIVED[0], name)
+            trace = grtx_tlm.read_trace(name, program=PROGRAM)
+            self.assertEqual(trace.content_hash, grtx_tlm.read_trace(ARCHIVED[0], program=PROGRAM).content_hash)
+            trace.verify()
+            with open(name, "r+b") as file:
+                file.truncate(100)
+            with self.assertRaises(grtx_tlm.TraceError) as caught:
+                grtx_tlm.read_trace(name, program=PROGRAM)
+            self.assertEqual(caught.exception.file, name)
+            self.assertNotIn(name, caught.exception.place)
 
     def test_what_is_not_there_is_named(self):
         with self.assertRaises(FileNotFoundError):

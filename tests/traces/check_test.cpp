@@ -233,7 +233,7 @@ std::vector<Case> cases() {
        })},
       {"TooManyShiftsOfAFullBuffer", restarting, "cannot shift more entries", on_event([](EventPlace p) {
          if (!is_leaf(p.event, LeafOutcome::displaced)) return false;
-         set_leaf(p.event, LeafOutcome::displaced, p.header.k + 1);
+         set_leaf(p.event, LeafOutcome::displaced, p.header.k);  // the entry displaced does not move, it falls out
          return true;
        })},
       {"ShiftsOfAMiss", restarting, "only an insertion shifts", becomes(LeafOutcome::miss, LeafOutcome::miss, 1)},

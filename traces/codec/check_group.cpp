@@ -364,7 +364,7 @@ class GroupChecker {
       case LeafOutcome::rejected:
         require(occupied_ == header_->k || header_->ahead > 1, "only a full k-buffer displaces or rejects");
         overfull_ = true;
-        require(event.shifts() <= shiftable(), "an insertion cannot shift more entries than there are");
+        require(event.shifts() < header_->k, "an insertion cannot shift more entries than there are");
         if (header_->checkpoint) {
           ++evictions_;
           ++totals_.evictions;
@@ -377,7 +377,7 @@ class GroupChecker {
   }
 
   // Entries that an insertion can shift. With nodes under way at once hits came in another order than events stand.
-  std::uint64_t shiftable() const { return header_->ahead > 1 ? header_->k : occupied_; }
+  std::uint64_t shiftable() const { return header_->ahead > 1 ? header_->k - 1 : occupied_; }
 
   // Rules of the header's tracing mode on collected hits, in addition to those of each outcome.
   void check_collection(const Event& event, LeafOutcome outcome) const {

@@ -103,6 +103,7 @@ ordered_json description(const RayPage& page) {
       {"capacity", h.checkpoint_capacity},
       {"order", name_of(h.checkpoint_order)},
       {"tracing", name_of(h.tracing)},
+      {"ahead", h.ahead},
       {"size", {h.width, h.height}},
       {"picture", page.picture},
       {"kernel_degree", h.inputs.contains("kernel_degree") && h.inputs.at("kernel_degree") == "4" ? 4 : 2},
@@ -194,12 +195,19 @@ std::string facts(const RayPage& page) {
   std::string of = input("scene");
   if (!input("camera").empty()) of += (of.empty() ? "view " : ", view ") + input("camera");
   std::string text = fmt::format(
-      "<p>{}: {}structure {}, tracing {}, k = {}, {}checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
+      "<p>{}: {}structure {}, tracing {}, k = {}, {}{}checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
       escape(file_name(page.trace)), of.empty() ? "" : escape(of) + ", ", name_of(h.accel), name_of(h.tracing), h.k,
+      h.ahead > 1 ? fmt::format("up to {} nodes of a ray under way, ", h.ahead) : "",
       h.any_hit == traces::AnyHit::delayed ? "any-hit shaders delayed to the end of the warp's traversal, " : "",
       h.checkpoint ? fmt::format("on ({}, up to {} entries)", name_of(h.checkpoint_order), h.checkpoint_capacity)
                    : "off",
       h.width, h.height, number(static_cast<double>(h.gaussians)));
+  if (h.ahead > 1) {
+    text +=
+        "<p class=\"note\">Events stand in the order in which the ray came to them: of the nodes under way the one "
+        "that "
+        "was started first is done first.</p>\n";
+  }
   if (page.scene.empty()) {
     text +=
         "<p class=\"note\" id=\"source\">This page is made from the trace alone. The trace holds every event, so the "

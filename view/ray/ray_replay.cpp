@@ -7,11 +7,13 @@
 #include <span>
 #include <stdexcept>
 
+#include "grtx/base/error.h"
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/source_assignment.h"
 #include "grtx/traces/instance_levels.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/view/ray/handled_order.h"
 
 // How a round is packed. Numbers are varints, times 32-bit floats, which are only there with values (NaN: not known).
 //   the k-buffer, then the eviction buffer: count, then of each hit: owner + 1 (its instance leaf, or its primitive
@@ -19,7 +21,8 @@
 //     where there is none; 0: not known), object + 1 (leaf of the scene TLAS), Gaussian + 1 (0: not known), t
 //   the source list: count, then of each entry: node, instance + 1, object + 1, t
 //   t_max
-//   the events: a byte (kind in bits 0-2, detail or outcome in 3-5, checkpointed in 6, a new t_max follows in 7), node;
+//   the events, in the order in which the ray came to them: a byte (kind in bits 0-2, detail or outcome in 3-5,
+//     checkpointed in 6, a new t_max follows in 7), node;
 //     visit_internal: a byte that counts the children pushed, a byte for the slot of each, the next to be popped first,
 //     a byte with the mask of those checkpointed, t of each pushed, t of each checkpointed; visit_instance with detail
 //     0: the root below; replay_*: place in the source list; visit_leaf: shifts if inserted or displaced, and t unless
@@ -48,7 +51,11 @@ std::span<const Event> events_of(const traces::Ray& ray, std::size_t& begin, con
 
 }  // namespace
 
-RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, const std::vector<unsigned>& lanes) {
+RayNodes::RayNodes(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
+                   const std::vector<unsigned>& lanes) {
+  const auto require_tree = [&](bool added) {
+    if (!added) throw Error(file, "group " + std::to_string(group.index), "no node may be a child of two");
+  };
   const traces::NodeSizes sizes = header.node_sizes();
   std::vector<bool> visited(group.nodes.size());
   std::set<std::uint32_t> others;
@@ -65,7 +72,9 @@ RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, 
   if (header.two_level) roots.push_back(static_cast<std::uint32_t>(header.blas_root / sizes.unit()));
   for (const std::uint64_t root : header.object_roots) roots.push_back(static_cast<std::uint32_t>(root / sizes.unit()));
   const NodeKind leaf = traces::has_procedural_leaves(header.accel) ? NodeKind::procedural : NodeKind::triangle;
-  for (const std::uint32_t root : roots) add(root, others.contains(root) ? leaf : NodeKind::internal, 0);
+  for (const std::uint32_t root : roots) {
+    require_tree(add(root, others.contains(root) ? leaf : NodeKind::internal, 0));
+  }
   std::map<std::uint32_t, std::uint32_t> first;  // address of a node -> number + 1 of its first child
   for (std::size_t i = 0; i < visited.size(); ++i) {
     if (!visited[i]) continue;
@@ -73,7 +82,7 @@ RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, 
     first[node.address] = static_cast<std::uint32_t>(nodes_.size()) + 1;
     std::uint32_t child = node.child_base;
     for (unsigned slot = 0; slot < node.child_count; ++slot) {
-      add(child, node.child_kinds[slot], node.address);
+      require_tree(add(child, node.child_kinds[slot], node.address));
       child += sizes.units(node.child_kinds[slot]);
     }
   }
@@ -84,15 +93,15 @@ RayNodes::RayNodes(const traces::Header& header, const traces::RayGroup& group, 
   }
 }
 
-/// parent: address of the parent in units; 0 for a root, as no node lies at address 0 (the headers do).
-void RayNodes::add(std::uint32_t units, NodeKind kind, std::uint32_t parent) {
-  if (!numbers_.emplace(units, static_cast<std::uint32_t>(nodes_.size())).second) {
-    throw std::logic_error("two nodes of a trace have one child");
-  }
+/// parent: address of the parent in units; 0 for a root, as no node lies at address 0 (the headers do). Returns false
+/// if the node is there already.
+bool RayNodes::add(std::uint32_t units, NodeKind kind, std::uint32_t parent) {
+  if (!numbers_.emplace(units, static_cast<std::uint32_t>(nodes_.size())).second) return false;
   RayNode& node = nodes_.emplace_back();
   node.units = units;
   node.kind = kind;
   node.parent = parent;
+  return true;
 }
 
 namespace {
@@ -112,10 +121,12 @@ struct HitEntry {
 
 class Replay {
  public:
-  Replay(const traces::Header& header, const traces::RayGroup& group, unsigned lane, const RayNodes& nodes,
-         const RayValues* values)
-      : header_(header),
+  Replay(const std::string& file, const traces::Header& header, const traces::RayGroup& group, unsigned lane,
+         const RayNodes& nodes, const RayValues* values)
+      : file_(file),
+        header_(header),
         group_(group),
+        lane_(lane),
         ray_(group.rays[lane]),
         nodes_(nodes),
         levels_(header),
@@ -127,6 +138,7 @@ class Replay {
     // The order in which children were pushed and the Gaussians of leaves follow only from later events. A first replay
     // collects them; the second one produces the result.
     pop_orders_.resize(ray_.events.size());
+    order_events();
     const RayValues* const values = std::exchange(values_, nullptr);
     replay();
     values_ = values;
@@ -141,6 +153,33 @@ class Replay {
     std::vector<NodeEntry> entries;  ///< the next to pop is last, once the order is known
     std::size_t event = 0;
   };
+
+  void require(bool holds, const char* rule) const {
+    if (holds) return;
+    std::string place = "group " + std::to_string(group_.index) + " lane " + std::to_string(lane_);
+    place += " round " + std::to_string(result_.rounds.size() - 1);
+    if (event_ != kNobody) place += " event " + std::to_string(event_);
+    throw Error(file_, place, rule);
+  }
+
+  /// The order in which the events are replayed; with several nodes under way the ray came to them in another order
+  /// than they stand.
+  void order_events() {
+    if (header_.ahead == 1) return;
+    handled_.resize(ray_.events.size());
+    std::size_t begin = 0;
+    for (const traces::Round& round : ray_.rounds) {
+      const std::size_t first = begin;
+      const std::span<const Event> events = events_of(ray_, begin, round);
+      const HandledOrder handled = handled_order(events, header_.ahead);
+      for (std::size_t e = 0; e < events.size(); ++e) {
+        handled_[first + e] = handled.events[e];
+        for (const std::uint32_t child : handled.children[e]) {
+          pop_orders_[first + e].push_back(slot_of(nodes_.number(units_of(group_, events[child]))));
+        }
+      }
+    }
+  }
 
   void replay() {
     k_buffer_.clear();
@@ -159,7 +198,11 @@ class Replay {
       out.round = round;
       begin_round(r, out);
       assign_sources(round, events);
-      for (std::size_t e = 0; e < events.size(); ++e) take(events[e], first + e, out);
+      for (std::size_t e = 0; e < events.size(); ++e) {
+        event_ = handled_.empty() ? e : handled_[first + e];
+        take(events[event_], first + event_, out);
+      }
+      event_ = kNobody;
       end_round(round, processed, out);
       processed += round.processed_count;
     }
@@ -233,7 +276,7 @@ class Replay {
   }
 
   void end_round(const traces::Round& round, std::size_t processed, RayRound& out) {
-    if (k_buffer_.size() != round.k_count) throw std::logic_error("a round's k-buffer is not what its replay says");
+    require(k_buffer_.size() == round.k_count, "k_count must be the entries of the k-buffer");
     const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
     for (std::size_t i = 0; i < round.processed_count; ++i) {
       const traces::Processed entry = ray_.processed[processed + i];
@@ -342,9 +385,11 @@ class Replay {
         break;
       }
       case LeafOutcome::inserted:
+        require(k_buffer_.size() < header_.k, "an insertion needs room in the k-buffer");
         insert(hit, event.shifts());
         break;
       case LeafOutcome::displaced:
+        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
         evict(remove_farthest());
         insert(hit, event.shifts());
         break;
@@ -352,6 +397,7 @@ class Replay {
         k_buffer_.assign(1, hit);
         break;
       case LeafOutcome::rejected:
+        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
         evict(hit);
         break;
       default:
@@ -361,6 +407,7 @@ class Replay {
 
   void insert(const HitEntry& hit, unsigned shifts) {
     const bool sorted = !traces::collects_unsorted(header_.tracing);
+    require(!sorted || shifts <= k_buffer_.size(), "an insertion cannot shift more entries than there are");
     k_buffer_.insert(k_buffer_.end() - (sorted ? static_cast<std::ptrdiff_t>(shifts) : 0), hit);
   }
   HitEntry remove_farthest() {
@@ -410,25 +457,33 @@ class Replay {
   void push(std::vector<NodeEntry> entries, std::size_t event) {
     if (!entries.empty()) stack_.push_back({std::move(entries), event});
   }
+  /// Takes the event's node from the top of the stack; with several nodes under way from anywhere in it.
   NodeEntry pop(const Event& event) {
     const std::uint32_t number = nodes_.number(units_of(group_, event));
-    Pushed& top = stack_.back();
-    const auto found = std::find_if(top.entries.rbegin(), top.entries.rend(),
-                                    [number](const NodeEntry& entry) { return entry.node == number; });
-    if (found == top.entries.rend()) throw std::logic_error("a node is not on the stack");
-    const NodeEntry entry = *found;
-    top.entries.erase(std::next(found).base());
-    if (learning_ && top.event != kNobody && ray_.events[top.event].kind() == EventKind::visit_internal) {
-      const std::uint32_t first = node(entry.node).parent;
-      pop_orders_[top.event].push_back(entry.node + 1 - node(first - 1).first_child);
+    for (auto group = stack_.rbegin(); group != stack_.rend(); ++group) {
+      const auto found = std::find_if(group->entries.rbegin(), group->entries.rend(),
+                                      [number](const NodeEntry& entry) { return entry.node == number; });
+      if (found == group->entries.rend()) {
+        if (header_.ahead == 1) break;
+        continue;
+      }
+      const NodeEntry entry = *found;
+      group->entries.erase(std::next(found).base());
+      if (learning_ && header_.ahead == 1 && group->event != kNobody &&
+          ray_.events[group->event].kind() == EventKind::visit_internal) {
+        pop_orders_[group->event].push_back(slot_of(entry.node));
+      }
+      if (group->entries.empty()) stack_.erase(std::next(group).base());
+      return entry;
     }
-    if (top.entries.empty()) stack_.pop_back();
-    return entry;
+    require(false, "the node must be on the stack");
+    return {};
   }
 
   // What is known.
 
   const RayNode& node(std::uint32_t number) const { return nodes_.nodes()[number]; }
+  unsigned slot_of(std::uint32_t number) const { return number + 1 - node(node(number).parent - 1).first_child; }
   std::uint32_t root(std::uint64_t address) const {
     return nodes_.number(static_cast<std::uint32_t>(address / header_.node_sizes().unit()));
   }
@@ -464,8 +519,10 @@ class Replay {
     }
   }
 
+  const std::string& file_;
   const traces::Header& header_;
   const traces::RayGroup& group_;
+  const unsigned lane_;
   const traces::Ray& ray_;
   const RayNodes& nodes_;
   const traces::InstanceLevels levels_;
@@ -473,6 +530,8 @@ class Replay {
   const traces::ReadOrder order_;
 
   bool learning_ = true;
+  std::vector<std::size_t> handled_;                      ///< event of the round that comes next; empty: as they stand
+  std::size_t event_ = kNobody;                           ///< the event of the round that is replayed
   std::vector<std::vector<unsigned>> pop_orders_;         ///< [event] slots in the order popped
   std::map<std::uint32_t, std::uint32_t> gaussian_made_;  ///< HitEntry::made -> Gaussian
   std::map<std::uint32_t, std::uint32_t> gaussian_of_;    ///< owner -> Gaussian
@@ -493,9 +552,9 @@ class Replay {
 
 }  // namespace
 
-ReplayedRay replay_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
-                       const RayNodes& nodes, const RayValues* values) {
-  return Replay(header, group, lane, nodes, values).run();
+ReplayedRay replay_ray(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
+                       unsigned lane, const RayNodes& nodes, const RayValues* values) {
+  return Replay(file, header, group, lane, nodes, values).run();
 }
 
 }  // namespace grtx::view

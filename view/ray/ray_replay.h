@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replays one ray of a trace for the page of `grtx ray`: its nodes, and the initial state and events of each round,
-// packed so that the page's script can show all lists after every event. docs/guide/ray.md describes the page.
+// packed so that the page's script can show all lists after every event. docs/guide/ray.md describes the page. What
+// check_group() does not hold a trace to and the page relies on is tested here: Error with file, place and rule.
 #pragma once
 
 #include <array>
@@ -36,14 +37,16 @@ struct RayNode {
 /// The nodes of the chosen rays of a group, numbered from 0.
 class RayNodes {
  public:
-  RayNodes(const traces::Header& header, const traces::RayGroup& group, const std::vector<unsigned>& lanes);
+  /// Throws Error if two nodes of the group have one child: the nodes are no tree. `file`: the trace.
+  RayNodes(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
+           const std::vector<unsigned>& lanes);
 
   std::vector<RayNode>& nodes() { return nodes_; }
   const std::vector<RayNode>& nodes() const { return nodes_; }
   std::uint32_t number(std::uint32_t units) const { return numbers_.at(units); }
 
  private:
-  void add(std::uint32_t units, traces::NodeKind kind, std::uint32_t parent);
+  bool add(std::uint32_t units, traces::NodeKind kind, std::uint32_t parent);
 
   std::vector<RayNode> nodes_;
   std::map<std::uint32_t, std::uint32_t> numbers_;
@@ -78,9 +81,10 @@ struct ReplayedRay {
   std::map<std::uint32_t, std::uint32_t> learnt;  ///< node number -> Gaussian, as far as the trace determines it
 };
 
-/// values: null without the scene. The group must have passed traces::check_group(). Throws std::logic_error if the
-/// values belong to another ray.
-ReplayedRay replay_ray(const traces::Header& header, const traces::RayGroup& group, unsigned lane,
-                       const RayNodes& nodes, const RayValues* values);
+/// values: null without the scene, and always with Header::ahead above 1. The group must have passed
+/// traces::check_group(). With `ahead` above 1 events stand in the order in which the ray came to them. Throws Error if
+/// the ray's k-buffer cannot be replayed; std::logic_error if the values belong to another ray.
+ReplayedRay replay_ray(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
+                       unsigned lane, const RayNodes& nodes, const RayValues* values);
 
 }  // namespace grtx::view

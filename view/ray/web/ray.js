@@ -13,6 +13,7 @@
   const [INTERNAL, INSTANCE, LEAF, CULL, TAKE, FORWARD] = [0, 1, 2, 3, 4, 5];
   const NONE = 0xffffffff;
   const unsorted = page.tracing === 'single' || page.tracing === 'list'; // hits in order of arrival
+  const several = page.ahead > 1; // nodes of a ray under way at once: events come in another order than depth first
 
   const bytes_of = (text) => {
     const raw = atob(text);
@@ -144,8 +145,11 @@
     const first = from.u8();
     const event = new_event(first, from.number());
     const { stack, k } = state;
+    let place = stack.length;
     if (event.kind !== TAKE && event.kind !== FORWARD && !(event.kind === INSTANCE && event.detail === 1)) {
-      event.popped = stack.pop();
+      place -= 1;
+      while (several && stack[place].node !== event.node) place -= 1; // a node under way keeps its place
+      [event.popped] = stack.splice(place, 1);
       event.depth = event.popped.depth;
     }
     const popped = event.popped;
@@ -158,7 +162,7 @@
       for (let slot = 0; slot < 8; slot += 1) if (((mask >> slot) & 1) !== 0) event.written.push(child(slot));
       for (const entry of event.pushed) entry.t = from.time(values);
       for (const entry of event.written) entry.t = from.time(values);
-      for (let i = pushes - 1; i >= 0; i -= 1) stack.push(event.pushed[i]);
+      stack.splice(place, 0, ...event.pushed.slice().reverse());
     } else if (event.kind === INSTANCE) {
       if (event.detail === 1) {
         event.depth = 1;
@@ -236,10 +240,11 @@
   };
   const find_subtrees = (made) => {
     const { events } = made;
-    // Where the part of the tree below each event ends, and the most that is noted in it.
+    // Where the part of the tree below each event ends, and the most that is noted in it. With several nodes under way
+    // what comes next need not be below: each event stands alone.
     const above = [];
     for (let i = 0; i <= events; i += 1) {
-      while (above.length > 0 && (i === events || made.depth[above[above.length - 1]] >= made.depth[i])) made.end[above.pop()] = i;
+      while (above.length > 0 && (several || i === events || made.depth[above[above.length - 1]] >= made.depth[i])) made.end[above.pop()] = i;
       above.push(i);
     }
     made.in_subtree = made.noted.slice();
@@ -325,6 +330,17 @@
       for (let e = place * kSnapshot; e <= i; e += 1) event = apply(state, round.from, round.source, round.values);
     }
     return { ...state, event };
+  };
+  // The entries of the stack that are under way after event i: those of the next events that read a node.
+  const under_way = (round, i, stack) => {
+    const waiting = new Map(stack.map((entry) => [entry.node, entry])),
+      found = new Set();
+    for (let e = i + 1; several && e < round.events && found.size < Math.min(page.ahead, waiting.size); e += 1) {
+      const entry = waiting.get(round.node[e]);
+      if (entry !== undefined && round.look[e] !== CULL) found.add(entry);
+      else if (entry !== undefined) waiting.delete(round.node[e]);
+    }
+    return found;
   };
   const until = (stamps, i) => {
     // how many of the ascending stamps are at most i
@@ -809,7 +825,10 @@
     const address = hex(nodes().address[entry.node]),
       gaussian = gaussian_of(entry);
     const title = node_name(entry.node) + (entry.instance !== 0 ? ` in ${node_name(entry.instance - 1)}` : '');
-    const text = address + (gaussian !== 0 ? ` <span class="m">G ${gaussian - 1}</span>` : '');
+    const text =
+      address +
+      (gaussian !== 0 ? ` <span class="m">G ${gaussian - 1}</span>` : '') +
+      (shown.under_way.has(entry) ? ' <span class="m">under way</span>' : '');
     return list_row(number, style, look, `data-node="${address}"`, title, text, entry.t);
   };
   const k_list = new List(k_panel.list, (row, style) =>
@@ -820,7 +839,12 @@
     return hit_row(at, shown.round.evictions[at], style, shown.round.evicted_at[at] === shown.i && shown.i >= 0 ? ' new' : '');
   });
   const stack_list = new List(stack_panel.list, (row, style) =>
-    node_row(row, shown.stack[shown.stack.length - 1 - row], style, shown.event !== null && row < shown.event.pushed.length ? ' new' : ''),
+    node_row(
+      row,
+      shown.stack[shown.stack.length - 1 - row],
+      style,
+      shown.event !== null && shown.event.pushed.includes(shown.stack[shown.stack.length - 1 - row]) ? ' new' : '',
+    ),
   );
   const source_list = new List(source_panel.list, (row, style) => {
     const at = orders.source[row],
@@ -836,6 +860,7 @@
     const { r, i } = place_of(position);
     const round = round_of(ray, r);
     shown = { ...state_at(round, i), round, r, i };
+    shown.under_way = under_way(round, i, shown.stack);
     const t_max = i < 0 ? round.first_t_max : round.t_max[i];
     const before = i < 1 ? round.first_t_max : round.t_max[i - 1];
     const lines = [];
@@ -863,7 +888,7 @@
     orders.destination = by_time(round.destination, written);
     eviction_panel.note.textContent = count(evicted);
     eviction_list.show(evicted);
-    stack_panel.note.textContent = count(shown.stack.length);
+    stack_panel.note.textContent = count(shown.stack.length) + (several ? `, ${shown.under_way.size} under way` : '');
     stack_list.show(shown.stack.length);
     let left = 0;
     for (const at of round.read_at) left += at > i ? 1 : 0;
