@@ -30,6 +30,8 @@ TEST_F(SearchPlanTest, SaysWhatMayBeChosenWhatIsWantedAndWhatMustHold) {
   const SearchPlan plan = read(R"(
 [[scene]]
 preset = "object"
+width = 32
+height = 32
 [[scene]]
 preset = "flat"
 role = "evaluation"
