@@ -11,8 +11,8 @@ namespace {
 using namespace test;
 using ::testing::ElementsAre;
 
-constexpr Cycle kFirst = 2;    ///< the first scheduling
-constexpr Cycle kMemory = 20;  ///< from a request to its answer
+constexpr Cycle kFirstScheduling = 2;  ///< the first scheduling
+constexpr Cycle kMemory = 20;          ///< from a request to its answer
 constexpr Cycle kBox = 13, kTriangle = 37;
 constexpr Cycle kFetch = 2 + kMemory + 1;  ///< of 64 B: from the scheduling to the unit's start
 
@@ -60,7 +60,7 @@ TEST_F(WarpWalk, OneEntryAtATimeWaitsForEachNode) {
   bench.run(group);
   ASSERT_EQ(bench.dones.size(), 1u);
   // A result makes the next entry startable in its cycle.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + 3 * (kFetch + kTriangle));
+  EXPECT_EQ(bench.dones[0].cycle, kFirstScheduling + (kFetch + kBox) + 3 * (kFetch + kTriangle));
 }
 
 TEST_F(WarpWalk, EntriesThatRunAheadShareTheLatency) {
@@ -68,7 +68,7 @@ TEST_F(WarpWalk, EntriesThatRunAheadShareTheLatency) {
   RtBench bench(small_header(), walking(8));
   bench.run(group);
   // One entry starts a cycle, and the port takes a sector a cycle: the third leaf's are sent behind four others.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle) + 4);
+  EXPECT_EQ(bench.dones[0].cycle, kFirstScheduling + (kFetch + kBox) + (kFetch + kTriangle) + 4);
 }
 
 TEST_F(WarpWalk, LanesThatCullAnEntryAreTestedInVainAndAnEntryOfThemAllIsDropped) {
@@ -95,7 +95,7 @@ TEST_F(WarpWalk, HitsOfALaneAreAnsweredOneByOneWhileOthersAreFound) {
   RtBench bench(small_header(), options);
   bench.run(group);
   // The first hit comes with the first leaf; the heap then takes three times 50 cycles.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle) + 3 * 50);
+  EXPECT_EQ(bench.dones[0].cycle, kFirstScheduling + (kFetch + kBox) + (kFetch + kTriangle) + 3 * 50);
   EXPECT_EQ(bench.counters().any_hit.unit.hits, 3u);
 }
 
@@ -108,8 +108,8 @@ TEST_F(WarpWalk, ALeafThatFindsNoRoomForTheHitsOfItsLanesWaitsUntilSomeAreAnswer
   RtBench bench(small_header(), options);
   bench.run(group);
   // Its leaf starts with the first answer: its test is over before the heap has taken the other three hits.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle) + 5 * 50);
-  EXPECT_EQ(bench.requests[0][10].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle) + 50 + 1);
+  EXPECT_EQ(bench.dones[0].cycle, kFirstScheduling + (kFetch + kBox) + (kFetch + kTriangle) + 5 * 50);
+  EXPECT_EQ(bench.requests[0][10].cycle, kFirstScheduling + (kFetch + kBox) + (kFetch + kTriangle) + 50 + 1);
 }
 
 TEST_F(WarpWalk, HitsOfAWarpAreAnsweredByTheShaderInBatches) {
@@ -119,7 +119,7 @@ TEST_F(WarpWalk, HitsOfAWarpAreAnsweredByTheShaderInBatches) {
   ASSERT_EQ(bench.batches.size(), 2u);
   for (const auto& sent : bench.batches) EXPECT_EQ(sent.batch.lanes, 0b1111u);
   // All active lanes have a hit: the batch goes in the cycle of the result; the second one with the first's answer.
-  EXPECT_EQ(bench.batches[0].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle));
+  EXPECT_EQ(bench.batches[0].cycle, kFirstScheduling + (kFetch + kBox) + (kFetch + kTriangle));
   EXPECT_EQ(bench.batches[1].cycle, bench.batches[0].cycle + 1 + 10 + 1);
 }
 
