@@ -188,7 +188,7 @@ TEST_F(MachineTest, BadInputIsOneLine) {
   folder_.write("b.toml", "[tracer]\nchild_order = \"slott\"\n");
   const std::pair<const char*, const char*> cases[] = {{"papper", "the nearest is paper"},
                                                        {"a.toml", "the nearest is 'tracer.child_order'"},
-                                                       {"b.toml", "b.toml: tracer.child_order"},
+                                                       {"b.toml", "b.toml: line 2: tracer.child_order: "},
                                                        {"missing.toml", "missing.toml"}};
   for (const auto& [machine, text] : cases) {
     const Outcome outcome = folder_.run(std::string("trace") + kView + "--no-trace --machine " + machine);
