@@ -34,11 +34,10 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
   constexpr double kMostly = 0.5;
   if (launch >= slots && tail <= kMostly * cycles) return;
   if (launch >= slots) {
-    notes.push_back(
-        {"partial-launch",
-         fmt::format("a launch of {} warps fills {} warp slots no more than {:.1f} times; {:.0f} % of the "
-                     "cycles lie behind its last start of a warp",
-                     launch, slots, static_cast<double>(launch) / static_cast<double>(slots), 100.0 * tail / cycles)});
+    notes.push_back({"partial-launch",
+                     fmt::format("a launch of {} warps fills {} warp slots for a short time only; {:.0f} % of the "
+                                 "cycles lie behind its last start of a warp",
+                                 launch, slots, 100.0 * tail / cycles)});
     return;
   }
   notes.push_back({"partial-launch",

@@ -49,6 +49,17 @@ TEST(ResultNotes, ALaunchThatDoesNotFillTheMachine) {
                         "start of a warp"}));
 }
 
+// Of walk, whose registers leave nine slots an SM, nothing was said of a run that was all tail.
+TEST(ResultNotes, ALaunchThatFillsFewSlotsAndIsMostlyTail) {
+  const ResultNotes notes = run_notes({}, {}, kAllSlots + 10, counted(200, 150, 0, 0));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_EQ(notes.front(),
+            (ResultNote{"partial-launch",
+                        "a launch of 266 warps fills 256 warp slots for a short time only; 75 % of the cycles lie "
+                        "behind its last start of a warp"}));
+  EXPECT_TRUE(run_notes({}, {}, kAllSlots + 10, counted(200, 100, 0, 0)).empty());
+}
+
 TEST(ResultNotes, FramesAreLaunchedOneAfterTheOther) {
   traces::Header header;
   header.frame_groups = {128, 128, 128};
