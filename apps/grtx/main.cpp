@@ -17,13 +17,14 @@
 
 int sc_main(int argc, char** argv) { return grtx::program(argc, argv, grtx::kMachinesFolder); }
 
-/// Opens /dev/null for closed standard streams: else the next file opened would get descriptor 0, 1 or 2, and output
-/// would be written into it. Standard output cannot be written then, so that a command whose results are lost says so;
+/// Opens a device for closed standard streams: else the next file opened would get descriptor 0, 1 or 2, and output
+/// would be written into it. Standard output then cannot be written, so that a command whose results are lost says so;
 /// a line for stderr may go nowhere.
 void secure_standard_streams() {
   for (int descriptor = 0; descriptor <= 2; ++descriptor) {
-    if (::fcntl(descriptor, F_GETFD) == -1 && errno == EBADF)
-      ::open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY);
+    if (::fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
+    if (descriptor == 1 && ::open("/dev/full", O_WRONLY) == 1) continue;
+    ::open("/dev/null", descriptor == 2 ? O_WRONLY : O_RDONLY);
   }
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr auto kZip = "PK\x03\x04"sv;
+constexpr auto kZip = "PK\x03\x04"sv, kZipEnd = "PK\x05\x06"sv;
 
 /// Name of a zip archive's first file; "" if the bytes are no archive.
 std::string_view first_in_zip(std::string_view bytes) {
@@ -47,7 +47,7 @@ bool is_ksplat(std::string_view bytes) {
 bool is_rad(std::string_view bytes) { return bytes.starts_with("RAD0"); }
 bool is_spx(std::string_view bytes) { return bytes.starts_with("spx\1"sv); }
 bool is_packed(std::string_view bytes) {  // an archive of another kind than .sog, or a compressed file
-  return (bytes.starts_with(kZip) && !holds(bytes, "meta.json"sv)) ||
+  return (bytes.starts_with(kZip) && holds(bytes, kZipEnd) && !holds(bytes, "meta.json"sv)) ||
          bytes.starts_with(
              "\xfd"
              "7zXZ"sv) ||

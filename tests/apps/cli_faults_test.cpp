@@ -321,6 +321,7 @@ TEST_F(CliFaults, ResultsForAClosedOutputAreLostAndTheExitCodeIs0) {
       EXPECT_THAT(folder_.read("err"), HasSubstr("grtx: standard output: cannot be written\n")) << what << lost;
     }
   }
+  EXPECT_EQ(shell("grtx " + trace_ + "--quiet -o /dev/stdout 2>err >&-"), 2);
   // What prints no result needs no output.
   EXPECT_EQ(shell("grtx sim t.grtx --quiet --stats st2.json >&-"), 0);
   EXPECT_EQ(folder_.read("st2.json").substr(0, 20), folder_.read("st.json").substr(0, 20));

@@ -56,7 +56,7 @@ TEST_F(ForeignFormats, AreMetaJsonThatIsNotInTheArchive) {
         << name;
   }
   EXPECT_THAT(line_of("s.npz", zip_of("means.npy")), HasSubstr(": is NumPy arrays"));
-  EXPECT_THAT(line_of("s.zip", zip_of("point_cloud.ply")),
+  EXPECT_THAT(line_of("s.zip", zip_of("point_cloud.ply", "PK\x05\x06")),
               HasSubstr(": is a packed file without a .sog scene, which is not read: unpack it"));
   EXPECT_THAT(line_of("s.sog", zip_of("meta.json")), Not(HasSubstr("which is not read")));  // damaged, but SOG
 }

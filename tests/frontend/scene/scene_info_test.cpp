@@ -87,17 +87,17 @@ TEST(SceneInfo, OpacityTenths) {
 }
 
 TEST(SceneInfo, JsonHoldsTheNumbers) {
-  const nlohmann::json json = nlohmann::json::parse(to_json(describe(line())));
-  EXPECT_EQ(json["schema"], "grtx.info/1");
-  EXPECT_EQ(json["rows"], 104);
-  EXPECT_EQ(json["gaussians"], 101);
-  EXPECT_EQ(json["sh_degree"], 0);
-  EXPECT_EQ(json["offset"], nlohmann::json({50.0, 7.0, -8.0}));
-  EXPECT_EQ(json["boxes"]["centres"]["high"][0], 100.0);
-  EXPECT_EQ(json["scale"]["max"]["p50"], 204.0);
-  EXPECT_EQ(json["opacity_tenths"].size(), 10u);
-  EXPECT_EQ(json["dropped"]["NaN opacity"], 3);
-  EXPECT_TRUE(json["clamped"].empty());
+  const nlohmann::json document = nlohmann::json::parse(to_json(describe(line())));
+  EXPECT_EQ(document["schema"], "grtx.info/1");
+  EXPECT_EQ(document["rows"], 104);
+  EXPECT_EQ(document["gaussians"], 101);
+  EXPECT_EQ(document["sh_degree"], 0);
+  EXPECT_EQ(document["offset"], nlohmann::json({50.0, 7.0, -8.0}));
+  EXPECT_EQ(document["boxes"]["centres"]["high"][0], 100.0);
+  EXPECT_EQ(document["scale"]["max"]["p50"], 204.0);
+  EXPECT_EQ(document["opacity_tenths"].size(), 10u);
+  EXPECT_EQ(document["dropped"]["NaN opacity"], 3);
+  EXPECT_TRUE(document["clamped"].empty());
 }
 
 TEST(SceneInfo, TextHoldsTheNumbers) {

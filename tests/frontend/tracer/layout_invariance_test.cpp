@@ -20,17 +20,17 @@
 namespace grtx::frontend {
 namespace {
 
-struct View {
+struct LayoutView {
   Scene scene;
   Camera camera;
 };
 
-View generated(const std::string& preset, std::uint64_t count) {
+LayoutView generated(const std::string& preset, std::uint64_t count) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("grtx_layout_" + std::to_string(::getpid()) + ".ply")).string();
   synthesise({preset, count, 3, 1}, path);
   const std::string cameras = std::filesystem::path(path).replace_extension(".cameras.json").string();
-  View view{load_scene(path), load_cameras(cameras)[0].resized(16, 16)};
+  LayoutView view{load_scene(path), load_cameras(cameras)[0].resized(16, 16)};
   std::filesystem::remove(path);
   std::filesystem::remove(cameras);
   return view;
@@ -43,7 +43,7 @@ class LayoutInvariance : public ::testing::TestWithParam<std::tuple<AccelKind, N
   unsigned widest() const { return layout() == NodeLayout::quantised ? 6 : 8; }
   PreparedGaussians prepared(const Scene& scene) const { return {scene, true, is_quantised(layout())}; }
 
-  void expect_same_images(const View& view) {
+  void expect_same_images(const LayoutView& view) {
     const PreparedGaussians gaussians = prepared(view.scene);
     const AccelerationStructure plain(gaussians, {accel(), 6, false});
     for (const unsigned width : {widest(), 4u}) {
@@ -76,7 +76,7 @@ TEST_P(LayoutInvariance, OfLargeCoordinates) { expect_same_images(generated("str
 // triangle's vertices may come in another order.
 TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
   if (proxy_of(accel()) == ProxyKind::sphere) GTEST_SKIP() << "no triangles";
-  const View view = generated("flat", 3000);
+  const LayoutView view = generated("flat", 3000);
   const PreparedGaussians gaussians = prepared(view.scene);
   TracerOptions options;
   options.triangle_test = TriangleTest::world;
@@ -94,7 +94,7 @@ TEST_P(LayoutInvariance, StoredTrianglesHitTheSameGaussians) {
 }
 
 TEST_P(LayoutInvariance, TracesAreConsistent) {
-  const View view = generated("flat", 3000);
+  const LayoutView view = generated("flat", 3000);
   const PreparedGaussians gaussians = prepared(view.scene);
   const AccelerationStructure structure(gaussians, {accel(), widest(), false, 8, layout()});
   const std::string path =
