@@ -117,6 +117,7 @@ void RayScene::require_same_events(const traces::RayGroup& group, const traces::
     for (std::uint32_t e = 0; e < count; ++e, ++event) {
       traces::Event expected = recorded.events[event];
       if (expected.kind() == traces::EventKind::visit_internal) expected.node = group.nodes[expected.node].address;
+      expected.kind_shifts &= static_cast<std::uint16_t>(~traces::Event::kWide);  // follows from the structure
       if (event >= found.events.size() || found.events[event] != expected) throw differs(r, e);
     }
     if (recorded.rounds[r] != found.rounds[r]) throw differs(r, count);
@@ -156,7 +157,7 @@ void RayScene::describe(std::vector<view::RayNode>& nodes) const {
   const std::uint64_t objects_end = header_.objects_base();
   for (view::RayNode& node : nodes) {
     const std::uint64_t address = node.units * unit;
-    if (node.kind == traces::NodeKind::instance) {
+    if (traces::without_width(node.kind) == traces::NodeKind::instance) {
       const std::uint32_t index = image.leaf_index(node.units);
       node.gaussian = scene_.world() && address < objects_end ? scene_.world()->placed()[index].first_gaussian : index;
     } else if (node.kind != traces::NodeKind::internal && (!header_.two_level || address < header_.blas_base)) {

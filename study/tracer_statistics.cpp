@@ -32,7 +32,12 @@ void add_accel_statistics(modules::StatisticList& list, const frontend::ViewTrac
   list.add("accel.nodes.instance", nodes.instance, "nodes", "instance leaves");
   list.add("accel.nodes.triangle", nodes.triangle, "nodes", "triangle leaves of a monolithic BVH");
   list.add("accel.nodes.procedural", nodes.procedural, "nodes", "procedural leaves of a monolithic BVH");
+  list.add(
+      "accel.nodes.wide", nodes.wide, "nodes",
+      "of instance and procedural leaves, those of 64 B in layout quantised: no code of 32 B holds their Gaussian");
   list.add("accel.nodes.blas", nodes.blas_nodes, "nodes", "nodes of the shared BLAS");
+  list.add("accel.clamped_sh", view.clamped_sh(), "channels",
+           "of spherical harmonics, set to 65,504, the most that the fp16 of layout quantised holds");
   list.add("accel.footprint_bytes", result.footprint_bytes, "B", "distinct node bytes touched by the view");
 }
 

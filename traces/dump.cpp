@@ -67,11 +67,11 @@ class Dumper {
         children("checkpointed", e.checkpoints, group_.nodes[e.node]);
         break;
       case EventKind::visit_instance:
-        line("      {:>5} instance  {:#012x}{}{}", index, address, levels_.is_scene(e.node) ? " of the scene" : "",
-             e.detail != 0 ? " transform only" : "");
+        line("      {:>5} instance  {:#012x}{}{}{}", index, address, levels_.is_scene(e.node) ? " of the scene" : "",
+             e.wide() ? " wide" : "", e.detail != 0 ? " transform only" : "");
         break;
       case EventKind::visit_leaf:
-        line("      {:>5} leaf      {:#012x} {}", index, address, name_of(e.outcome()));
+        line("      {:>5} leaf      {:#012x} {}{}", index, address, e.wide() ? "wide, " : "", name_of(e.outcome()));
         if (e.shifts() != 0) line(", {} shifted", e.shifts());
         break;
       case EventKind::cull:
@@ -151,7 +151,9 @@ class JsonLine {
     list(group_.nodes, [this](const NodeDefinition& node) {
       put("[{},{}", bytes(node.address), bytes(node.child_base));
       for (unsigned slot = 0; slot < node.child_count; ++slot) {
-        put(",{}", std::ranges::find(kStoredKinds, node.child_kinds[slot]) - kStoredKinds);
+        const NodeKind kind = node.child_kinds[slot];
+        const auto stored = std::ranges::find(kStoredKinds, without_width(kind)) - kStoredKinds;
+        put(",{}", is_wide(kind) ? stored + 4 : stored);
       }
       put("]");
     });

@@ -75,10 +75,14 @@ constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted 
 struct Event {
   std::uint32_t node = 0;   ///< visit_internal: index into RayGroup::nodes; else node address in units
   std::uint8_t detail = 0;  ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
-  std::uint8_t checkpoints = 0;   ///< visit_internal: mask of checkpointed children; others: 0/1
-  std::uint16_t kind_shifts = 0;  ///< kind (4 bits) | k-buffer or heap entries moved by the insertion (12 bits)
+  std::uint8_t checkpoints = 0;  ///< visit_internal: mask of checkpointed children; others: 0/1
+  /// kind (3 bits) | visited leaf is wide (1 bit) | k-buffer or heap entries moved by the insertion (12 bits)
+  std::uint16_t kind_shifts = 0;
 
-  EventKind kind() const { return static_cast<EventKind>(kind_shifts & 0xF); }
+  EventKind kind() const { return static_cast<EventKind>(kind_shifts & 0x7); }
+  /// visit_instance, visit_leaf: the leaf is of a wide kind, as its parent's NodeDefinition says, too.
+  bool wide() const { return (kind_shifts & kWide) != 0; }
+  static constexpr std::uint16_t kWide = 8;
   unsigned shifts() const { return kind_shifts >> 4; }
   LeafOutcome outcome() const { return static_cast<LeafOutcome>(detail); }
   unsigned pushed() const { return detail; }

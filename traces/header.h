@@ -15,7 +15,7 @@ namespace grtx::traces {
 
 /// Versions that a reader supports. A writer uses the oldest that can express the header (format_version()).
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 12;
+inline constexpr std::uint32_t kFormatVersion = 13;
 
 /// An instance leaf of a scene TLAS, which places an object.
 struct SceneLeaf {
@@ -49,6 +49,7 @@ struct Header {
   // Node image. Addresses in events are relative to its first byte.
   NodeLayout layout = NodeLayout::vulkan_sim;
   unsigned bvh_width = 6;
+  std::uint64_t wide_leaves = 0;  ///< leaves of a wide kind in the node image; only in layout quantised
   std::uint64_t node_image_bytes = 0;
   std::uint64_t root = 0;  ///< byte address of the (TLAS) root
   bool two_level = false;
@@ -76,7 +77,7 @@ struct Header {
     return frame;
   }
 
-  NodeSizes node_sizes() const { return {layout, bvh_width}; }
+  NodeSizes node_sizes() const { return {layout, bvh_width, wide_leaves != 0}; }
   bool three_level() const { return !object_roots.empty(); }
   /// Byte address of the first object's TLAS header, which is the end of the scene TLAS; 0 unless three_level().
   std::uint64_t objects_base() const { return three_level() ? object_roots.front() - node_sizes().header_bytes() : 0; }
@@ -84,8 +85,9 @@ struct Header {
 
 /// Version of a file with this header. Each version adds to the previous one: 5 pop_test and child order vulkan_sim,
 /// 6 scene TLAS, 7 sequence of frames, 8 box leaves, 9 checkpoint bins, 10 tracing list, 11 any_hit and ert_check,
-/// 12 ahead.
+/// 12 ahead, 13 wide leaves.
 inline std::uint32_t format_version(const Header& header) {
+  if (header.wide_leaves != 0) return 13;
   if (header.ahead != 1) return 12;
   if (header.any_hit == AnyHit::delayed || header.ert_check == ErtCheck::round) return 11;
   if (header.tracing == Tracing::list) return 10;

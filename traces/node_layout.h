@@ -10,8 +10,23 @@
 
 namespace grtx::traces {
 
-/// Node types as stored in the node image (Xe encoding).
-enum class NodeKind : std::uint8_t { internal = 0, instance = 1, procedural = 3, triangle = 4 };
+/// Node types as stored in the node image (Xe encoding). Wide ones are those leaves of layout quantised whose Gaussian
+/// no code of 32 B holds: bit 2 on top of the kind.
+enum class NodeKind : std::uint8_t {
+  internal = 0,
+  instance = 1,
+  procedural = 3,
+  triangle = 4,
+  wide_instance = 5,
+  wide_procedural = 7
+};
+constexpr bool is_wide(NodeKind kind) { return kind == NodeKind::wide_instance || kind == NodeKind::wide_procedural; }
+/// The kind of a leaf whatever its size.
+constexpr NodeKind without_width(NodeKind kind) {
+  return is_wide(kind) ? static_cast<NodeKind>(static_cast<unsigned>(kind) & 3u) : kind;
+}
+/// The wide form of an instance or procedural leaf.
+constexpr NodeKind wide_kind(NodeKind kind) { return static_cast<NodeKind>(static_cast<unsigned>(kind) | 4u); }
 
 // Layout vulkan_sim.
 inline constexpr std::uint64_t kNodeUnit = 64;  ///< addresses are multiples of this many bytes
@@ -28,7 +43,8 @@ inline constexpr unsigned kTrianglesOfPatch = 4;  ///< most triangles of a trian
 // Layout compressed: every node is one unit of 64 B.
 inline constexpr std::uint64_t kCompressedBytes = kNodeUnit;
 
-// Layout quantised: instance and procedural leaves are one unit of 32 B; what else there is has the 64 B of vulkan_sim.
+// Layout quantised: instance and procedural leaves are one unit of 32 B; what else there is has 64 B: internal nodes
+// and triangles as in vulkan_sim, wide ellipsoids as in vulkan_sim, wide instances as in compressed.
 inline constexpr std::uint64_t kQuantisedUnit = 32;
 inline constexpr unsigned kQuantisedWidth = 6;  ///< most children of an internal node
 
@@ -49,6 +65,9 @@ constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
       return kProceduralLeafBytes;
     case NodeKind::triangle:
       return kTriangleLeafBytes;
+    case NodeKind::wide_instance:
+    case NodeKind::wide_procedural:
+      break;  // not in this layout
   }
   return kNodeUnit;
 }
@@ -57,11 +76,14 @@ constexpr std::uint64_t node_bytes(NodeKind kind, unsigned width) {
 /// tracer give them in units.
 class NodeSizes {
  public:
-  constexpr NodeSizes(NodeLayout layout, unsigned width) : layout_(layout), width_(width) {}
+  /// wide_leaves: whether some leaves are of a wide kind.
+  constexpr NodeSizes(NodeLayout layout, unsigned width, bool wide_leaves = false)
+      : layout_(layout), width_(width), wide_leaves_(wide_leaves) {}
 
   constexpr NodeLayout layout() const { return layout_; }
   constexpr unsigned width() const { return width_; }  ///< most children of an internal node
-  constexpr std::uint64_t unit() const {               ///< bytes
+  constexpr bool wide_leaves() const { return wide_leaves_; }
+  constexpr std::uint64_t unit() const {  ///< bytes
     return compact() ? kCompactUnit : quantised() ? kQuantisedUnit : kNodeUnit;
   }
   constexpr unsigned units(NodeKind kind) const {
@@ -93,6 +115,7 @@ class NodeSizes {
 
   NodeLayout layout_;
   unsigned width_;
+  bool wide_leaves_;
 };
 
 /// Bytes of a Gaussian's spherical harmonics up to `degree`: three channels a coefficient, fp32 or, in layout

@@ -32,9 +32,10 @@ struct WorldLeaf {
   std::uint32_t leaves = leaves_of(proxy, patches, compact);  ///< per Gaussian
 
   void prefetch(std::uint32_t index) const { gaussians.prefetch(index / leaves); }
+  bool wide(std::uint32_t index) const { return proxy.is_sphere() && gaussians.wide(index); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t index) const {
     if (compact) return write_compact(image, address, index);
-    if (proxy.is_sphere() && is_quantised(image.sizes().layout()))
+    if (proxy.is_sphere() && is_quantised(image.sizes().layout()) && !gaussians.wide(index))
       return image.write_quantised(address, gaussians.code(index));
     if (proxy.is_sphere()) {
       const GaussianRecord& record = gaussians.record(index);
@@ -70,9 +71,13 @@ struct InstanceLeaf {
   std::uint64_t blas_root;
 
   void prefetch(std::uint32_t g) const { gaussians.prefetch(g); }
+  bool wide(std::uint32_t g) const { return gaussians.wide(g); }
   void operator()(NodeImage& image, std::uint64_t address, std::uint32_t g) const {
-    if (is_quantised(image.sizes().layout())) return image.write_quantised(address, gaussians.code(g));
     const GaussianRecord& record = gaussians.record(g);
+    if (is_quantised(image.sizes().layout())) {
+      return gaussians.wide(g) ? image.write_compressed_instance(address, g, blas_root, record.to_unit, record.mean)
+                               : image.write_quantised(address, gaussians.code(g));
+    }
     const glm::vec3 columns[3] = {gaussians.to_world(g, {1, 0, 0}) - record.mean,
                                   gaussians.to_world(g, {0, 1, 0}) - record.mean,
                                   gaussians.to_world(g, {0, 0, 1}) - record.mean};
@@ -134,6 +139,11 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
   assert(gaussians.quantised() || !is_quantised(options.layout));
   const traces::NodeSizes sizes(options.layout, width);
   const std::size_t leaves = leaves_of(proxy_, patches_, compact);
+  // Triangles in the world are as in other layouts, whatever they are the proxy of.
+  const bool coded_leaves = is_quantised(options.layout) && (sphere || two_level());
+  const IsWide is_wide = coded_leaves && gaussians.wide_count() != 0
+                             ? IsWide([&](std::uint32_t g) { return gaussians.wide(g); })
+                             : nullptr;
   const MemoryPurpose purpose(memory_of(options.kind, count, leaves));
 
   if (!two_level()) {
@@ -146,8 +156,9 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
             gaussians.write_face_boxes(begin / leaves, end / leaves, proxy_, boxes);
           }
         },
-        width);
+        width, is_wide);
     build_seconds_ = tree.build_seconds;
+    counts_.wide = tree.wide;
     height_ = tree.height;
     const auto start = std::chrono::steady_clock::now();
     image_ = NodeImage(width, packed_bytes(tree, primitive_kind, sizes), options_.box_bits, options.layout);
@@ -163,8 +174,9 @@ AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians,
         [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
           gaussians.write_instance_boxes(begin, end, proxy_, options.corner_bounds, boxes);
         },
-        width);
+        width, is_wide);
     build_seconds_ = tlas.build_seconds + blas.tree().build_seconds;
+    counts_.wide = tlas.wide;
     height_ = tlas.height;
     blas_height_ = blas.tree().height;
     const auto start = std::chrono::steady_clock::now();

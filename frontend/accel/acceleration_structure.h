@@ -35,6 +35,7 @@ class AccelerationStructure {
 
   struct Counts {
     std::uint64_t internal = 0, instance = 0, triangle = 0, procedural = 0, blas_nodes = 0;
+    std::uint64_t wide = 0;  ///< of instances and procedural leaves, those of a wide kind
   };
   const Counts& counts() const { return counts_; }
   unsigned height() const { return height_; }              ///< levels of the monolithic BVH or the TLAS

@@ -41,8 +41,14 @@ TreeNode* new_node(TreeMemory& memory, unsigned child_count) {
   return node;
 }
 
-void* create_node(RTCThreadLocalAllocator, unsigned child_count, void* memory) {
-  return new_node(*static_cast<TreeMemory*>(memory), child_count);
+/// What Embree hands to the functions below.
+struct Build {
+  TreeMemory& memory;
+  const IsWide& is_wide;
+};
+
+void* create_node(RTCThreadLocalAllocator, unsigned child_count, void* build) {
+  return new_node(static_cast<Build*>(build)->memory, child_count);
 }
 
 void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
@@ -55,23 +61,27 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
 }
 
 // Called once the children are complete, so that the node's subtree can be counted.
-void set_children(void* pointer, void** children, unsigned count, void*) {
+void set_children(void* pointer, void** children, unsigned count, void* build) {
   auto* const node = static_cast<TreeNode*>(pointer);
-  std::uint32_t internals = 1, leaves = 0;
+  const IsWide& is_wide = static_cast<Build*>(build)->is_wide;
+  std::uint32_t internals = 1, leaves = 0, wide = 0;
   std::uint8_t below = count > 0 ? 1 : 0;
   for (unsigned i = 0; i < count; ++i) {
     TreeChild& child = node->children[i];
     child.link = reinterpret_cast<std::uintptr_t>(children[i]);
     if (child.leaf()) {
       ++leaves;
+      wide += is_wide && is_wide(child.primitive()) ? 1 : 0;
       continue;
     }
     internals += child.node().internals;
+    wide += child.node().wide;
     leaves += child.node().leaves;
     below = std::max(below, child.node().levels);
   }
   node->internals = internals;
   node->leaves = leaves;
+  node->wide = wide;
   node->levels = static_cast<std::uint8_t>(below + 1);
 }
 
@@ -118,7 +128,7 @@ struct Device {
   }
 };
 
-void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMemory& memory, double& seconds) {
+void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, Build& build, double& seconds) {
   const Device embree;
   if (embree.bvh == nullptr) {
     if (rtcGetDeviceError(embree.device) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -138,7 +148,7 @@ void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMem
   arguments.setNodeChildren = set_children;
   arguments.setNodeBounds = set_bounds;
   arguments.createLeaf = create_leaf;
-  arguments.userPtr = &memory;
+  arguments.userPtr = &build;
   const auto start = std::chrono::steady_clock::now();
   void* const root = rtcBuildBVH(&arguments);
   seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -152,15 +162,17 @@ void* run_embree(PrimitiveBox* boxes, std::size_t count, unsigned width, TreeMem
 
 }  // namespace
 
-Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width) {
+Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width,
+                const IsWide& is_wide) {
   assert(count % group == 0);
   Tree tree;
   tree.memory = std::make_unique<TreeMemory>(most_bytes(count));
+  Build build{*tree.memory, is_wide};
   void* root = nullptr;
   if (count > 0) {
     ZeroedPages<PrimitiveBox> boxes(count);
     tree.bounds = write_all(count, group, write_boxes, boxes.data());
-    root = run_embree(boxes.data(), count, width, *tree.memory, tree.build_seconds);
+    root = run_embree(boxes.data(), count, width, build, tree.build_seconds);
   } else {
     tree.bounds.lower = tree.bounds.upper = glm::vec3(0.0f);
   }
@@ -168,12 +180,13 @@ Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_box
   if (count == 0 || top.leaf()) {
     TreeNode* const node = new_node(*tree.memory, count == 0 ? 0 : 1);
     if (count > 0) node->children[0].box = tree.bounds;
-    set_children(node, &root, node->child_count, nullptr);
+    set_children(node, &root, node->child_count, &build);
     top.link = reinterpret_cast<std::uintptr_t>(node);
   }
   tree.root = &top.node();
   tree.internals = tree.root->internals;
   tree.leaves = tree.root->leaves;
+  tree.wide = tree.root->wide;
   tree.height = tree.root->levels;
   // Embree leaves out primitives whose boxes are not finite; loading admits none, and a loss must not be silent.
   assert(tree.leaves == count);

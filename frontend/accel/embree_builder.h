@@ -30,6 +30,7 @@ struct TreeNode {
   std::uint8_t levels = 1;                ///< levels of the subtree, this node and its leaves included
   std::uint32_t internals = 1;            ///< nodes of the subtree, this one included
   std::uint32_t leaves = 0;               ///< primitives of the subtree
+  std::uint32_t wide = 0;                 ///< of them, those with wide leaves
   TreeChild children[traces::kMaxWidth];  ///< only child_count of them are allocated
 };
 
@@ -39,6 +40,7 @@ struct Tree {
   Box bounds;
   std::uint32_t internals = 0;
   std::uint32_t leaves = 0;
+  std::uint32_t wide = 0;      ///< leaves that are wide
   unsigned height = 0;         ///< levels, root and leaf level included
   double build_seconds = 0.0;  ///< rtcBuildBVH alone
 };
@@ -47,8 +49,11 @@ struct Tree {
 using BoxWriter = std::function<void(std::size_t begin, std::size_t end, PrimitiveBox* boxes)>;
 
 /// Builds a tree of up to `width` children per node over `count` boxes (0: a root without children). write_boxes gets
-/// ranges that begin and end at multiples of `group`, which divides count. Throws std::runtime_error when Embree fails.
-Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width);
+/// ranges that begin and end at multiples of `group`, which divides count. is_wide: which leaves are wide; null: none.
+/// Throws std::runtime_error when Embree fails.
+using IsWide = std::function<bool(std::uint32_t primitive)>;
+Tree build_tree(std::size_t count, std::size_t group, const BoxWriter& write_boxes, unsigned width,
+                const IsWide& is_wide = nullptr);
 
 /// The same over boxes given one by one, by box_of(i).
 template <typename BoxOf>

@@ -139,6 +139,10 @@ class NodeImage {
                       const glm::vec3 (&world_to_object)[3], const glm::vec3 (&object_to_world)[3],
                       const glm::vec3& translation);
 
+  /// The 64 B instance leaf of layout compressed, which is the wide one of layout quantised.
+  void write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
+                                 const glm::vec3 (&world_to_object)[3], const glm::vec3& translation);
+
   DecodedInternal decode_internal(std::uint64_t address) const;
   std::uint32_t primitive(std::uint64_t leaf) const { return read_u32(leaf + 8); }  ///< triangle leaf, vulkan_sim
   /// Number of triangles in the triangle leaf at this address.
@@ -183,8 +187,6 @@ class NodeImage {
   }
 
  private:
-  void write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
-                                 const glm::vec3 (&world_to_object)[3], const glm::vec3& translation);
   void write_compact_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_header,
                               std::uint64_t blas_root, const glm::vec3 (&world_to_object)[3],
                               const glm::vec3 (&object_to_world)[3], const glm::vec3& translation);

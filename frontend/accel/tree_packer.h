@@ -16,11 +16,14 @@ namespace grtx::frontend {
 
 /// Bytes that a packed tree takes, header included.
 inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, const traces::NodeSizes& sizes) {
-  return sizes.header_bytes() + tree.internals * sizes.bytes(NodeKind::internal) + tree.leaves * sizes.bytes(leaf_kind);
+  return sizes.header_bytes() + tree.internals * sizes.bytes(NodeKind::internal) +
+         tree.leaves * sizes.bytes(leaf_kind) +
+         tree.wide * (sizes.bytes(traces::wide_kind(leaf_kind)) - sizes.bytes(leaf_kind));
 }
 
 /// Packs depth first: a node's children lie together, followed by each child's subtree. Leaf: leaf(image, address,
-/// primitive) writes one leaf, from any thread. An optional leaf.prefetch(primitive) is called some time before.
+/// primitive) writes one leaf, from any thread. An optional leaf.prefetch(primitive) is called some time before, and an
+/// optional leaf.wide(primitive) says whether the leaf is a wide one, as it was when the tree was built.
 template <typename Leaf>
 class TreePacker {
  public:
@@ -31,6 +34,7 @@ class TreePacker {
         leaf_kind_(leaf_kind),
         internal_bytes_(image.sizes().bytes(NodeKind::internal)),
         leaf_bytes_(image.sizes().bytes(leaf_kind)),
+        wide_bytes_(tree.wide != 0 ? image.sizes().bytes(traces::wide_kind(leaf_kind)) : leaf_bytes_),
         leaf_(std::move(leaf)),
         consume_(consume) {}
 
@@ -76,9 +80,11 @@ class TreePacker {
       const TreeChild& child = node.children[i];
       read.records[i] = {child.box, child.leaf() ? leaf_kind_ : NodeKind::internal};
       if (child.leaf()) {
+        const bool wide = node.wide != 0 && is_wide(child.primitive());
+        if (wide) read.records[i].kind = traces::wide_kind(leaf_kind_);
         if constexpr (requires { leaf_.prefetch(child.primitive()); }) leaf_.prefetch(child.primitive());
         read.leaves[read.leaf_count++] = {child.primitive(), end};
-        end += leaf_bytes_;
+        end += wide ? wide_bytes_ : leaf_bytes_;
       } else {
         __builtin_prefetch(&child.node());
         read.inner[read.inner_count++] = {&child.node(), end, 0};
@@ -89,13 +95,19 @@ class TreePacker {
     read.below_children = end;
   }
 
+  bool is_wide(std::uint32_t primitive) const {
+    if constexpr (requires { leaf_.wide(primitive); }) return leaf_.wide(primitive);
+    return false;
+  }
+
   // Sets the addresses of the children's subtrees; read_node() has prefetched their nodes.
   void place_inner(ReadNode& read) {
     std::uint64_t end = read.below_children;
     for (unsigned i = 0; i < read.inner_count; ++i) {
       Subtree& inner = read.inner[i];
       inner.below = end;
-      end += (inner.root->internals - 1) * internal_bytes_ + inner.root->leaves * leaf_bytes_;
+      end += (inner.root->internals - 1) * internal_bytes_ + inner.root->leaves * leaf_bytes_ +
+             inner.root->wide * (wide_bytes_ - leaf_bytes_);
     }
   }
 
@@ -132,6 +144,7 @@ class TreePacker {
   NodeKind leaf_kind_;
   std::uint64_t internal_bytes_;
   std::uint64_t leaf_bytes_;
+  std::uint64_t wide_bytes_;
   Leaf leaf_;
   bool consume_ = false;
 };

@@ -35,26 +35,13 @@ PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel, bool qua
     if (scene.size() > std::size_t{1} << QuantisedGaussian::kIdBits) {
       throw Error("--layout", "quantised", "numbers at most 2^26 Gaussians");
     }
-    mean_grid_ = MeanGrid::of(scene.mean);
+    widths_ = LeafWidths::of(scene);
     codes_ = HugePageVector<QuantisedGaussian>(scene.size());
   }
   std::vector<float> distance(scene.size());
   for (std::size_t g = 0; g < scene.size(); ++g) {
-    GaussianRecord& record = records_[g];
-    record.opacity = quantised ? QuantisedGaussian::nearest_opacity(scene.opacity[g]) : scene.opacity[g];
-    const double kappa = kernel_radius(static_cast<double>(record.opacity), kernel);
-    const glm::dmat3 r = rotation_matrix(scene.rotation[g]);
-    record.mean = scene.mean[g];
-    record.kappa2 = static_cast<float>(kappa * kappa);
-    // Column `axis` of R is the local axis in world space; glm matrices are column-major.
-    const glm::dvec3 extent = kappa * glm::dvec3(scene.scale[g]);
-    const glm::dvec3 to_unit[3] = {r[0] / extent[0], r[1] / extent[1], r[2] / extent[2]};
-    if (quantised) {
-      codes_[g] = QuantisedGaussian(mean_grid_, static_cast<std::uint32_t>(g), record.opacity, record.mean, to_unit);
-      read_code(g);
-    } else {
-      set_maps(g, to_unit, {r[0] * extent[0], r[1] * extent[1], r[2] * extent[2]});
-    }
+    if (!quantised || !set_quantised(g, scene, kernel)) set_whole(g, scene, kernel);
+    const GaussianRecord& record = records_[g];
     distance[g] = std::max({std::fabs(record.mean.x), std::fabs(record.mean.y), std::fabs(record.mean.z)});
   }
   if (!distance.empty()) {
@@ -62,6 +49,49 @@ PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel, bool qua
     std::nth_element(distance.begin(), middle, distance.end());
     absolute_margin_ = *middle * kSceneMargin;
   }
+}
+
+namespace {
+
+/// A Gaussian with its maps in double.
+struct ExactMaps {
+  ExactMaps(const Scene& scene, std::size_t g, float opacity, const Kernel& kernel)
+      : kappa(kernel_radius(static_cast<double>(opacity), kernel)),
+        r(rotation_matrix(scene.rotation[g])),
+        extent(kappa * glm::dvec3(scene.scale[g])),
+        to_unit{r[0] / extent[0], r[1] / extent[1], r[2] / extent[2]} {}
+  // Column `axis` of R is the local axis in world space; glm matrices are column-major.
+  glm::dmat3 to_world() const { return {r[0] * extent[0], r[1] * extent[1], r[2] * extent[2]}; }
+
+  double kappa;
+  glm::dmat3 r;
+  glm::dvec3 extent;
+  glm::dvec3 to_unit[3];
+};
+
+}  // namespace
+
+void PreparedGaussians::set_whole(std::size_t g, const Scene& scene, const Kernel& kernel) {
+  const ExactMaps maps(scene, g, scene.opacity[g], kernel);
+  records_[g].opacity = scene.opacity[g];
+  records_[g].mean = scene.mean[g];
+  records_[g].kappa2 = static_cast<float>(maps.kappa * maps.kappa);
+  set_maps(g, maps.to_unit, maps.to_world());
+}
+
+bool PreparedGaussians::set_quantised(std::size_t g, const Scene& scene, const Kernel& kernel) {
+  if (widths_.wide[g]) return false;
+  const float opacity = QuantisedGaussian::nearest_opacity(scene.opacity[g]);
+  const ExactMaps maps(scene, g, opacity, kernel);
+  if (!QuantisedGaussian::holds(widths_.grid, scene.mean[g], maps.to_unit)) {
+    widths_.set_wide(g);
+    return false;
+  }
+  records_[g].opacity = opacity;
+  records_[g].kappa2 = static_cast<float>(maps.kappa * maps.kappa);
+  codes_[g] = QuantisedGaussian(widths_.grid, static_cast<std::uint32_t>(g), opacity, scene.mean[g], maps.to_unit);
+  read_code(g);
+  return true;
 }
 
 void PreparedGaussians::set_maps(std::size_t g, const glm::dvec3 (&to_unit)[3], const glm::dmat3& to_world) {
@@ -75,7 +105,7 @@ void PreparedGaussians::set_maps(std::size_t g, const glm::dvec3 (&to_unit)[3], 
 
 void PreparedGaussians::read_code(std::size_t g) {
   const QuantisedGaussian& code = codes_[g];
-  records_[g].mean = code.mean(mean_grid_);
+  records_[g].mean = code.mean(widths_.grid);
   const glm::dvec3 to_unit[3] = {code.row(0), code.row(1), code.row(2)};
   // Rows of a rotation, each divided by a length: still far from singular when rounded.
   set_maps(g, to_unit, glm::inverse(glm::transpose(glm::dmat3(to_unit[0], to_unit[1], to_unit[2]))));

@@ -11,6 +11,7 @@
 #include "grtx/frontend/gaussian/face_patches.h"
 #include "grtx/frontend/gaussian/float4.h"
 #include "grtx/frontend/gaussian/kernel.h"
+#include "grtx/frontend/gaussian/leaf_widths.h"
 #include "grtx/frontend/gaussian/primitive_box.h"
 #include "grtx/frontend/gaussian/proxy.h"
 #include "grtx/frontend/gaussian/quantised_gaussian.h"
@@ -31,14 +32,16 @@ static_assert(sizeof(GaussianRecord) == 64);
 
 class PreparedGaussians {
  public:
-  /// quantised: each Gaussian is what a leaf of layout quantised holds of it.
+  /// quantised: each Gaussian is what a leaf of layout quantised holds of it; of a wide leaf it is the whole Gaussian.
   PreparedGaussians(const Scene& scene, Kernel kernel, bool quantised = false);
 
   std::size_t size() const { return records_.size(); }
   const GaussianRecord& record(std::uint32_t g) const { return records_[g]; }
   bool quantised() const { return quantised_; }
-  const MeanGrid& mean_grid() const { return mean_grid_; }                    ///< if quantised
-  const QuantisedGaussian& code(std::uint32_t g) const { return codes_[g]; }  ///< if quantised
+  const MeanGrid& mean_grid() const { return widths_.grid; }                  ///< if quantised
+  bool wide(std::uint32_t g) const { return quantised_ && widths_.wide[g]; }  ///< its leaf is a wide one
+  std::uint64_t wide_count() const { return widths_.count; }
+  const QuantisedGaussian& code(std::uint32_t g) const { return codes_[g]; }  ///< if quantised, and not wide
   /// World position of a proxy vertex given in unit space: mean + to_world v. fp32, always the same operations.
   glm::vec3 to_world(std::uint32_t g, const glm::vec3& v) const {
     const glm::vec3* a = &to_world_[3 * static_cast<std::size_t>(g)];
@@ -82,6 +85,9 @@ class PreparedGaussians {
 
   /// to_world: columns are the half axes.
   void set_maps(std::size_t g, const glm::dvec3 (&to_unit)[3], const glm::dmat3& to_world);
+  void set_whole(std::size_t g, const Scene& scene, const Kernel& kernel);
+  /// Returns false if no code holds the Gaussian: it is wide.
+  bool set_quantised(std::size_t g, const Scene& scene, const Kernel& kernel);
   void read_code(std::size_t g);  ///< sets record and maps to what the code holds
   Box widened(Box box) const;
   /// Writes the world positions of the proxy's vertices; returns how many.
@@ -90,7 +96,7 @@ class PreparedGaussians {
   HugePageVector<GaussianRecord> records_;
   HugePageVector<glm::vec3> to_world_;  ///< three rows per Gaussian
   bool quantised_;
-  MeanGrid mean_grid_;
+  LeafWidths widths_;
   HugePageVector<QuantisedGaussian> codes_;
   float absolute_margin_ = 0.0f;
 };

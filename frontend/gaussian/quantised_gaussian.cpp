@@ -20,7 +20,8 @@ constexpr int kLeastExponent = -80;  // of a row; code 0
 constexpr int kMostExponent = kLeastExponent + (1 << Q::kExponentBits) - 1;
 constexpr int kEntryScale = Q::kEntryBits - 1;         // entries are multiples of 2^(exponent - kEntryScale)
 constexpr double kMostEntry = (1 << kEntryScale) - 1;  // entries are signed
-constexpr double kMostMean = (std::uint64_t{1} << Q::kMeanBits) - 1;
+constexpr double kMostMean = MeanGrid::kMostCode;
+static_assert(kMostMean == (std::uint64_t{1} << Q::kMeanBits) - 1);
 
 double largest(const glm::dvec3& row) { return std::max({std::fabs(row.x), std::fabs(row.y), std::fabs(row.z)}); }
 
@@ -40,7 +41,7 @@ MeanGrid MeanGrid::of(const std::vector<glm::vec3>& means) {
     const auto [least, most] = std::minmax_element(
         means.begin(), means.end(), [axis](const glm::vec3& a, const glm::vec3& b) { return a[axis] < b[axis]; });
     const double extent = static_cast<double>((*most)[axis]) - static_cast<double>((*least)[axis]);
-    int exponent = -100;
+    int exponent = std::ilogb(kLeastStep);
     while (std::ldexp(kMostMean, exponent) < extent) ++exponent;
     grid.origin[axis] = (*least)[axis];
     grid.step[axis] = std::ldexp(1.0f, exponent);
@@ -68,6 +69,19 @@ QuantisedGaussian::QuantisedGaussian(const MeanGrid& grid, std::uint32_t id, flo
                 static_cast<std::uint64_t>(static_cast<std::int64_t>(entry)));
     }
   }
+}
+
+bool QuantisedGaussian::holds(const MeanGrid& grid, const glm::vec3& mean, const glm::dvec3 (&to_unit)[3]) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int exponent = exponent_of(to_unit[axis]);
+    if (!(largest(to_unit[axis]) > 0.0) || exponent < kLeastExponent || exponent > kMostExponent) return false;
+    // Also false where the decoder's sum would overflow.
+    const double code = std::round((static_cast<double>(mean[axis]) - static_cast<double>(grid.origin[axis])) /
+                                   static_cast<double>(grid.step[axis]));
+    const bool sound = std::isfinite(static_cast<float>(code) * grid.step[axis]);
+    if (!(code >= 0.0 && code <= kMostMean) || !sound) return false;
+  }
+  return true;
 }
 
 glm::vec3 QuantisedGaussian::mean(const MeanGrid& grid) const {

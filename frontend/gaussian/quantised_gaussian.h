@@ -14,6 +14,8 @@ namespace grtx::frontend {
 struct MeanGrid {
   glm::vec3 origin{0.0f};
   glm::vec3 step{1.0f};
+  static constexpr double kMostCode = (1 << 22) - 1;
+  static constexpr double kLeastStep = 0x1p-100;
   /// The finest grid that holds all of these.
   static MeanGrid of(const std::vector<glm::vec3>& means);
 };
@@ -32,6 +34,8 @@ class QuantisedGaussian {
   float opacity() const { return decoded_opacity(static_cast<unsigned>(field(kIdBits, kOpacityBits))); }
   glm::vec3 mean(const MeanGrid& grid) const;
   glm::vec3 row(unsigned axis) const;
+  /// Whether a code holds these: the grid has the mean, and no row is beyond the exponents.
+  static bool holds(const MeanGrid& grid, const glm::vec3& mean, const glm::dvec3 (&to_unit)[3]);
   const std::array<std::uint32_t, 8>& words() const { return words_; }
 
   /// The opacity nearest to `opacity` that a leaf can hold; the kernel radius follows from it.

@@ -102,6 +102,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.layout = accel.options().layout;
   header.bvh_width = accel.options().width;
   header.node_image_bytes = accel.image().size();
+  if constexpr (requires { accel.counts(); }) header.wide_leaves = accel.counts().wide;
   header.root = accel.root();
   header.two_level = is_two_level(header.accel);
   header.blas_base = accel.blas_header();

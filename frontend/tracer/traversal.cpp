@@ -24,7 +24,6 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
     : image_(structure.image),
       layout_(structure.image.layout()),
       internal_units_(structure.image.sizes().units(NodeKind::internal)),
-      instance_units_(structure.image.sizes().units(NodeKind::instance)),
       root_(structure.root),
       blas_root_(structure.blas_root),
       root_box_(box_of_children(structure.image, structure.root)),
@@ -93,12 +92,12 @@ void Traversal::resume_at(const TraceRay& ray, const StackEntry& entry, RayState
   // The ray must be transformed again before a node inside an instance can be tested.
   if (entry.object != 0) {
     ++state.counters.visits_instance;
-    visited(units_of(entry.object), instance_units_);
+    visited_leaf(entry.object, memory_[entry.object].packed);
     recorder.event(traces::EventKind::visit_instance, units_of(entry.object), 1, 0);
   }
   if (entry.in_blas()) {
     ++state.counters.visits_instance;
-    visited(units_of(entry.instance), instance_units_);
+    visited_leaf(entry.instance, memory_[entry.instance].packed);
     recorder.event(traces::EventKind::visit_instance, units_of(entry.instance), 1, 0);
     enter_instance(local_ray(ray, entry), entry.instance, state);
   }
@@ -127,13 +126,14 @@ inline void Traversal::visit(const TraceRay& ray, const StackEntry& entry, RaySt
       visit_internal<Order>(local_ray(ray, entry), entry, state, recorder);
       break;
     case NodeKind::instance:
+    case NodeKind::wide_instance:
       visit_instance<Order>(ray, entry, state, recorder);
       break;
     default:
       if (ReachedNode::link_of(entry.packed) == WalkMemory::kMissed) {  // most leaves of later rounds
         ++state.counters.visits_leaf;
         ++state.counters.skipped_retests;
-        visited(units_of(entry.node), 1);
+        visited_leaf(entry.node, entry.packed);
         recorder.event(traces::EventKind::visit_leaf, units_of(entry.node),
                        static_cast<unsigned>(traces::LeafOutcome::miss), 0);
         break;
@@ -306,7 +306,7 @@ inline unsigned Traversal::checkpoint_children(const StackEntry& parent, std::ui
 template <typename Order, typename Recorder>
 void Traversal::visit_instance(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_instance;
-  visited(units_of(entry.node), instance_units_);
+  visited_leaf(entry.node, entry.packed);
   recorder.event(traces::EventKind::visit_instance, units_of(entry.node), 0, 0);
   if (object_.one_of_several() && entry.object == 0) {
     enter_object(ray, entry.node);
@@ -345,7 +345,7 @@ std::uint32_t Traversal::add_root(std::uint32_t units) {
 template <typename Order, typename Recorder>
 void Traversal::visit_leaf(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder) {
   ++state.counters.visits_leaf;
-  visited(units_of(entry.node), 1);
+  visited_leaf(entry.node, entry.packed);
   std::uint32_t link = memory_[entry.node].link();
   if (link == 0) {
     EnteredInstance* const instance = entry.in_blas() ? &memory_.instance(instance_) : nullptr;

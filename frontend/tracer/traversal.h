@@ -92,11 +92,14 @@ class Traversal {
   void visited(std::uint32_t units, unsigned size_units) {
     if (tracker_ != nullptr) tracker_->visit(units, size_units);
   }
+  /// node: link into memory_.
+  void visited_leaf(std::uint32_t node, std::uint32_t packed) {
+    if (tracker_ != nullptr) tracker_->visit(units_of(node), image_.sizes().units(ReachedNode::kind_of(packed)));
+  }
 
   const NodeImage& image_;
   const InternalLayout layout_;
   const unsigned internal_units_;  ///< of an internal node
-  const unsigned instance_units_;  ///< of an instance leaf
   const std::uint32_t root_;       ///< units
   const std::uint32_t blas_root_;  ///< units
   const Box root_box_;             ///< contains the decoded boxes of the root's children

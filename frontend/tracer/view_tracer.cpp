@@ -2,7 +2,9 @@
 #include "grtx/frontend/tracer/view_tracer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -16,6 +18,8 @@
 
 namespace grtx::frontend {
 namespace {
+
+constexpr float kLargestFp16 = 65504.0f;
 
 /// Header of a trace of all frames. header_of(camera, options of the frame): header of a trace of one frame.
 template <typename HeaderOf>
@@ -121,10 +125,15 @@ const AccelerationStructure& ViewTracer::build(const AccelOptions& options) {
 void ViewTracer::round_sh(bool quantised) {
   if (!quantised) {
     scene_.sh = std::move(full_sh_);
+    clamped_sh_ = 0;
     return;
   }
   full_sh_ = scene_.sh;
-  for (float& coefficient : scene_.sh) coefficient = round_to_fp16(coefficient);
+  for (float& coefficient : scene_.sh) {
+    const float rounded = round_to_fp16(std::clamp(coefficient, -kLargestFp16, kLargestFp16));
+    clamped_sh_ += std::fabs(coefficient) > kLargestFp16 ? 1 : 0;
+    coefficient = rounded;
+  }
 }
 
 TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& render, const std::string& trace_file,
@@ -142,6 +151,9 @@ TracedView ViewTracer::trace(const TracerOptions& options, const RenderOptions& 
   traces::Header header = sequence_header(cameras_, all_rays, [&](const Camera& camera, const RenderOptions& frame) {
     return trace_header(scene_, camera, *accel_, options, frame);
   });
+  if (clamped_sh_ != 0) {
+    header.inputs["clamped_sh"] = std::to_string(clamped_sh_) + " of " + std::to_string(scene_.sh.size());
+  }
   trace_into(view, TracedStructure(scene_, *gaussians_, *accel_), cameras_, options, std::move(all_rays),
              std::move(header), trace_file, inputs);
   view.plan = std::move(plans.front());

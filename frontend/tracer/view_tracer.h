@@ -67,6 +67,8 @@ class ViewTracer {
   /// Builds the structure to trace from now on, or keeps the last one if it has the same options. Otherwise frees the
   /// last one first, because it may be large.
   const AccelerationStructure& build(const AccelOptions& options);
+  /// Channels of harmonics beyond what fp16 holds, which are the largest it holds; 0 unless Gaussians are quantised.
+  std::uint64_t clamped_sh() const { return clamped_sh_; }
   /// How many structures build() has made.
   unsigned structures_built() const { return structures_built_; }
 
@@ -81,6 +83,7 @@ class ViewTracer {
 
   Scene scene_;                 ///< harmonics rounded to fp16 where Gaussians are quantised
   std::vector<float> full_sh_;  ///< then: as they were
+  std::uint64_t clamped_sh_ = 0;
   std::vector<Camera> cameras_;
   const Kernel kernel_;
   std::unique_ptr<const PreparedGaussians> gaussians_;  ///< in the form that the structure's layout needs

@@ -153,7 +153,7 @@ DataPath ray_gaussian_path(bool entry) {
 }
 
 // Decoding a map of layout quantised: nine entries of 15 bits and three means of 22 become floats, as a bound does in
-// ray_box_path(); each mean is added to the grid's origin.
+// ray_box_path(); each mean is added to the grid's origin. The twelve floats of a wide leaf pass by the decoder.
 DataPath ray_transform_path(bool coded) {
   DataPath path{{{"fp_add", 32, 15}, {"fp_mul", 32, 18}, {"fp_reciprocal", 32, 3}}, 416};
   if (coded) {
@@ -161,6 +161,7 @@ DataPath ray_transform_path(bool coded) {
     path.operators.push_back({"mux", 24, 5 * 3});
     path.operators.push_back({"int_add", 8, 12});
     path.operators.push_back({"fp_add", 32, 3});
+    path.operators.push_back({"mux", 32, 12});
   }
   return path;
 }

@@ -40,12 +40,15 @@ unsigned NodeDispatch::tests_of(NodeKind kind, unsigned children) const {
   return kind == NodeKind::internal && config_.box_op_per_child ? std::max(1u, children) : 1;
 }
 
-void NodeDispatch::test(Cycle now, LaneId test, NodeKind kind, unsigned children) {
+// Wide leaves are tested as the others: only what decodes their bytes differs.
+void NodeDispatch::test(Cycle now, LaneId test, NodeKind stored, unsigned children) {
+  const NodeKind kind = traces::without_width(stored);
   if (config_.box_leaves && kind == NodeKind::procedural) return client_->unit_result(now, test);
   unit_of(kind).enqueue(now, test, tests_of(kind, children));
 }
 
-void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind kind) {
+void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind stored) {
+  const NodeKind kind = traces::without_width(stored);
   if (config_.box_leaves && kind == NodeKind::procedural) {
     warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
     return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });

@@ -157,7 +157,7 @@ void WarpWalkScheduler::start(Cycle now, unsigned entry, std::size_t place) {
   const auto visits = static_cast<unsigned>(std::popcount(visiting));
   counters_.walk.in_vain += lanes - visits;
   counters_.walk.under_way += walk.stack.under_way();
-  if (node.kind == leaf_) walk.held += lanes;
+  if (traces::without_width(node.kind) == leaf_) walk.held += lanes;
   const NodeVisit visit{node.kind, traffic_->address(node.address), false};
   memory_->begin_warp(now, entry);
   memory_->visit(lane_id(entry, slot), visit.kind, visit.address, visit.header);
@@ -201,7 +201,7 @@ void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
   if (EventEffect(walk.lanes[lane].tree.event(index)).calls_shader(boxes_)) {
     found(now, entry, lane, index);
   } else {
-    if (node.entry.kind == leaf_) --walk.held;
+    if (traces::without_width(node.entry.kind) == leaf_) --walk.held;
     event_done(entry, lane);
   }
   if (node.testing == 0) node_done(entry, slot);

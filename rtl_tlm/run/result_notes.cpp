@@ -91,6 +91,10 @@ ResultNotes trace_notes(const traces::Header& header, const traces::Totals& tota
   if (const auto clamped = header.inputs.find("clamped"); clamped != header.inputs.end()) {
     notes.push_back({"clamped", "reading the scene changed " + clamped->second});
   }
+  if (const auto clamped = header.inputs.find("clamped_sh"); clamped != header.inputs.end()) {
+    notes.push_back({"clamped-sh", "layout quantised changed " + clamped->second +
+                                       " channels of spherical harmonics: beyond 65,504, the most that fp16 holds"});
+  }
   return notes;
 }
 

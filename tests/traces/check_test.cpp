@@ -41,6 +41,19 @@ RandomTrace stale_nodes() {
 }
 
 /// Whose children are popped in Vulkan-Sim's order.
+RandomTrace wide() {
+  return testing::random_trace({.seed = 7,
+                                .groups = 6,
+                                .layout = NodeLayout::quantised,
+                                .procedural = true,
+                                .k = 3,
+                                .checkpoint = false,
+                                .wide = true});
+}
+RandomTrace wide_instances() {
+  return testing::random_trace(
+      {.seed = 5, .groups = 6, .layout = NodeLayout::quantised, .k = 3, .two_level = true, .wide = true});
+}
 RandomTrace following() {
   return testing::random_trace(
       {.seed = 9, .groups = 6, .k = 3, .checkpoint = false, .child_order = ChildOrder::vulkan_sim});
@@ -353,7 +366,21 @@ std::vector<Case> cases() {
                 (p.event.kind_shifts = Event::pack(EventKind::visit_instance), true);
        })},
       {"UnknownEventKind", restarting, "its top must be visited or culled",
-       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.kind_shifts = 9); })},
+       on_event([](EventPlace p) { return p.event.kind() == EventKind::cull && (p.event.kind_shifts = 7); })},
+      {"WideLeafVisitedAsANarrowOne", wide, "as wide as its parent says", on_event([](EventPlace p) {
+         return p.event.kind() == EventKind::visit_leaf && p.event.wide() &&
+                (p.event.kind_shifts ^= Event::kWide, true);
+       })},
+      {"InstanceVisitedAsAWideOne", wide_instances, "as wide as its parent says", on_event([](EventPlace p) {
+         return p.event.kind() == EventKind::visit_instance && p.event.detail == 0 &&
+                (p.event.kind_shifts ^= Event::kWide, true);
+       })},
+      {"InstanceOfAReplayVisitedAsAWideOne", wide_instances, "as wide as its parent says", on_event([](EventPlace p) {
+         return p.event.kind() == EventKind::visit_instance && p.event.detail == 1 &&
+                (p.event.kind_shifts ^= Event::kWide, true);
+       })},
+      {"WideLeafWhereTheHeaderHasNone", wide, "of a known kind",
+       [](RandomTrace& trace) { return trace.header.wide_leaves = 0, true; }},
       {"NodeIndexBeyondTheDictionary", restarting, "exceeds the dictionary", on_event([](EventPlace p) {
          return p.event.kind() == EventKind::visit_internal && (p.event.node = 0xFFFFFFFF);
        })},

@@ -158,6 +158,28 @@ TEST(NodeShape, PlacesOfChildren) {
   }
 }
 
+TEST(NodeShape, WideLeavesTakeTwoUnitsWhereTheHeaderHasThem) {
+  NodeDefinition definition =
+      node(1, 2, {kI, NodeKind::wide_procedural, NodeKind::procedural, NodeKind::wide_procedural});
+  ShapeTable table;
+  table.set_sizes({NodeLayout::quantised, 6, true});
+  const NodeShape& shape = table.of(definition);
+  ASSERT_EQ(shape.fault, nullptr);
+  EXPECT_EQ(shape.offsets & 0xFFFF, 0x5420u);
+  EXPECT_EQ(shape.units, 7);
+  EXPECT_EQ(shape.wide_leaves, 0b1010);
+  const ShapeTable::Stored* const stored = table.stored(shape.code, shape.kinds_code);
+  ASSERT_NE(stored, nullptr);
+  EXPECT_EQ(stored->kinds, definition.child_kinds);
+  EXPECT_EQ(table.stored(shape.code, shape.kinds_code | 1u << 16), nullptr) << "an internal node is not wide";
+  EXPECT_EQ(table.stored(shape.code, shape.kinds_code | 1u << 20), nullptr) << "there is no such child";
+  EXPECT_EQ(table.stored(shape.code, shape.kinds_code & 0xFFFFu), nullptr) << "the mask is not empty";
+  EXPECT_STREQ(make_shape({NodeLayout::quantised, 6}, definition.child_kinds, 4).fault,
+               "a child must be of a known kind");
+  EXPECT_STREQ(make_shape({NodeLayout::vulkan_sim, 6}, definition.child_kinds, 4).fault,
+               "a child must be of a known kind");
+}
+
 TEST(NodeShape, FaultsNameTheRule) {
   NodeDefinition definition = node(1, 2, {kT, kT});
   definition.child_kinds[5] = kT;

@@ -38,6 +38,7 @@ struct RandomOptions {
   unsigned objects = 0;  ///< with two_level: TLASes below a scene TLAS; 0: there is none
   bool blas_root_is_leaf = false;
   bool root_is_leaf = false;
+  bool wide = false;                   ///< layout quantised: some of the coded leaves are wide
   Tracing tracing = Tracing::multi;    ///< all but multi need checkpoint = false; closest k = 1
   AnyHit any_hit = AnyHit::immediate;  ///< delayed needs multi and checkpoint = false; half of the rays then end early
   ErtCheck ert_check = ErtCheck::hit;
@@ -74,6 +75,7 @@ class RandomTree {
         if (address < scene_end) scene_leaves_[address] = static_cast<std::uint32_t>(random_() % options.objects);
       }
     }
+    wide_here_ = false;
     blas_base_ = next_++;
     blas_root_ = next_;
     if (options.blas_root_is_leaf) {
@@ -98,6 +100,11 @@ class RandomTree {
   std::uint32_t end() const { return next_; }
   const std::vector<std::uint32_t>& object_roots() const { return object_roots_; }
   const std::map<std::uint32_t, std::uint32_t>& scene_leaves() const { return scene_leaves_; }  ///< object by address
+  std::uint64_t wide_leaves() const {
+    std::uint64_t count = 0;
+    for (const auto& [address, kind] : leaf_kinds_) count += is_wide(kind) ? 1 : 0;
+    return count;
+  }
   std::uint32_t units(NodeKind kind) const { return NodeSizes(options_.layout, options_.bvh_width).units(kind); }
 
  private:
@@ -112,6 +119,7 @@ class RandomTree {
       if (leaf == NodeKind::triangle && random_() % 5 == 0 && options_.layout != NodeLayout::quantised) {
         kind = NodeKind::procedural;
       }
+      if (wide_here_ && random_() % 4 == 0) kind = wide_kind(kind);
       if (inner) kind = NodeKind::internal;
       node.child_kinds[slot] = kind;
       if (!inner) leaf_kinds_[next_] = kind;
@@ -131,6 +139,7 @@ class RandomTree {
   std::map<std::uint32_t, NodeKind> leaf_kinds_;
   std::vector<std::uint32_t> object_roots_;
   std::map<std::uint32_t, std::uint32_t> scene_leaves_;
+  bool wide_here_ = options_.wide;
   std::uint32_t next_ = 1;  ///< the file header takes the first unit
   std::uint32_t root_ = 0;
   std::uint32_t blas_base_ = 0;
@@ -179,6 +188,8 @@ class RandomRay {
     event.detail = static_cast<std::uint8_t>(detail);
     event.checkpoints = static_cast<std::uint8_t>(checkpoints);
     event.kind_shifts = Event::pack(kind, shifts);
+    const bool leaf = kind == EventKind::visit_leaf || kind == EventKind::visit_instance;
+    if (leaf && is_wide(tree_.kind(node))) event.kind_shifts |= Event::kWide;
     ray_.events.push_back(event);
   }
 
@@ -312,7 +323,7 @@ class RandomRay {
       push_event(EventKind::cull, top.address, 0, write(top) ? 1 : 0);
       return;
     }
-    switch (tree_.kind(top.address)) {
+    switch (without_width(tree_.kind(top.address))) {
       case NodeKind::internal:
         return handle_internal(top);
       case NodeKind::instance:
@@ -478,6 +489,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.groups = options.groups;
   header.bvh_width = options.bvh_width;
   header.layout = options.layout;
+  header.wide_leaves = tree.wide_leaves();
   const std::uint64_t unit = header.node_sizes().unit();
   header.node_image_bytes = tree.end() * unit;
   header.root = tree.root() * unit;
@@ -512,8 +524,9 @@ inline RandomTrace random_trace(const RandomOptions& options) {
 inline std::string describe(const RandomOptions& o) {
   return "seed " + std::to_string(o.seed) + (o.two_level ? " two-level" : " monolithic") +
          (o.objects != 0 ? " of " + std::to_string(o.objects) + " objects" : "") +
-         (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") + " width " +
-         std::to_string(o.bvh_width) + " " + std::string(grtx::name_of(o.layout)) + " k " + std::to_string(o.k) +
+         (o.blas_root_is_leaf ? " leaf BLAS" : "") + (o.root_is_leaf ? " leaf root" : "") +
+         (o.wide ? " wide leaves" : "") + " width " + std::to_string(o.bvh_width) + " " +
+         std::string(grtx::name_of(o.layout)) + " k " + std::to_string(o.k) +
          (o.checkpoint ? " checkpoint " : " restart ") + std::string(grtx::name_of(o.checkpoint_order)) + " capacity " +
          std::to_string(o.capacity) + (o.bins != 0 ? " in " + std::to_string(o.bins) + " bins" : "") + " " +
          std::string(grtx::name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +

@@ -51,6 +51,13 @@ TEST(RoundTrip, NodesOfOtherLayoutsOfEveryKindOfTrace) {
                                 .capacity = checkpoint ? 12u : 0u,
                                 .two_level = two_level};
           expect_round_trip(options);
+          if (layout != NodeLayout::quantised) continue;
+          for (const bool procedural : {false, true}) {
+            options.procedural = procedural;
+            options.wide = two_level || procedural;
+            options.seed += 3;
+            expect_round_trip(options);
+          }
         }
       }
     }

@@ -137,6 +137,24 @@ TEST(Versions, StructuresOfBoxesNeedTheEighth) {
   }
 }
 
+TEST(Versions, WideLeavesNeedTheThirteenth) {
+  testing::RandomOptions options{.layout = NodeLayout::quantised, .two_level = true};
+  const auto narrow = testing::random_trace(options);
+  EXPECT_EQ(version_of(testing::TraceFile(narrow.header, narrow.groups)), 4u);
+  EXPECT_EQ(header_to_json(narrow.header).find("wide_leaves"), std::string::npos);
+  options.wide = true;
+  auto trace = testing::random_trace(options);
+  ASSERT_GT(trace.header.wide_leaves, 0u);
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 13u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().wide_leaves, trace.header.wide_leaves);
+  EXPECT_NO_THROW(check(reader, true));
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 12), HasSubstr("key 'wide_leaves' is unknown"));
+  trace.header.layout = NodeLayout::vulkan_sim;
+  EXPECT_THAT(header_fault(trace.header), HasSubstr("wide_leaves must be at most gaussians, and 0 unless"));
+}
+
 TEST(Versions, ListsNeedTheTenth) {
   testing::RandomOptions options{.k = 5, .checkpoint = false, .tracing = Tracing::list};
   const auto trace = testing::random_trace(options);

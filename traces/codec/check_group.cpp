@@ -15,6 +15,7 @@
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/source_assignment.h"
+#include "grtx/traces/codec/wide_leaves.h"
 #include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
@@ -38,6 +39,7 @@ class GroupChecker {
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
+    wide_leaves_.take(group.nodes, header.node_sizes());
     for (lane_ = 0; lane_ < group.rays.size(); ++lane_) check_ray(group.rays[lane_]);
     lane_ = kNowhere;
     require(nodes_.all_visited(), "every node of the dictionary must be visited");
@@ -47,6 +49,7 @@ class GroupChecker {
  private:
   static constexpr std::size_t kNowhere = ~std::size_t{0};
   static constexpr std::uint32_t kRootParent = GroupModel::kRootParent;
+  static constexpr const char* kRuleWidth = "a visited leaf must be as wide as its parent says";
 
   [[noreturn, gnu::cold, gnu::noinline]] void fail(const char* rule) const {
     std::string place = "group " + std::to_string(group_->index);
@@ -247,6 +250,7 @@ class GroupChecker {
     require(((parent.internal_mask | parent.instance_mask) >> popped.slot & 1) == 0,
             "the node on top of the stack is not a leaf");
     require_in_image(address, 1 + (parent.wide_mask >> popped.slot & 1));
+    require_width(event, popped);
     if (event.detail == static_cast<unsigned>(LeafOutcome::miss) && event.checkpoints == 0 && event.shifts() == 0) {
       return true;
     }
@@ -293,6 +297,7 @@ class GroupChecker {
             "visit_instance with detail 1 must follow the take of a node inside an instance");
     require(event.node == instance, "the instance must be the one through which the node was checkpointed");
     require(event.checkpoints == 0 && event.shifts() == 0, "visit_instance has neither checkpoints nor shifts");
+    require(event.wide() == wide_leaves_.contains(event.node), kRuleWidth);
     ++totals_.visits_instance;
   }
 
@@ -332,7 +337,9 @@ class GroupChecker {
             "a leaf of the scene TLAS leads to an object, whose leaves lead to the BLAS");
     const std::uint32_t root = levels.root_below(event.node);
     require(root != InstanceLevels::kNoRoot, "the leaf of a scene TLAS must be one of the header's scene_leaves");
-    require_in_image(event.node, header_->node_sizes().units(NodeKind::instance));
+    require_width(event, popped);
+    const bool wide = event.wide();
+    require_in_image(event.node, header_->node_sizes().units(wide ? NodeKind::wide_instance : NodeKind::instance));
     ++totals_.visits_instance;
     return {root, levels.below(popped.path, event.node), 1};
   }
@@ -405,6 +412,10 @@ class GroupChecker {
     }
   }
 
+  [[gnu::always_inline]] void require_width(const Event& event, const NodeReference& leaf) {
+    require(event.wide() == ((nodes_[leaf.parent].wide_leaves >> leaf.slot & 1) != 0), kRuleWidth);
+  }
+
   void require_in_image(std::uint32_t address, std::uint64_t units) const {
     require((address + units) * header_->node_sizes().unit() <= header_->node_image_bytes,
             "a leaf must lie in the node image");
@@ -442,6 +453,7 @@ class GroupChecker {
   std::size_t event_ = kNowhere;
   Totals totals_;
   CheckedNodes nodes_;
+  WideLeaves wide_leaves_;
   bool root_known_ = false;  ///< an event has visited the root
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
   std::vector<NodeReference> source_;

@@ -48,6 +48,7 @@ const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefin
     node.internal_mask = shape.internal_mask;
     node.instance_mask = shape.instance_mask;
     node.wide_mask = shape.wide_mask;
+    node.wide_leaves = shape.wide_leaves;
     node.visited = false;
   }
   return nullptr;

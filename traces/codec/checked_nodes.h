@@ -20,6 +20,7 @@ struct alignas(16) CheckedNode {
   std::uint8_t internal_mask = 0;  ///< as in NodeShape
   std::uint8_t instance_mask = 0;  ///< as in NodeShape
   std::uint8_t wide_mask = 0;      ///< as in NodeShape
+  std::uint8_t wide_leaves = 0;    ///< as in NodeShape
   bool visited = false;
 
   std::uint32_t child_address(unsigned slot) const {

@@ -124,6 +124,7 @@ const NodeShape& DictionaryDecoder::take_shape(NodeDefinition& node) {
   } else if ((code & kShapeIrregular) != 0) {
     kinds_code = kinds.u8();
     kinds_code |= static_cast<unsigned>(kinds.u8()) << 8;
+    if ((code & kShapeWide) != 0) kinds_code |= static_cast<unsigned>(kinds.u8()) << 16;
   }
   const ShapeTable::Stored* const stored = model_.shapes().stored(code, kinds_code);
   if (stored == nullptr) shapes.fail("holds an impossible node shape");

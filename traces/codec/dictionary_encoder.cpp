@@ -190,6 +190,8 @@ std::uint8_t* DictionaryEncoder::store_kinds(std::uint8_t* at, const NodeRecord&
   if ((record.code & (kShapeMixed | kShapeIrregular)) == 0) return at;
   *at++ = static_cast<std::uint8_t>(record.kinds_code);
   if ((record.code & kShapeIrregular) != 0) *at++ = static_cast<std::uint8_t>(record.kinds_code >> 8);
+  const unsigned wide = kShapeIrregular | kShapeWide;
+  if ((record.code & wide) == wide) *at++ = static_cast<std::uint8_t>(record.kinds_code >> 16);
   return at;
 }
 

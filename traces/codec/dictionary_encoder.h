@@ -41,7 +41,7 @@ class DictionaryEncoder {
   /// Data of a dictionary node in addition to its NodeModel.
   struct NodeRecord {
     std::uint32_t address = 0;
-    std::uint16_t kinds_code = 0;
+    std::uint32_t kinds_code = 0;
     std::uint8_t code = 0;
     std::uint8_t units = 0;
     std::uint8_t first_hits = 0;

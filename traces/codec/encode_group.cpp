@@ -8,6 +8,7 @@
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_encoder.h"
+#include "grtx/traces/codec/wide_leaves.h"
 
 namespace grtx::traces {
 namespace {
@@ -40,12 +41,19 @@ NodeKind root_kind(const RayGroup& group) {
 void encode_group(const Header& header, const RayGroup& group, EncodedGroup& out) {
   thread_local GroupEncoder encoder;
   thread_local std::vector<Event> events;
+  thread_local WideLeaves wide;
+  wide.take(group.nodes, header.node_sizes());
   const NoOtherNodes nodes;
   encoder.begin(header, group.index, group.kind, root_kind(group), nodes);
   encoder.list(group.nodes);
   for (const Ray& ray : group.rays) {
     events = ray.events;
     for (Event& event : events) {
+      const bool leaf = event.kind() == EventKind::visit_leaf || event.kind() == EventKind::visit_instance;
+      if (event.wide() != (leaf && wide.contains(event.node))) {  // not stored: it follows from the dictionary
+        throw std::logic_error("trace group " + std::to_string(group.index) +
+                               ": a leaf is not as wide as its parent says");
+      }
       if (event.kind() != EventKind::visit_internal) continue;
       if (event.node >= group.nodes.size()) {
         throw std::logic_error("trace group " + std::to_string(group.index) + ": a node index exceeds the dictionary");

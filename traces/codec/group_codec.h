@@ -50,6 +50,7 @@ inline constexpr NodeKind kStoredKinds[4] = {NodeKind::internal, NodeKind::insta
 /// Bits of column node_shape above the child count (4 bits) and the stored kind of the leaves (2 bits, 0: no leaves).
 inline constexpr unsigned kShapeMixed = 0x40;      ///< both internal nodes and leaves: a mask follows
 inline constexpr unsigned kShapeIrregular = 0x80;  ///< leaves of several kinds: all kinds follow
+inline constexpr unsigned kShapeWide = 0x10;       ///< besides kShapeIrregular: then the mask of wide leaves
 /// Packs the bits of `value` selected by `mask` (PEXT); scatter_bits() is the inverse (PDEP).
 constexpr unsigned gather_bits(unsigned value, unsigned mask) {
   unsigned gathered = 0;

@@ -16,6 +16,7 @@
 #include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/predicted_pops.h"
 #include "grtx/traces/codec/processed_coder.h"
+#include "grtx/traces/codec/wide_leaves.h"
 #include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {
@@ -86,6 +87,7 @@ class GroupDecoder {
     group.rays.resize(static_cast<std::size_t>(rays));
     std::int64_t pixel = 0;
     for (Ray& ray : group.rays) take_ray(ray, pixel);
+    mark_wide_leaves(header.node_sizes(), group);
     inner_.expect_end();
     leaves_.expect_end();
     hits_.expect_end();
@@ -313,6 +315,18 @@ class GroupDecoder {
     bins_.push_back(static_cast<std::uint8_t>(bin));
   }
 
+  // Few traces have wide leaves, so the others do not look for them while they decode.
+  void mark_wide_leaves(const NodeSizes& sizes, RayGroup& group) {
+    wide_leaves_.take(group.nodes, sizes);
+    if (wide_leaves_.empty()) return;
+    for (Ray& ray : group.rays) {
+      for (Event& event : ray.events) {
+        const bool leaf = event.kind() == EventKind::visit_leaf || event.kind() == EventKind::visit_instance;
+        if (leaf && wide_leaves_.contains(event.node)) event.kind_shifts |= Event::kWide;
+      }
+    }
+  }
+
   // Reads one source entry, with the stack empty; `top` is its frame if it is taken. Returns false if the round stops
   // with entries left in its bins.
   bool take_replay(Event*& event, StackFrame& top) {
@@ -437,6 +451,7 @@ class GroupDecoder {
   GroupModel model_;
   DictionaryDecoder dictionary_{readers_, model_};
   ProcessedDecoder processed_;
+  WideLeaves wide_leaves_;
   PopReader inner_;
   PopReader leaves_;
   ByteReader hits_;

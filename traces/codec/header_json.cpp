@@ -52,6 +52,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
     visit("ert_check", h.ert_check);
   }
   if (version >= 12) visit("ahead", h.ahead);
+  if (version >= 13) visit("wide_leaves", h.wide_leaves);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -223,6 +224,9 @@ std::string header_fault(const Header& h) {
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
   if (h.layout == NodeLayout::quantised && h.bvh_width > kQuantisedWidth)
     return "bvh_width must be at most 6 in layout quantised";
+  if (h.wide_leaves != 0 && (h.layout != NodeLayout::quantised || h.wide_leaves > h.gaussians)) {
+    return "wide_leaves must be at most gaussians, and 0 unless layout is quantised";
+  }
   if (h.groups > std::numeric_limits<std::uint32_t>::max()) return "groups must be below 2^32";
   if (h.gaussians > (1ULL << 31)) return "gaussians must be at most 2^31";
   const std::uint64_t unit = h.node_sizes().unit();

@@ -61,6 +61,13 @@ void NodePlaces::check(const std::string& file) const {
     throw Error(file, where(place.group, address),
                 "its children overlap those of node " + std::to_string(sorted[i - 1].first));
   }
+  std::uint64_t wide = 0;
+  for (const auto& [address, place] : sorted) {
+    for (unsigned slot = 0; slot < kMaxWidth; ++slot) {
+      wide += is_wide(static_cast<NodeKind>(place.kinds >> (4 * slot) & 0xF)) ? 1 : 0;
+    }
+  }
+  if (wide > wide_leaves_) throw Error(file, "header", "wide_leaves is below the number of such leaves in the groups");
 }
 
 }  // namespace grtx::traces

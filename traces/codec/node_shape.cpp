@@ -10,7 +10,7 @@ namespace grtx::traces {
 namespace {
 
 unsigned stored_kind(NodeKind kind) {
-  switch (kind) {
+  switch (without_width(kind)) {
     case NodeKind::internal:
       return 0;
     case NodeKind::instance:
@@ -34,9 +34,9 @@ void set_codes(const std::array<NodeKind, kMaxWidth>& kinds, NodeShape& shape) {
     irregular |= kind != 0 && kind != leaf;
   }
   unsigned code = shape.child_count;
-  if (irregular) {
-    code |= kShapeIrregular;
-    shape.kinds_code = static_cast<std::uint16_t>(all);
+  if (irregular || shape.wide_leaves != 0) {
+    code |= kShapeIrregular | (shape.wide_leaves != 0 ? kShapeWide : 0);
+    shape.kinds_code = all | std::uint32_t{shape.wide_leaves} << 16;
   } else {
     code |= leaf << 4;
     if (leaf != 0 && shape.internal_mask != 0) {
@@ -59,11 +59,12 @@ NodeShape make_shape(const NodeSizes& sizes, const std::array<NodeKind, kMaxWidt
     return shape;
   }
   shape.child_count = static_cast<std::uint8_t>(child_count);
-  unsigned internal = 0, instance = 0, wide = 0, offset = 0;
+  unsigned internal = 0, instance = 0, wide = 0, wide_leaves = 0, offset = 0;
   for (unsigned slot = 0; slot < kMaxWidth; ++slot) {
     const NodeKind kind = kinds[slot];
-    if (kind != NodeKind::internal && kind != NodeKind::instance && kind != NodeKind::procedural &&
-        kind != NodeKind::triangle) {
+    const bool known = kind == NodeKind::internal || kind == NodeKind::instance || kind == NodeKind::procedural ||
+                       kind == NodeKind::triangle || (sizes.wide_leaves() && is_wide(kind));
+    if (!known) {
       shape.fault = "a child must be of a known kind";
       return shape;
     }
@@ -75,12 +76,14 @@ NodeShape make_shape(const NodeSizes& sizes, const std::array<NodeKind, kMaxWidt
     shape.offsets |= offset << (4 * slot);
     offset += units;
     internal |= (kind == NodeKind::internal ? 1U : 0U) << slot;
-    instance |= (kind == NodeKind::instance ? 1U : 0U) << slot;
+    instance |= (without_width(kind) == NodeKind::instance ? 1U : 0U) << slot;
     wide |= (units == 2 ? 1U : 0U) << slot;
+    wide_leaves |= (is_wide(kind) ? 1U : 0U) << slot;
   }
   shape.internal_mask = static_cast<std::uint8_t>(internal);
   shape.instance_mask = static_cast<std::uint8_t>(instance);
   shape.wide_mask = static_cast<std::uint8_t>(wide);
+  shape.wide_leaves = static_cast<std::uint8_t>(wide_leaves);
   shape.units = static_cast<std::uint8_t>(offset);
   if (shape.fault == nullptr) set_codes(kinds, shape);
   return shape;
@@ -109,12 +112,20 @@ bool ShapeTable::store(unsigned code, unsigned kinds_code, Stored& entry) const 
   const unsigned count = code & 0xF;
   const bool mixed = (code & kShapeMixed) != 0;
   const bool irregular = (code & kShapeIrregular) != 0;
-  if (count > kMaxWidth || (mixed && leaf == 0) || (irregular && (code & 0x70) != 0)) return false;
+  const unsigned wide = irregular ? kinds_code >> 16 : 0;
+  const unsigned free = sizes_.wide_leaves() && wide != 0 ? kShapeWide : 0;
+  if (count > kMaxWidth || (mixed && leaf == 0) || (irregular && (code & 0x70) != free)) return false;
   unsigned all = leaf * 0x5555;
   if (mixed) all &= ~(spread_bits(kinds_code) * 3);
   if (irregular) all = kinds_code;
+  if (wide >> count != 0) return false;
   Kinds kinds{};
-  for (unsigned slot = 0; slot < count; ++slot) kinds[slot] = kStoredKinds[all >> (2 * slot) & 3];
+  for (unsigned slot = 0; slot < count; ++slot) {
+    kinds[slot] = kStoredKinds[all >> (2 * slot) & 3];
+    if ((wide >> slot & 1) == 0) continue;
+    if (kinds[slot] != NodeKind::instance && kinds[slot] != NodeKind::procedural) return false;
+    kinds[slot] = wide_kind(kinds[slot]);
+  }
   entry = {code | kinds_code << 8, kinds, make_shape(sizes_, kinds, count)};
   return true;
 }

@@ -17,9 +17,10 @@ struct NodeShape {
   std::uint8_t internal_mask = 0;  ///< slots with an internal node
   std::uint8_t instance_mask = 0;  ///< slots with an instance leaf
   std::uint8_t wide_mask = 0;      ///< slots that take two units
+  std::uint8_t wide_leaves = 0;    ///< slots with a leaf of a wide kind
   std::uint8_t units = 0;          ///< total size of the children
   std::uint8_t code = 0;           ///< as in column node_shape
-  std::uint16_t kinds_code = 0;    ///< as in column node_kinds
+  std::uint32_t kinds_code = 0;    ///< as in column node_kinds, up to three bytes
   const char* fault = nullptr;     ///< the rule that the kinds break, or null
 };
 

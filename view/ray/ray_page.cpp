@@ -113,7 +113,9 @@ ordered_json description(const RayPage& page) {
       {"reads",
        {{"internal", sizes.read_bytes(traces::NodeKind::internal)},
         {"instance", sizes.read_bytes(traces::NodeKind::instance)},
-        {"leaf", sizes.read_bytes(traces::NodeKind::triangle)},
+        {"leaf", sizes.read_bytes(traces::has_procedural_leaves(h.accel) ? traces::NodeKind::procedural
+                                                                         : traces::NodeKind::triangle)},
+        {"wide", sizes.read_bytes(traces::NodeKind::wide_instance)},
         {"header", sizes.short_instances() ? 0 : sizes.header_bytes()}}},
       {"entry_bytes", {{"checkpoint", traces::kCheckpointEntryBytes}, {"eviction", traces::kEvictionEntryBytes}}},
       {"gaussians", gaussian_columns(page.gaussians)}};

@@ -89,7 +89,7 @@ class NodeTraffic {
   /// Intersection tests per visit of a primitive leaf.
   unsigned leaf_tests() const { return procedural_ ? 1 : sizes_.triangles(); }
   Region region(traces::NodeKind kind, std::uint64_t address) const {
-    if (kind == traces::NodeKind::instance) return Region::instance;
+    if (traces::without_width(kind) == traces::NodeKind::instance) return Region::instance;
     if (two_level_ && address >= blas_base_) return Region::blas;
     return kind == traces::NodeKind::internal ? Region::tlas : Region::leaf;
   }

@@ -18,6 +18,12 @@ struct NodeVisit {
   bool header = false;        ///< instance leaf: also read the header of the tree below
 };
 
+/// The kind of a visited leaf. The child byte of its parent says whether it is wide, so the hardware knows that before
+/// it fetches the leaf; it keeps the kind with the node's address.
+inline traces::NodeKind of_width(const traces::Event& event, traces::NodeKind leaf) {
+  return event.wide() ? traces::wide_kind(leaf) : leaf;
+}
+
 /// Returns nullopt if the event visits no node, or one that does not exist.
 inline std::optional<NodeVisit> node_visit(const traces::Event& event, const traces::RayGroup& group,
                                            const NodeTraffic& traffic) {
@@ -28,10 +34,10 @@ inline std::optional<NodeVisit> node_visit(const traces::Event& event, const tra
     case traces::EventKind::visit_instance:
       if (!traffic.two_level()) return std::nullopt;
       // detail 0 enters the tree below at its root; detail 1 continues at a replayed node inside it.
-      return NodeVisit{traces::NodeKind::instance, traffic.address(event.node),
+      return NodeVisit{of_width(event, traces::NodeKind::instance), traffic.address(event.node),
                        event.detail == 0 && traffic.header_read()};
     case traces::EventKind::visit_leaf:
-      return NodeVisit{traffic.leaf_kind(), traffic.address(event.node)};
+      return NodeVisit{of_width(event, traffic.leaf_kind()), traffic.address(event.node)};
     default:
       return std::nullopt;
   }
@@ -69,7 +75,7 @@ class NodeSectors {
 
  private:
   static bool is_primitive(traces::NodeKind kind) {
-    return kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+    return kind == traces::NodeKind::triangle || traces::without_width(kind) == traces::NodeKind::procedural;
   }
 
   SectorRun body_;

@@ -27,7 +27,8 @@ class ChildKinds {
   std::uint32_t total(const std::array<std::uint32_t, 8>& of_kind, unsigned children) const {
     std::uint32_t sum = 0;
     unsigned internal = children;
-    for (const NodeKind kind : {NodeKind::instance, NodeKind::procedural, NodeKind::triangle}) {
+    for (const NodeKind kind : {NodeKind::instance, NodeKind::procedural, NodeKind::triangle, NodeKind::wide_instance,
+                                NodeKind::wide_procedural}) {
       const auto count = static_cast<unsigned>(std::popcount(mask_of(kind)));
       internal -= count;
       sum += count * of_kind[static_cast<std::size_t>(kind)];
@@ -59,7 +60,8 @@ SiblingRecords::SiblingRecords(std::size_t lanes, unsigned records, bool replaye
       ray_of_(lanes) {
   if (records < 1 || records > kMaxRecords)
     throw Error("configuration", "rt.prefetch.records", "must be 1.." + std::to_string(kMaxRecords));
-  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural}) {
+  for (const NodeKind kind : {NodeKind::internal, NodeKind::instance, NodeKind::triangle, NodeKind::procedural,
+                              NodeKind::wide_instance, NodeKind::wide_procedural}) {
     units_[static_cast<std::size_t>(kind)] = traffic.stored_units(kind);
   }
 }

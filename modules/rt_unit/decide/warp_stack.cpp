@@ -38,7 +38,8 @@ const char* LaneTree::plant(std::span<const Event> events, const traces::RayGrou
       const unsigned slot = child_slot(parent, address(e), units);
       if (slot == traces::kMaxWidth || (open_.back().waiting >> slot & 1) == 0) return kRuleChildPushed;
       open_.back().waiting &= ~(1u << slot);
-      kind_[e] = parent.child_kinds[slot] == NodeKind::internal ? NodeKind::internal : traffic.leaf_kind();
+      const NodeKind child = parent.child_kinds[slot];
+      kind_[e] = child == NodeKind::internal || traces::is_wide(child) ? child : traffic.leaf_kind();
     }
     if (internal && event.pushed() != 0) {
       open_.push_back({e, event.pushed()});
@@ -62,7 +63,9 @@ std::size_t WarpStack::next(unsigned room, NodeKind leaf) const {
   for (std::size_t place = order_.size(); place-- > 0 && seen < ahead_;) {
     const Item& item = order_[place];
     if (item.slot >= 0) continue;
-    if (item.entry.kind != leaf || static_cast<unsigned>(std::popcount(item.entry.lanes)) <= room) return place;
+    if (traces::without_width(item.entry.kind) != leaf ||
+        static_cast<unsigned>(std::popcount(item.entry.lanes)) <= room)
+      return place;
     ++seen;
   }
   return kNone;

@@ -3,6 +3,7 @@
 // a structure holds what the tracer draws. How far images are from the reference: quantised_image_test.cpp.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <glm/mat3x3.hpp>
 #include <random>
@@ -79,6 +80,24 @@ TEST(QuantisedLayout, ErrorsStayWithinHalfAStep) {
   }
 }
 
+// What no code holds: means off the grid, rows beyond the exponents, sums that overflow.
+TEST(QuantisedLayout, CodesThatHoldNoGaussian) {
+  const MeanGrid grid{{-1.0f, 0.0f, 8.0f}, {0.5f, 0.25f, 1.0f}};
+  const glm::dvec3 rows[3] = {{1.0, -0.5, 0.0}, {0.0, 3.0, 0.75}, {0.0, 0.0, -0.125}};
+  EXPECT_TRUE(QuantisedGaussian::holds(grid, {1.5f, 1.0f, 11.0f}, rows));
+  EXPECT_FALSE(QuantisedGaussian::holds(grid, {-1.5f, 1.0f, 11.0f}, rows));
+  EXPECT_FALSE(QuantisedGaussian::holds(grid, {1.5f, 0x1p20f, 11.0f}, rows));
+  const float infinity = std::numeric_limits<float>::infinity();
+  EXPECT_FALSE(QuantisedGaussian::holds(grid, {infinity, 1.0f, 11.0f}, rows));
+  EXPECT_FALSE(QuantisedGaussian::holds(grid, {std::nanf(""), 1.0f, 11.0f}, rows));
+  const MeanGrid vast{glm::vec3(-3e38f), glm::vec3(0x1p106f)};
+  EXPECT_FALSE(QuantisedGaussian::holds(vast, glm::vec3(3e38f), rows));
+  for (const double wrong : {0x1p-90, 0x1p60, 0.0}) {
+    const glm::dvec3 beyond[3] = {rows[0], {0.0, wrong, 0.0}, rows[2]};
+    EXPECT_FALSE(QuantisedGaussian::holds(grid, {1.5f, 1.0f, 11.0f}, beyond)) << wrong;
+  }
+}
+
 // A row beyond the exponents keeps its direction; its length is the nearest that there is.
 TEST(QuantisedLayout, ExtremeScalesKeepTheirDirection) {
   const glm::dvec3 rows[3] = {{std::exp2(-90), 0.0, -std::exp2(-91)}, {0.0, std::exp2(60), 0.0}, {1.0, 1.0, 1.0}};
@@ -126,6 +145,60 @@ TEST(QuantisedLayout, LeavesHoldWhatIsDrawn) {
     const auto& counts = accel.counts();
     EXPECT_EQ(image.size(), 64 * (is_two_level(kind) ? 2 : 1) + 64 * counts.internal +
                                 32 * (counts.instance + counts.procedural) +
+                                (kind == AccelKind::tlas_tri20 ? 64 : 0) * counts.blas_nodes +
+                                (kind == AccelKind::tlas_sphere ? 64 + 32 : 0))
+        << accel_name(kind);
+  }
+}
+
+// The child byte of the parent says that a leaf is wide; its 64 B are those of an ellipsoid of layout vulkan_sim, or of
+// an instance of layout compressed.
+TEST(QuantisedLayout, WideLeavesHoldTheWholeGaussian) {
+  Scene scene = test::random_scene(6);
+  for (std::size_t g = 0; g < scene.size(); ++g) {
+    if (g % 7 == 0) scene.mean[g] *= 1e6f;
+  }
+  const PreparedGaussians gaussians(scene, true, true), whole(scene, true);
+  ASSERT_GE(gaussians.wide_count(), scene.size() / 7);
+  ASSERT_LT(gaussians.wide_count(), scene.size() / 2);
+  for (const auto kind : {AccelKind::ellipsoid, AccelKind::tlas_tri20, AccelKind::tlas_sphere}) {
+    const AccelerationStructure accel(gaussians, {kind, 6, false, 8, NodeLayout::quantised});
+    const NodeImage& image = accel.image();
+    const auto fp32 = [&](std::uint64_t at) { return std::bit_cast<float>(image.read_u32(at)); };
+    std::vector<unsigned> seen(scene.size());
+    std::vector<std::uint64_t> nodes{accel.root()};
+    while (!nodes.empty()) {
+      const DecodedInternal node = image.decode_internal(nodes.back());
+      nodes.pop_back();
+      std::uint64_t at = node.child_base;
+      for (unsigned i = 0; i < node.child_count; ++i) {
+        if (node.kinds[i] == NodeKind::internal) {
+          nodes.push_back(at);
+        } else {
+          const std::uint32_t g = image.leaf_index(static_cast<std::uint32_t>(at / 32));
+          ++seen.at(g);
+          EXPECT_EQ(traces::is_wide(node.kinds[i]), gaussians.wide(g));
+          if (gaussians.wide(g)) {
+            const std::uint64_t map = is_two_level(kind) ? at : at + 16;
+            EXPECT_EQ(image.read_u32(is_two_level(kind) ? at + 56 : at + 12), g);
+            for (unsigned f = 0; f < 12; ++f) {
+              const int axis = static_cast<int>(f % 3);
+              const glm::vec3& from = f < 9 ? whole.record(g).to_unit[f / 3] : whole.record(g).mean;
+              EXPECT_EQ(fp32(map + 4 * f), from[axis]);
+            }
+            EXPECT_EQ(gaussians.record(g).opacity, scene.opacity[g]);
+          } else {
+            EXPECT_EQ(image.quantised_gaussian(at).id(), g);
+          }
+        }
+        at += image.sizes().bytes(node.kinds[i]);
+      }
+    }
+    EXPECT_EQ(seen, std::vector<unsigned>(scene.size(), 1)) << accel_name(kind);
+    EXPECT_EQ(accel.counts().wide, gaussians.wide_count());
+    const auto& counts = accel.counts();
+    EXPECT_EQ(image.size(), 64 * (is_two_level(kind) ? 2 : 1) + 64 * counts.internal +
+                                32 * (counts.instance + counts.procedural + counts.wide) +
                                 (kind == AccelKind::tlas_tri20 ? 64 : 0) * counts.blas_nodes +
                                 (kind == AccelKind::tlas_sphere ? 64 + 32 : 0))
         << accel_name(kind);

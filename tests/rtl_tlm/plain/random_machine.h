@@ -70,6 +70,8 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   if (trace.tracing == traces::Tracing::multi && !trace.checkpoint && delayed.coin()) {
     trace.any_hit = traces::AnyHit::delayed;
   }
+  Random widths = delayed;  // likewise
+  trace.wide = trace.layout == NodeLayout::quantised && widths.upto(2) != 0;
   return trace;
 }
 

@@ -253,7 +253,7 @@ class RtUnit {
   }
   // docs/model/node-image.md: nodes of layout compact have 80 B, but instance leaves two of these, of which the first
   // is read, and leaves of four triangles; of layout compressed all nodes have 64 B; of quantised instances and
-  // procedural leaves have 32 B. None has headers to read.
+  // procedural leaves have 32 B, wide ones 64. None has headers to read.
   bool compact() const { return header_.layout == traces::NodeLayout::compact; }
   bool compressed() const { return header_.layout == traces::NodeLayout::compressed; }
   bool quantised() const { return header_.layout == traces::NodeLayout::quantised; }
@@ -262,6 +262,17 @@ class RtUnit {
     if (compact()) return kind == traces::NodeKind::instance ? 160 : 80;
     if (quantised()) return kind == traces::NodeKind::instance || kind == traces::NodeKind::procedural ? 32 : 64;
     return compressed() ? 64 : traces::node_bytes(kind, header_.bvh_width);
+  }
+  /// The kind of a leaf in the image, which the child byte of its parent gives.
+  static traces::NodeKind kind_in_image(const traces::Event& e, traces::NodeKind kind) {
+    if (!e.wide()) return kind;
+    return kind == traces::NodeKind::instance ? traces::NodeKind::wide_instance : traces::NodeKind::wide_procedural;
+  }
+  static bool is_instance(traces::NodeKind kind) {
+    return kind == traces::NodeKind::instance || kind == traces::NodeKind::wide_instance;
+  }
+  static bool is_procedural(traces::NodeKind kind) {
+    return kind == traces::NodeKind::procedural || kind == traces::NodeKind::wide_procedural;
   }
   /// Sectors of what a visit reads of a node.
   std::vector<std::uint64_t> sectors_of(traces::NodeKind kind, std::uint64_t address) const {
@@ -460,12 +471,12 @@ class RtUnit {
     std::vector<unsigned> lanes = fetch.lanes;
     std::sort(lanes.begin(), lanes.end());
     const bool internal = fetch.kind == traces::NodeKind::internal;
-    Unit& unit = units_[internal ? 0 : fetch.kind == traces::NodeKind::instance || ellipsoid_ ? 4 : leaf_unit_];
+    Unit& unit = units_[internal ? 0 : is_instance(fetch.kind) || ellipsoid_ ? 4 : leaf_unit_];
     if (walks()) return walk_fetched(fetch, unit);
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
-      if (boxes_ && fetch.kind == traces::NodeKind::procedural) {  // no unit: a shader tests
+      if (boxes_ && is_procedural(fetch.kind)) {  // no unit: a shader tests
         result({fetch.entry, l});
         continue;
       }
@@ -901,12 +912,12 @@ class RtUnit {
         return;
       case EventKind::visit_instance:
         trigger(name, at);
-        visit(name, NodeKind::instance, at,
+        visit(name, kind_in_image(e, NodeKind::instance), at,
               e.detail == 0 && config_.memory.traffic.blas_header_read && !compact() && !compressed() && !quantised());
         return;
       case EventKind::visit_leaf:
         trigger(name, at);
-        visit(name, leaf_unit_ != 1 ? NodeKind::procedural : NodeKind::triangle, at, false);
+        visit(name, kind_in_image(e, leaf_unit_ != 1 ? NodeKind::procedural : NodeKind::triangle), at, false);
         return;
       case EventKind::cull:
         --lane.depth;
@@ -917,7 +928,7 @@ class RtUnit {
     }
   }
   Region region_of(traces::NodeKind kind, std::uint64_t address) const {
-    if (kind == traces::NodeKind::instance) return Region::instance;
+    if (is_instance(kind)) return Region::instance;
     if (header_.two_level && address >= header_.blas_base) return Region::blas;
     return kind == traces::NodeKind::internal ? Region::tlas : Region::leaf;
   }
@@ -935,7 +946,7 @@ class RtUnit {
       return;
     }
     Fetch fetch{name.first, name.second, address, header, kind, region, {name.second}, {}, 0, 0, now_};
-    const bool leaf = kind == traces::NodeKind::triangle || kind == traces::NodeKind::procedural;
+    const bool leaf = kind == traces::NodeKind::triangle || is_procedural(kind);
     if (leaf && config_.memory.traffic.leaf_descriptor_read)
       fetch.sectors.emplace_back(address / kSector * kSector, region);
     for (const std::uint64_t sector : sectors_of(kind, address)) fetch.sectors.emplace_back(sector, region);
@@ -1135,7 +1146,9 @@ class RtUnit {
   traces::NodeKind kind_of_child(const traces::NodeDefinition& parent, std::uint64_t address) const {
     std::uint64_t at = parent.child_base;
     for (unsigned s = 0; s < parent.child_count; ++s) {
-      if (at == address && parent.child_kinds[s] != traces::NodeKind::internal) return leaf_kind();
+      const bool wide = parent.child_kinds[s] == traces::NodeKind::wide_procedural;
+      if (at == address && parent.child_kinds[s] != traces::NodeKind::internal)
+        return wide ? parent.child_kinds[s] : leaf_kind();
       if (at == address) return traces::NodeKind::internal;
       at += stored(parent.child_kinds[s]) / unit();
     }
@@ -1194,7 +1207,7 @@ class RtUnit {
     if (fetch.kind == traces::NodeKind::triangle && compact()) tests = 4;
     for (const auto& [lane, number] : lanes) {
       const LaneName name = test_name(fetch.entry, fetch.leader, lane);
-      if (boxes_ && fetch.kind == traces::NodeKind::procedural) {
+      if (boxes_ && is_procedural(fetch.kind)) {
         walk_result(name);
       } else {
         queue_at(unit, {name, now_, tests});

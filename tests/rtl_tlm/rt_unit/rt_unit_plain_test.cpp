@@ -135,6 +135,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycle) {
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
     if (seed % 8 == 2 && trace.bvh_width <= traces::kQuantisedWidth) trace.layout = traces::NodeLayout::quantised;
+    trace.wide = trace.layout == traces::NodeLayout::quantised && (trace.two_level || seed % 16 == 2);
     BenchOptions configuration = random_configuration(random);
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
     trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
@@ -166,6 +167,7 @@ TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
     if (seed % 4 == 3) trace.layout = traces::NodeLayout::compact;
     if (seed % 8 == 6) trace.layout = traces::NodeLayout::compressed;
     if (seed % 8 == 2 && trace.bvh_width <= traces::kQuantisedWidth) trace.layout = traces::NodeLayout::quantised;
+    trace.wide = trace.layout == traces::NodeLayout::quantised && (trace.two_level || seed % 16 == 2);
     trace.child_order = enum_names(traces::ChildOrder{})[pick(2)].value;
     trace.pop_test = pick(1) == 0 ? traces::PopTest::off : traces::PopTest::on;
     BenchOptions configuration = random_configuration(random);

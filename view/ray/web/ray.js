@@ -54,9 +54,11 @@
   let ray = 0;
   const nodes = () => warps[page.rays[ray].warp];
   const in_blas = (node) => page.two_level && nodes().address[node] >= page.blas_base;
+  // A leaf of 64 B in layout quantised: kinds 5 and 7.
+  const is_wide = (node) => nodes().kind[node] > 4;
   const node_name = (node) => {
     const kind = nodes().kind[node];
-    const what = kind === 0 ? 'node' : kind === 1 ? 'instance' : 'leaf';
+    const what = kind === 0 ? 'node' : (is_wide(node) ? 'wide ' : '') + (kind === 1 || kind === 5 ? 'instance' : 'leaf');
     return `${in_blas(node) ? 'BLAS ' : ''}${what} ${hex(nodes().address[node])}`;
   };
   const gaussian_name = (hit) =>
@@ -712,7 +714,8 @@
     const sectors = (bytes) => Math.floor((at + bytes - 1) / 32) - Math.floor(at / 32) + 1;
     if (event.kind === CULL || event.kind === FORWARD) return 'no node';
     if (event.kind === TAKE) return `a checkpoint entry, ${page.entry_bytes.checkpoint} B`;
-    const bytes = event.kind === INTERNAL ? page.reads.internal : event.kind === INSTANCE ? page.reads.instance : page.reads.leaf;
+    const leaf = event.kind === INSTANCE ? page.reads.instance : page.reads.leaf;
+    const bytes = event.kind === INTERNAL ? page.reads.internal : is_wide(event.node) ? page.reads.wide : leaf;
     const header =
       event.kind === INSTANCE && event.detail === 0 && page.reads.header > 0 ? `, and the header below it, ${page.reads.header} B` : '';
     return `${bytes} B at ${hex(at)} (${sectors(bytes)} sectors)${header}`;
