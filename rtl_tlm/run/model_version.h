@@ -5,6 +5,6 @@
 namespace grtx::sim {
 
 /// What changed with each version: docs/results/data/model_versions.csv, which CI checks against the golden records.
-inline constexpr int kModelVersion = 8;
+inline constexpr int kModelVersion = 9;
 
 }  // namespace grtx::sim
