@@ -59,7 +59,11 @@ def options_of(arguments):
         parser.error(f"{options.program}: no program; build it (scripts/build.sh) or name it with --program")
     options.parts = [PARTS[name] for name in options.only or PARTS]
     options.work = options.work or os.path.join(TOP, "build", "evaluate-quick" if options.quick else "evaluate")
-    for view in [] if options.quick or options.plan else plans.views_of(options.parts):
+    try:
+        views = plans.views_of(options.parts)
+    except plans.BadSet as bad:
+        parser.error(str(bad))
+    for view in [] if options.quick or options.plan else views:
         path = os.path.join(options.scenes, view["scene"] + ".ply")
         if "preset" not in view and not os.path.exists(path):
             parser.error(f"{path}: is not there; scripts/scenes.sh brings it, --scenes names the folder")

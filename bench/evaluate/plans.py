@@ -55,8 +55,24 @@ def read(path):
         return tomllib.load(file)
 
 
+class BadSet(Exception):
+    """A view of SET whose role is none or another than what its tuned and fitted say; the message is one line."""
+
+
+def check_roles(views):
+    """Nothing is chosen on a view that shows."""
+    for view in views:
+        chosen = [name for name in ("tuned", "fitted") if view.get(name)]
+        wanted = "choose" if chosen else "show"
+        if view.get("role") != wanted:
+            raise BadSet(f"{SET}: {label(view)}: role is {json.dumps(view.get('role', 'missing'))}: must be {wanted}, since it has "
+                         f"{' and '.join(chosen) or 'neither tuned nor fitted'}")
+    return views
+
+
 def views(part, quick):
-    return [view for view in read(os.path.join(TOP, SET))["quick" if quick else "view"] if part.table in view["tables"]]
+    found = read(os.path.join(TOP, SET))
+    return [view for view in (found["quick"] if quick else check_roles(found["view"])) if part.table in view["tables"]]
 
 
 def points(part, machine, quick):

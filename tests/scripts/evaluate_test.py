@@ -9,6 +9,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -124,6 +125,36 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
             if "preset" not in view:
                 with open(os.path.join(ROOT, "configs", "scenes", view["scene"] + ".cameras.json"), encoding="utf-8") as file:
                     self.assertLess(view["view"], len(json.load(file)))
+
+    def test_a_view_that_shows_was_not_chosen_on(self):
+        sys.path.insert(0, os.path.join(ROOT, "bench", "evaluate"))
+        import plans  # pylint: disable=import-outside-toplevel
+        views = plans.read(os.path.join(ROOT, plans.SET))["view"]
+        self.assertEqual(plans.check_roles(views), views)
+        self.assertGreaterEqual(len({view["scene"] for view in views if view["role"] == "show" and view["class"] == "room" and "preset" not in view}), 3)
+        view = {"scene": "hall", "view": 3}
+        for own, rule in (({"role": "show", "tuned": ["walk: k"]}, "role is \"show\": must be choose, since it has tuned"),
+                          ({"role": "show", "tuned": ["walk: k"], "fitted": ["paper"]}, "must be choose, since it has tuned and fitted"),
+                          ({"role": "choose"}, "role is \"choose\": must be show, since it has neither tuned nor fitted"),
+                          ({"role": "shown"}, "role is \"shown\": must be show"), ({}, "role is \"missing\": must be show")):
+            with self.assertRaises(plans.BadSet, msg=own) as refused:
+                plans.check_roles([view | own])
+            self.assertTrue(str(refused.exception).startswith("configs/scenes/evaluation.toml: hall-3: role is "), own)
+            self.assertIn(rule, str(refused.exception))
+
+    def test_a_wrong_role_stops_the_evaluation_in_one_line(self):
+        with tempfile.TemporaryDirectory() as tree:
+            for folder in ("bench", "scripts", os.path.join("configs", "scenes")):
+                shutil.copytree(os.path.join(ROOT, folder), os.path.join(tree, folder), ignore=shutil.ignore_patterns("__pycache__"))
+            path = os.path.join(tree, "configs", "scenes", "evaluation.toml")
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text.replace('role = "choose"', 'role = "show"', 1))
+            bad = subprocess.run([sys.executable, "-B", os.path.join(tree, "bench", "evaluate"), "--plan", "--program", PROGRAM],
+                                 capture_output=True, text=True, check=False)
+        self.assertEqual((bad.returncode, bad.stdout), (2, ""))
+        self.assertRegex(bad.stderr.splitlines()[-1], r"evaluation\.toml: wang_sha-1: role is \"show\": must be choose")
 
     def test_bad_requests_are_one_line(self):
         for arguments, rule in ((("--only", "everything"), "invalid choice"), (("--program", "/no/grtx"), "no program")):
