@@ -361,15 +361,22 @@ def renew_stamps(top):
 
 
 def faults(top):
-    """Pages and data whose figures are of other scenes than those of SET, and data of another version of the model."""
+    """Pages and data whose figures are of other scenes than those of SET, and data of another version of the model, but for those
+    that a line of older_pages.csv excepts."""
     if not os.path.exists(os.path.join(top, SET)):
         return
     present, now = hash_of_set(top), str(model_version.current(top))
-    for page in model_version.pages(top):
+    excepted = {line["page"] for line in model_version.exceptions(top)}
+    for page in sorted(set(model_version.pages(top)) - excepted):
         of = model_version.stamp(model_version.read(top, page)).get("scenes", "")
         for old in re.findall(r"(?<=, )[0-9a-f]{8}\b", of):
             if old != present:
                 yield f"{page}:1: its figures are of scenes {old}, {SET} is {present}: python3 bench/evaluate"
+    stale = any((row["set"], row["model"]) != (present, now) for row in load(top))
+    if DATA in excepted:
+        if not stale:
+            yield f"{model_version.OLDER}: {DATA}: is of the present scenes and model: the line goes"
+        return
     for name, value, what in (("set", present, f"scenes, {SET} is"), ("model", now, "version of the model, it has")):
         for old in sorted({row[name] for row in load(top)} - {value}):
             parts = sorted({row["part"] for row in load(top) if row[name] == old})

@@ -144,6 +144,16 @@ class CheckDocs(unittest.TestCase):
                          [rule + f"scenes, {evaluation_tables.SET} is {hashlib.sha256(b'# others' + bytes([10])).hexdigest()[:8]}: python3 bench/evaluate"])
         self.assertEqual(self.faults(self.evaluated(model=1)), [rule + "version of the model, it has 2: python3 bench/evaluate"])
 
+    def test_data_that_a_dated_line_excepts(self):
+        line = EXCEPTED.replace("docs/results/readings.md", evaluation_tables.DATA)
+        older = {"docs/results/data/older_pages.csv": "page,model,date,reason\n" + line}
+        self.assertEqual(self.faults(self.evaluated(model=1) | older), [])
+        self.assertEqual(self.faults(self.evaluated() | older | {evaluation_tables.SET: "# others\n"}), [])
+        gone = f"docs/results/data/older_pages.csv: {evaluation_tables.DATA}: is of the present scenes and model: the line goes"
+        self.assertEqual(self.faults(self.evaluated() | older), [gone])
+        void = f"docs/results/data/older_pages.csv:2: {evaluation_tables.DATA}: was excepted for version 1, and the model has 2"
+        self.assertEqual(self.faults(self.evaluated(model=1) | {name: text.replace(",2,", ",1,") for name, text in older.items()}), [void])
+
     def test_a_page_whose_scenes_changed_after_its_figures(self):
         page = self.results()["docs/results/readings.md"].rstrip("\n")
         for stamp, faults in ((HASH, []), ("0123abcd", [
