@@ -180,8 +180,7 @@ def page_row(one, machines):
 def write_index(folder, study, pages, claims, machines, command, model):
     """README.md: what was run, and how many claims of each section hold; values.csv: every value behind a mean."""
     lines = ["# The paper, figure by figure", "",
-             *stamp(command, model, f"the {study.name} set: scenes and frames below; cycle mode; "
-                    "does not say cycle mode; machines " + ", ".join(f"`{m}`" for m in machines), "../"), "",
+             *stamp(command, model, f"the {study.name} set: scenes and frames below; cycle mode; machines " + ", ".join(f"`{m}`" for m in machines), "../"), "",
              "Of the figures that the paper prints, " + "; ".join(f"{held} of {known} hold on `{machine}`" for machine, (known, held) in
                                                                  tally(pages).items()) + ".", "",
              "A mean is geometric over the scenes of the evaluation, with its range in brackets. *Within 20 %*: `holds` where the paper prints a number and ours is "

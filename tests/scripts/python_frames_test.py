@@ -84,6 +84,10 @@ class Frames(unittest.TestCase):
             grtx_tlm.simulate(trace, {"l1.byte": 1}, program=PROGRAM)
         self.assertEqual(caught.exception.code, 2)
         self.assertIn("unknown key 'l1.byte', the nearest is 'l1.bytes'", str(caught.exception))
+        with self.assertRaises(grtx_tlm.ProgramError) as caught:
+            grtx_tlm.simulate(trace, mode="sampled", program=PROGRAM)
+        self.assertEqual(caught.exception.code, 2)
+        self.assertIn("mode 'sampled' is gone: use cycle; of whole frames, windows", str(caught.exception))
         results = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), program=PROGRAM, width=8, height=8)
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
@@ -104,7 +108,7 @@ class Frames(unittest.TestCase):
     def test_many_runs_are_one_tidy_frame(self):
         trace = self.trace()
         many = grtx_tlm.simulate_all({"a": trace, "b": trace}, {"l1.bytes": [32768, 65536], "rt.prefetch.enabled": True},
-                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM)
+                                     ["gpu.cycles", "gpu.l1.all.hit_rate"], jobs=2, program=PROGRAM, mode="cycle")
         self.assertEqual(list(many.columns), ["trace", "l1.bytes", "rt.prefetch.enabled", "mode", "gpu.cycles",
                                               "gpu.l1.all.hit_rate"])
         self.assertEqual(many["l1.bytes"].tolist(), [32768, 65536] * 2)
@@ -183,7 +187,7 @@ class Frames(unittest.TestCase):
 
     def test_one_text_is_one_name_not_its_letters(self):
         self.assertEqual(grtx_tlm.read_sweep(self.path("s.sqlite"), "gpu.cycles").columns[-1], "gpu.cycles")
-        one = grtx_tlm.simulate_all(self.trace(), values="gpu.cycles", program=PROGRAM)
+        one = grtx_tlm.simulate_all(self.trace(), values="gpu.cycles", program=PROGRAM, mode="cycle")
         self.assertEqual((one["trace"].tolist(), one["mode"].tolist()), ([os.path.basename(self.trace())], ["cycle"]))
         with self.assertRaisesRegex(TypeError, "settings: must be {key: value}"):
             grtx_tlm.simulate(self.trace(), "l1.bytes=1", program=PROGRAM)

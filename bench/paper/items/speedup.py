@@ -14,7 +14,7 @@ PROXIES = ["tri80", "tlas-tri80", "ellipsoid", "tlas-sphere"]
 
 
 def speedups(study, scene, machine, frame="main", **options):
-    cycles = {d: study.point(scene, d, machine, frame, mode, **options)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
+    cycles = {d: study.point(scene, d, machine, frame, **options)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
     return {d: cycles["baseline"] / cycles[d] for d in DESIGNS}
 
 

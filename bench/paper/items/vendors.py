@@ -17,7 +17,7 @@ def build(study, page):
             for name, keys in (("RT unit", {}), ("shader", {"rt__memory__by_shader": True})):
                 if machine != first and not keys:
                     continue
-                cycles = {d: study.point(scene, d, machine, "cycle", "cycle", **keys)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
+                cycles = {d: study.point(scene, d, machine, "cycle", **keys)["gpu.cycles"] for d in ("baseline", *DESIGNS)}
                 speed = {d: cycles["baseline"] / cycles[d] for d in DESIGNS}
                 if keys:
                     own[scene.name] = speed

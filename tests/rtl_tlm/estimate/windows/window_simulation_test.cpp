@@ -158,7 +158,7 @@ TEST_F(WindowSimulation, NamesWhatTheFullRunNames) {
         "gpu.simt.ray_rounds", "gpu.rt.checkpoint.entries_written", "gpu.rt.checkpoint.entries_read"}) {
     EXPECT_EQ(stats.at(exact).at("value"), full.at(exact).at("value")) << exact;
   }
-  for (const char* name : {"share", "groups", "windows", "confidence", "cycles_low", "cycles_high", "half_width",
+  for (const char* name : {"share", "groups", "count", "confidence", "cycles_low", "cycles_high", "half_width",
                            "deviation", "bias", "residual"}) {
     EXPECT_TRUE(stats.contains(std::string("gpu.windows.") + name)) << name;
   }
