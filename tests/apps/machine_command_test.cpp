@@ -95,6 +95,17 @@ TEST_F(MachineCommand, TwoKeysForOneClockAreRefusedInALine) {
   EXPECT_THAT(beyond.err, HasSubstr("needs a memory clock beyond 100 to 10000 MHz"));
 }
 
+// `k = 0` was shown as a machine, and a bandwidth that nobody sets as 0.0 GB/s.
+TEST_F(MachineCommand, ShowedWhatNoTracerTakesAndZeroForWhatIsNotSet) {
+  folder_.write("zero.toml", "[tracer]\nk = 0\n");
+  for (const char* command : {"machine zero.toml", "machine --config zero.toml", "cost --machine zero.toml"}) {
+    const Outcome outcome = folder_.run(command);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("zero.toml: line 2: tracer.k: must be 1 to 2048, not 0")) << command;
+  }
+  EXPECT_THAT(folder_.run("machine").out, HasSubstr("dram.bandwidth_gb_s             not set           default"));
+}
+
 TEST_F(MachineCommand, TheMachineOfTheGuideIsWhatItSaysAndRuns) {
   const json machine = resolved("'" + own_ + "'");
   EXPECT_EQ(machine.at("keys").at("gpu.sms").at("value"), 16);

@@ -152,7 +152,8 @@ int run(const std::string& trace, const std::string& waves, bool stuck) {
   options.memory = [&](grtx::sim::Gpu& gpu, const grtx::sim::BuildOptions&) {
     return std::make_unique<OwnMemory>(gpu, seen, stuck ? 100 : ~std::uint64_t{0});
   };
-  grtx::sim::set_machines_folder(grtx::kMachinesFolder);  // of the installation: a machine by name needs grtx::sim alone
+  grtx::sim::set_machines_folder(
+      grtx::kMachinesFolder);  // of the installation: a machine by name needs grtx::sim alone
   const grtx::sim::GpuConfig config = grtx::sim::load_config("paper", {"gpu.sms=2", "l2.slices=2"});
   grtx::sim::SimulationResult result;
   try {

@@ -45,9 +45,10 @@ TEST(PaperConfig, HasTheValuesOfTable1) {
   for (const auto& [key, value] : table) EXPECT_EQ(json.at(key).get<double>(), value) << key;
 }
 
-TEST(PaperConfig, WithoutTheChargeIsWhatTheProgramDefaultsTo) {
-  EXPECT_EQ(config_json(load_config(kConfigs + "table1.toml", {"rt.checkpoint.traffic=uncharged"})),
-            config_json(GpuConfig{}));
+TEST(PaperConfig, WithoutTheChargeAndWithAQueueForEveryLaneIsWhatTheProgramDefaultsTo) {
+  EXPECT_EQ(
+      config_json(load_config(kConfigs + "table1.toml", {"rt.checkpoint.traffic=uncharged", "rt.memory.queue=256"})),
+      config_json(GpuConfig{}));
 }
 
 // By --config it started from the machine paper, by load_config() from Table I with every byte charged.
@@ -79,7 +80,8 @@ TEST(ConfigHash, DependsOnValuesOnly) {
 
 TEST(ConfigHash, OfTheDefaultsIsTheOneOnRecordWhateverKeysCameLater) {
   EXPECT_EQ(config_hash(load_config(kConfigs + "table1.toml", {})), "f099864a37a96a6b");
-  EXPECT_EQ(config_hash(load_config("", {"rt.checkpoint.traffic=charged", "l1.replacement=lru", "dram.timing.faw=0"})),
+  EXPECT_EQ(config_hash(load_config("", {"rt.checkpoint.traffic=charged", "rt.memory.queue=64", "l1.replacement=lru",
+                                         "dram.timing.faw=0"})),
             "f099864a37a96a6b");
 }
 
