@@ -45,7 +45,8 @@ TEST_F(CliSim, TwoRunsDifferInHostStatisticsOnly) {
 }
 
 TEST_F(CliSim, QuietPrintsNothing) {
-  const Outcome outcome = folder_.run("sim t.grtx --quiet --set gpu.sms=1 --set gpu.resident_warps=4");  // all filled
+  const Outcome outcome =
+      folder_.run("sim t.grtx --quiet --set gpu.sms=1 --set gpu.resident_warps=1");  // four warps long
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.out, "");
   EXPECT_EQ(outcome.err, "");

@@ -61,7 +61,8 @@ class ResultNotes : public testing::Test {
 
 TEST_F(ResultNotes, ARunThatMeansWhatItSaysHasNone) {
   trace("");
-  const Outcome outcome = must(std::string("sim t.grtx --stats n.json ") + kFilled);
+  const Outcome outcome =
+      must("sim t.grtx --stats n.json --set gpu.sms=1 --set gpu.resident_warps=1");  // eight warps long
   EXPECT_EQ(json("n.json").at("notes"), nlohmann::json::array());
   EXPECT_EQ(outcome.err, "");
 }

@@ -78,8 +78,11 @@ bool has(const ordered_json& config, const std::string& key, const std::string& 
   return config.is_object() && config.contains(key) && lab::text_of(config.at(key)) == value;
 }
 
-/// A key that says whether the design's hardware is there or how it works, not how much of it.
-bool is_switch(const std::string& value) { return value.find_first_not_of("0123456789.") != std::string::npos; }
+/// A key that says whether the design's hardware is there or how it works: not how much of it, nor whether stacks
+/// spill, which machines of all designs may.
+bool is_switch(const std::pair<std::string, std::string>& key) {
+  return key.second.find_first_not_of("0123456789.") != std::string::npos && key.first != "rt.warp_buffer.spill";
+}
 
 /// The machine's name without what says that keys of it were changed.
 std::string unchanged(const std::string& machine) { return machine.substr(0, machine.find(", changed")); }
@@ -101,10 +104,9 @@ std::string design_name(const ordered_json& inputs, const ordered_json& config) 
   std::ptrdiff_t most = -1;
   for (const lab::Design& design : lab::designs()) {
     if (design.accel != accel || design.checkpoint != (checkpoint == "on")) continue;
-    const auto switches = [](const auto& key) { return is_switch(key.second); };
-    const std::ptrdiff_t own = std::count_if(design.keys.begin(), design.keys.end(), switches);
+    const std::ptrdiff_t own = std::count_if(design.keys.begin(), design.keys.end(), is_switch);
     const bool all = std::all_of(design.keys.begin(), design.keys.end(), [&](const auto& key) {
-      return !is_switch(key.second) || has(config, key.first, key.second);
+      return !is_switch(key) || has(config, key.first, key.second);
     });
     if (!all || own <= most) continue;
     name = design.name;

@@ -75,7 +75,7 @@ TEST(MachineCost, MoreOfAPartCostsMoreOfIt) {
                {"rt.warp_buffer.stack_entries=16", "sm0.rt.warp_buffer"},
                {"rt.checkpoint.lanes=32", "sm0.rt.checkpoint_unit"},
                {"rt.checkpoint.write_queue=32", "sm0.rt.checkpoint_unit"},
-               {"rt.memory.queue=256", "sm0.rt.memory_scheduler"},
+               {"rt.memory.queue=512", "sm0.rt.memory_scheduler"},
                {"rt.prefetch.records=8", "sm0.rt.sibling_prefetcher"},
                {"l1.bytes=262144", "sm0.l1d"},
                {"l1.mshr_entries=512", "sm0.l1d"},

@@ -46,9 +46,9 @@ TEST_F(SlurmSweep, EqualsTheLocalOneAlsoWhenKilledAndWhenAJobIsLost) {
   EXPECT_EQ(same.code, 0) << same.output;
 
   // A job that is cancelled under way: its point says so, the others are done.
-  const std::string hang =
-      program("if [ $1 = sim ] && [ $# -gt 4 ] && grep -q '\"rt.checkpoint.lanes\" = 1$' \"$4\" && mkdir " + folder +
-              "/once 2>/dev/null; then sleep 1; scancel ${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}; sleep 60; fi");
+  const std::string hang = program(
+      "if [ $1 = sim ] && [ $# -gt 4 ] && grep -q '\"rt.checkpoint.lanes\" = 1$' \"${4%.toml}.below.toml\" && mkdir " +
+      folder + "/once 2>/dev/null; then sleep 1; scancel ${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}; sleep 60; fi");
   EXPECT_EQ(sweep("lost.sqlite", "--launcher slurm --program " + hang).code, 1);
   EXPECT_EQ(rows("lost.sqlite", "SELECT status, reason, count(*) FROM point GROUP BY status, reason", 3),
             (Texts{"done||7", "killed|Slurm ended its job without a result (state CANCELLED)|1"}));

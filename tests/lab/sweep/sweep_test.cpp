@@ -137,8 +137,8 @@ TEST_F(Sweep, WhatFailsIsRecordedAndSpoilsNothingElse) {
   write_plan("[[point]]\nl1.bytes = 64\n[limits]\nseconds = 4\n");
   // One simulation of each of these kinds fails; `sim TRACE --config FILE ...`
   const std::string script = program(
-      "lanes=$(sed -n 's/^\"rt.checkpoint.lanes\" = //p' \"$4\" 2>/dev/null)\n"
-      "warps=$(sed -n 's/^\"rt.warp_buffer.entries\" = //p' \"$4\" 2>/dev/null)\n"
+      "lanes=$(sed -n 's/^\"rt.checkpoint.lanes\" = //p' \"${4%.toml}.below.toml\" 2>/dev/null)\n"
+      "warps=$(sed -n 's/^\"rt.warp_buffer.entries\" = //p' \"${4%.toml}.below.toml\" 2>/dev/null)\n"
       "case \"$1 $warps $lanes\" in\n"
       "  'sim 2 1') kill -9 $$;;\n"
       "  'sim 2 4') exec sleep 60;;\n"
