@@ -26,7 +26,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
@@ -76,7 +76,7 @@ ordered_json simulate_once(const std::string& trace, const grtx::sim::GpuConfig&
   grtx::ChildProcess child(trace, [&] {
     grtx::sim::SimulationOptions options;
     options.quiet = true;
-    options.price = grtx::lab::describe_energy;
+    options.price = grtx::explore::describe_energy;
     return grtx::json_text(grtx::sim::simulate(trace, config, options).document);
   });
   return grtx::parse_json(child.result(), "simulation").at("stats");

@@ -2,16 +2,16 @@
 # What each library of the project needs. The build includes this file, and so does the installed package
 # (grtx_tlm-config.cmake), so that both look things up alike. All of it are Debian packages
 # (scripts/install_dependencies.sh); what a library that is not built needs is not looked for.
-set(grtx_libraries base traces frontend modules sim lab view study program)
+set(grtx_libraries base traces frontend modules sim explore report experiment program)
 set(grtx_base_stands_on)
 set(grtx_traces_stands_on base)
 set(grtx_frontend_stands_on base traces)
 set(grtx_modules_stands_on base traces)
 set(grtx_sim_stands_on base traces modules)
 set(grtx_lab_stands_on base traces modules sim)
-set(grtx_view_stands_on base traces modules sim lab)
-set(grtx_study_stands_on base traces frontend modules sim lab view)
-set(grtx_program_stands_on base traces frontend modules sim lab view study)
+set(grtx_view_stands_on base traces modules sim explore)
+set(grtx_study_stands_on base traces frontend modules sim explore report)
+set(grtx_program_stands_on base traces frontend modules sim explore report experiment)
 
 # grtx_find(NAME [VERSION]): find_package() that must succeed; in the installed package, what a user's
 # find_package(grtx_tlm) passes on. One line says what is needed and what was found. The versions are the oldest that the
@@ -164,7 +164,7 @@ macro(grtx_find_for library)
   elseif("${library}" STREQUAL "sim")
     grtx_find(tomlplusplus 3.3)
     grtx_find(nlohmann_json 3.11)
-  elseif("${library}" STREQUAL "lab")
+  elseif("${library}" STREQUAL "explore")
     grtx_find(SQLite3 3.40)
     grtx_find(Pagmo 2.18)
   elseif("${library}" STREQUAL "program")

@@ -29,7 +29,7 @@ function(grtx_library name)
                                                 INSTALL_RPATH "$<$<BOOL:${BUILD_SHARED_LIBS}>:$ORIGIN>")  # they stand on each other
   target_compile_options(grtx_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
   target_compile_features(grtx_${name} PUBLIC cxx_std_20)
-  target_include_directories(grtx_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+  target_include_directories(grtx_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
                                                  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(grtx_${name} PRIVATE $<BUILD_INTERFACE:grtx_options>)
   foreach(below ${grtx_${name}_stands_on})

@@ -85,7 +85,7 @@ programs that link the tracer, the hardware units or the whole GPU.")
   set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake (>= 3.25), g++ (>= 4:12)")
   # What Debian's policy asks for beside what is installed anyway.
   set(grtx_deb_charts "")
-  if(GRTX_BUILD_VIEW AND GRTX_REPORT_CHARTS)
+  if(GRTX_BUILD_REPORT AND GRTX_REPORT_CHARTS)
     set(grtx_deb_charts ${GRTX_CHARTS_FOLDER}/node_modules)
   endif()
   configure_file(${PROJECT_SOURCE_DIR}/cmake/deb_files.cmake.in ${PROJECT_BINARY_DIR}/package/deb_files.cmake @ONLY)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `grtx report` and `grtx ray` put into their pages, linked into grtx_view (report_assets): style, script, the paper's
+# What `grtx report` and `grtx ray` put into their pages, linked into grtx_report (report_assets): style, script, the paper's
 # figures and, unless GRTX_REPORT_CHARTS=OFF, the chart library. npm fetches that once a build folder; a page needs no
 # network.
 option(GRTX_REPORT_CHARTS "Charts in the reports of grtx (needs npm when building); OFF leaves their tables" ON)
 
-set(web ${PROJECT_SOURCE_DIR}/view/report/web)
+set(web ${PROJECT_SOURCE_DIR}/report/page/web)
 set(GRTX_CHARTS_FOLDER ${PROJECT_BINARY_DIR}/charts)
 set(bundle ${GRTX_CHARTS_FOLDER}/charts.js)
 file(MAKE_DIRECTORY ${GRTX_CHARTS_FOLDER})
@@ -28,11 +28,11 @@ endif()
 
 set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
 set(GRTX_ASSETS "")
-set(ray_web ${PROJECT_SOURCE_DIR}/view/ray/web)
+set(ray_web ${PROJECT_SOURCE_DIR}/report/ray/web)
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
               "explore=${web}/explore.js" "explorecharts=${web}/explore_charts.js"
               "raystyle=${ray_web}/ray.css" "rayscript=${ray_web}/ray.js"
-              "paper=${PROJECT_SOURCE_DIR}/view/report/paper_targets.toml")
+              "paper=${PROJECT_SOURCE_DIR}/report/page/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})
   string(APPEND GRTX_ASSETS
          ".global grtx_asset_${CMAKE_MATCH_1}\n.global grtx_asset_${CMAKE_MATCH_1}_end\n"

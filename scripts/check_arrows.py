@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Holds the arrows between the folders: who may include whom.
 
-* Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- lab <- view <- study <- apps; study and
+* Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- explore <- report <- experiment <- apps; experiment and
   apps alone also see frontend; base lies below all.
 * Between all folders inside them: no circles. Where the folders inside a folder implement its interfaces (traces/codec,
   policies), its headers count as one folder and its sources as another, above those inside.
@@ -21,10 +21,10 @@ BELOW = {
     "frontend": ["base", "traces"],
     "modules": ["base", "traces"],
     "rtl_tlm": ["base", "traces", "modules"],
-    "lab": ["base", "traces", "modules", "rtl_tlm"],
-    "view": ["base", "traces", "modules", "rtl_tlm", "lab"],
-    "study": ["base", "traces", "modules", "rtl_tlm", "lab", "view", "frontend"],
-    "apps": ["base", "traces", "modules", "rtl_tlm", "lab", "view", "frontend", "study"],
+    "explore": ["base", "traces", "modules", "rtl_tlm"],
+    "report": ["base", "traces", "modules", "rtl_tlm", "explore"],
+    "experiment": ["base", "traces", "modules", "rtl_tlm", "explore", "report", "frontend"],
+    "apps": ["base", "traces", "modules", "rtl_tlm", "explore", "report", "frontend", "experiment"],
 }
 # Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders: the codec of
 # traces, registered policies.

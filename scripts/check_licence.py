@@ -28,7 +28,7 @@ EXEMPT = {
     "cmake/commit.txt": "git archive writes it",
     "docs/results/*.csv": "recorded figures",
     "*.tsv": "golden records",
-    "lab/cost/sram_cacti7.csv": "a table that CACTI gave",
+    "explore/cost/sram_cacti7.csv": "a table that CACTI gave",
     "*.md": "prose, under LICENSE", "LICENSE": "is the licence",
     "*.json": "has no comments", "*.ipynb": "is JSON", "py.typed": "is empty",
     "*.svg": "a picture", "*.png": "a picture", "*.webp": "a picture",

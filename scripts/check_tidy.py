@@ -22,7 +22,7 @@ MAJOR = 14
 TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 BUILD = os.path.join(TOP, "build", "tidy")
 ALWAYS = ("base/", "traces/")  # clean; the next folder joins when it is, and the time allows it
-FOLDERS = ("base/", "traces/", "frontend/", "modules/", "rtl_tlm/", "lab/", "view/", "study/", "apps/", "examples/")
+FOLDERS = ("base/", "traces/", "frontend/", "modules/", "rtl_tlm/", "explore/", "report/", "experiment/", "apps/", "examples/")
 
 
 def git(*arguments):

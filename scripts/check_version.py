@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One version in all places: project() of CMakeLists.txt, python/grtx_tlm/__init__.py, CITATION.cff, packaging/, CHANGELOG.md.
 
+A tree between releases has a suffix ("-dev", GRTX_VERSION_SUFFIX of CMakeLists.txt), no section and no date.
+
 CHANGELOG.md has a section for it, below [Unreleased], and each of its versions has a link to compare it with the one
 before. A section has each heading once. "Model version N", said by [Unreleased] or else by the version's section, is
 that of rtl_tlm/run/model_version.h. CITATION.cff has the date of the version's section, and none while that has none.
@@ -51,23 +53,30 @@ def linked(text, url):
     return re.sub(r"\]\((?![a-z]+:)", f"]({below}", text)
 
 
+def numbers(top):
+    """Version of project() and suffix; (None, "") where there is no version."""
+    text = read(top, "CMakeLists.txt")
+    return first(r"^project\(grtx_tlm VERSION (\S+)", text), first(r'^set\(GRTX_VERSION_SUFFIX "([^"]*)"\)', text) or ""
+
+
 def faults(top, tag=None):
-    version = first(r"^project\(grtx_tlm VERSION (\S+)", read(top, "CMakeLists.txt"))
-    if version is None:
+    number, suffix = numbers(top)
+    if number is None:
         return ["CMakeLists.txt: project() has no version"]
+    version = number + suffix
     found = []
     for name, pattern in (("python/grtx_tlm/__init__.py", r'^__version__ = "([^"]+)"'), ("CITATION.cff", r"^version: (\S+)"),
                           ("packaging/vcpkg/vcpkg.json", r'"version-semver": "([^"]+)"'),
                           ("packaging/spack/packages/grtx-tlm/package.py", r'^    version\("([^"]+)", tag="v\1"')):
         other = first(pattern, read(top, name))
-        if other != version:
+        if other != (number if name.endswith("package.py") else version):  # a recipe names tags
             found.append(f"{name}: version {other}, CMakeLists.txt has {version}")
     text = read(top, "CHANGELOG.md")
     known = sections(text)
     order = list(known)
     if order[:1] != ["Unreleased"]:
         found.append("CHANGELOG.md: must begin with ## [Unreleased]")
-    if order[1:2] != [version]:
+    if not suffix and order[1:2] != [version]:
         found.append(f"CHANGELOG.md: the first section below [Unreleased] must be [{version}]")
     for name in order:
         if not re.search(rf"^\[{re.escape(name)}\]: ", text, re.M):
@@ -111,7 +120,7 @@ def main():
     for line in found:
         print(line, file=sys.stderr if arguments.notes else sys.stdout)
     if not found and arguments.notes:
-        version = first(r"^project\(grtx_tlm VERSION (\S+)", read(arguments.folder, "CMakeLists.txt"))
+        version = "".join(numbers(arguments.folder))
         body = sections(read(arguments.folder, "CHANGELOG.md"))[version][1]
         body = re.sub(r"\n\[[^\]]+\]: .*", "", "\n" + body).strip()
         print(linked(body, arguments.links) if arguments.links else body)

@@ -18,7 +18,7 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-TOP = ("base", "traces", "frontend", "modules", "rtl_tlm", "lab", "view", "study", "apps")
+TOP = ("base", "traces", "frontend", "modules", "rtl_tlm", "explore", "report", "experiment", "apps")
 
 
 def tool(name):
@@ -68,7 +68,7 @@ def counted_lines(build, profile):
 
 def folder_of(file):
     parts = file.split("/")
-    return "/".join(parts[:2]) if parts[0] in ("modules", "frontend", "rtl_tlm", "lab", "view") and len(parts) > 2 else parts[0]
+    return "/".join(parts[:2]) if parts[0] in ("modules", "frontend", "rtl_tlm", "explore", "report") and len(parts) > 2 else parts[0]
 
 
 def main():

@@ -94,7 +94,7 @@ SHORT = {"Orders of children and checkpoints": "Orders of visits"}
 OFF = {"Warp walk scheduler", "Any-hit unit", "RTL in the loop"}  # no part of the default machine
 BANDS = [  # areas that are no row: x, y, width, height, name, folder
     (20, 30, 730, 256, "Functional tracer", "frontend/"), (770, 30, 450, 256, "Contract of the halves", "traces/"),
-    (20, 310, 730, 256, "Simulation", "rtl_tlm/"), (770, 310, 450, 256, "Results", "lab/  view/"),
+    (20, 310, 730, 256, "Simulation", "rtl_tlm/"), (770, 310, 450, 256, "Results", "explore/  report/"),
     (20, 1626, 1200, 104, "Below all units", "modules/kernel/  modules/messages/"),
 ]
 WIRES = [

@@ -50,8 +50,8 @@ while [ "$(date +%s)" -lt "$end" ]; do
   echo "seed $seed"
   export GRTX_FUZZ="${GRTX_FUZZ:-3000}" GRTX_FUZZ_SEED="$seed"
   "$build/tests/reader_tests" --gtest_brief=1
-  "$build/tests/lab_tests" --gtest_brief=1 --gtest_filter='*InputFuzz.*'
-  "$build/tests/view_tests" --gtest_brief=1 --gtest_filter='*InputFuzz.*'
+  "$build/tests/explore_tests" --gtest_brief=1 --gtest_filter='*InputFuzz.*'
+  "$build/tests/report_tests" --gtest_brief=1 --gtest_filter='*InputFuzz.*'
   "$build/tests/rtl_tlm_tests" --gtest_brief=1 --gtest_filter='TraceFuzz.*'
   seed=$((seed + 1))
 done

@@ -50,7 +50,7 @@ coverage() {
     ctest --preset fuzz -j "$jobs" || tests=1
   scripts/coverage.py --lines && return $tests
 }
-mutations() { scripts/build.sh release reader_tests lab_tests view_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
+mutations() { scripts/build.sh release reader_tests explore_tests report_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
 faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }
 relations() {
   scripts/build.sh release grtx &&

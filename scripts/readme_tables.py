@@ -46,7 +46,7 @@ def first_sentence(text):
 
 MADE = {"versions": versions, "headers": headers,
         **{name: lambda top, _page, name=name: evaluation_tables.made(top, name) for name in evaluation_tables.MADE}}
-FOLDERS = ("apps", "base", "frontend", "lab", "rtl_tlm", "rtl_tlm/rtl", "study", "traces", "view",
+FOLDERS = ("apps", "base", "experiment", "explore", "frontend", "report", "rtl_tlm", "rtl_tlm/rtl", "traces",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "simt", "tlm")))
 PAGES = ("README.md", *(f"docs/results/{name}.md" for name in ("README", "rivals", "scene-classes", "bounds", "checkpoints")),
          *(f"{folder}/README.md" for folder in FOLDERS))

@@ -7,7 +7,7 @@ std::string source_dir() { return GRTX_SOURCE_DIR; }
 std::string program() { return GRTX_PROGRAM; }
 std::string own_dram() { return GRTX_OWN_DRAM; }
 std::string own_regression() { return GRTX_OWN_REGRESSION; }
-std::string own_study() { return GRTX_OWN_STUDY; }
+std::string own_experiment() { return GRTX_OWN_STUDY; }
 std::string own_unit() { return GRTX_OWN_UNIT; }
 std::string platform() { return GRTX_PLATFORM; }
 std::string own_rtl() { return GRTX_OWN_RTL; }

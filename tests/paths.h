@@ -11,7 +11,7 @@ std::string source_dir();      ///< the checkout
 std::string program();         ///< grtx
 std::string own_dram();        ///< examples/own_dram
 std::string own_regression();  ///< examples/own_regression
-std::string own_study();       ///< examples/own_study
+std::string own_experiment();  ///< examples/own_experiment
 std::string own_unit();        ///< examples/own_unit
 std::string platform();        ///< examples/platform
 std::string own_rtl();         ///< examples/own_rtl; empty: no Verilator

@@ -13,11 +13,11 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/experiment/heatmap.h"
+#include "grtx/experiment/run_designs.h"
+#include "grtx/experiment/view_choice.h"
 #include "grtx/frontend/synth/synth.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
-#include "grtx/study/heatmap.h"
-#include "grtx/study/run_designs.h"
-#include "grtx/study/view_choice.h"
 
 namespace grtx::apps {
 namespace {
@@ -40,14 +40,14 @@ std::vector<std::string> results(const CLI::App& command, const std::string& nam
 std::vector<std::string> written(const CLI::App& command, const CLI::Option& option, const std::string& text) {
   const std::string& name = option.get_name();
   if (name == "--heatmap") {
-    const std::string picture = study::heatmap_path(text);
-    return {picture, study::heatmap_values_path(picture)};
+    const std::string picture = experiment::heatmap_path(text);
+    return {picture, experiment::heatmap_values_path(picture)};
   }
   if (name == "--vcd") return {text, sim::save_file_of(text)};
   if (command.get_name() == "synth" && name == "--output") return {text, frontend::synth_cameras_path(text)};
   const std::vector<std::string> views = results(command, "--views");
-  if (command.get_name() == "run") return study::run_files(text, views.empty() ? "" : views.front());
-  if (name == "--image" && !views.empty()) return study::frame_paths(text, views.front());
+  if (command.get_name() == "run") return experiment::run_files(text, views.empty() ? "" : views.front());
+  if (name == "--image" && !views.empty()) return experiment::frame_paths(text, views.front());
   if (command.get_name() == "sweep" || command.get_name() == "search") return {text, text + ".lock", text + ".work"};
   return {text};
 }
@@ -136,7 +136,7 @@ void CommandFiles::take(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->get_type_name() != kOutputFile) continue;
     for (const std::string& text : option->results()) {
-      require_writable(command, option->get_name() == "--heatmap" ? study::heatmap_path(text) : text);
+      require_writable(command, option->get_name() == "--heatmap" ? experiment::heatmap_path(text) : text);
     }
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx correlate: compares measured values of real machines with a sweep.
-#include "grtx/view/report/correlate.h"
+#include "grtx/report/page/correlate.h"
 
 #include <fmt/format.h>
 
@@ -22,18 +22,19 @@ struct CorrelateArguments {
 };
 
 int correlate_files(const CorrelateArguments& options, const CommonOptions& common) {
-  const view::SweepResults sweep = view::read_sweep_results(options.database);
-  const view::Correlation result = view::correlate(view::read_measured(options.measured), sweep, options.database);
+  const report::SweepResults sweep = report::read_sweep_results(options.database);
+  const report::Correlation result =
+      report::correlate(report::read_measured(options.measured), sweep, options.database);
   if (!options.output.empty()) {
     const std::string name = std::filesystem::path(options.measured).filename().string();
-    write_file(options.output, view::correlation_page(result, name, sweep));
+    write_file(options.output, report::correlation_page(result, name, sweep));
   }
   if (common.json) {
     nlohmann::ordered_json document = json_document("correlate");
-    document.update(view::correlation_json(result));
+    document.update(report::correlation_json(result));
     print_json(document);
   } else if (options.output.empty() || !common.quiet) {
-    fmt::print("{}", view::correlation_text(result));
+    fmt::print("{}", report::correlation_text(result));
   }
   return result.mean_error > options.within ? 1 : 0;
 }

@@ -11,31 +11,31 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/lab/cost/cost_report.h"
-#include "grtx/lab/cost/run_energy.h"
-#include "grtx/lab/cost/run_machine.h"
-#include "grtx/lab/cost/technology.h"
-#include "grtx/lab/sweep/designs.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/machine_notes.h"
+#include "grtx/experiment/option_rules.h"
+#include "grtx/explore/cost/cost_report.h"
+#include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/cost/run_machine.h"
+#include "grtx/explore/cost/technology.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/machine_notes.h"
-#include "grtx/study/option_rules.h"
 #include "grtx/traces/checkpoint_bins.h"
 
 namespace grtx::apps {
 namespace {
 
 struct CostArguments {
-  study::MachineChoice machine;
+  experiment::MachineChoice machine;
   sim::MachineUse use;
-  lab::CostOptions cost;
-  lab::BufferSizes buffers;
+  explore::CostOptions cost;
+  explore::BufferSizes buffers;
   unsigned depth = 3;
   bool items = false;
   std::string csv;
   std::string statistics;
-  lab::EnergyOptions energy;
+  explore::EnergyOptions energy;
   bool coefficients = false;
   CLI::App* command = nullptr;
 };
@@ -44,7 +44,7 @@ struct CostArguments {
 void print_energy(const CostArguments& options, const nlohmann::ordered_json& document, const sim::GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
   if (document.at("inputs").value("config_hash", "") != sim::config_hash(config)) {
-    const std::string design = study::design_with_units(study::traced_inputs(document.at("inputs")));
+    const std::string design = experiment::design_with_units(experiment::traced_inputs(document.at("inputs")));
     throw Error(options.statistics, "inputs.config_hash",
                 fmt::format("is of another configuration than --machine, --config, --design and --set give{}",
                             options.machine.design.empty() && !design.empty()
@@ -56,59 +56,59 @@ void print_energy(const CostArguments& options, const nlohmann::ordered_json& do
     const bool counted = stats.contains(name) && stats.at(name).at("value").is_number();
     return counted ? std::optional(stats.at(name).at("value").get<double>()) : std::nullopt;
   };
-  const std::vector<lab::EnergyPart> parts =
-      lab::run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
+  const std::vector<explore::EnergyPart> parts =
+      explore::run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
   if (as_json) {
-    print_json(lab::energy_json(parts));
+    print_json(explore::energy_json(parts));
   } else {
-    fmt::print("{}", lab::energy_text(parts));
+    fmt::print("{}", explore::energy_text(parts));
   }
 }
 
 /// Options not given on the command line are taken from the tracer options of the machine and, over them, the design.
-void choose_for(const CostArguments& options, const study::ChosenMachine& machine, sim::MachineUse& use) {
-  std::map<std::string, std::string> chosen = lab::tracer_of(lab::design_of(use.design), machine.tracer, {});
+void choose_for(const CostArguments& options, const experiment::ChosenMachine& machine, sim::MachineUse& use) {
+  std::map<std::string, std::string> chosen = explore::tracer_of(explore::design_of(use.design), machine.tracer, {});
   for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
-    if (options.command->count(study::flag_of(named)) > 0) chosen.erase(named);
+    if (options.command->count(experiment::flag_of(named)) > 0) chosen.erase(named);
   }
-  lab::choose_nodes_and_lists(chosen, options.machine.machine, use);
+  explore::choose_nodes_and_lists(chosen, options.machine.machine, use);
 }
 
 /// --design beside --stats: the design that the run's trace is of, with its k.
 void take_design_of(const nlohmann::ordered_json& inputs, CostArguments& options) {
-  const lab::Design& design = lab::design_of(options.use.design);
-  const std::map<std::string, std::string> traced = study::traced_inputs(inputs);
-  study::check_design(options.statistics, "inputs", traced, design);
+  const explore::Design& design = explore::design_of(options.use.design);
+  const std::map<std::string, std::string> traced = experiment::traced_inputs(inputs);
+  experiment::check_design(options.statistics, "inputs", traced, design);
   options.machine.design = design.name;
-  if (traced.contains("k")) options.machine.k = lab::k_of(design, traced.at("k"));
+  if (traced.contains("k")) options.machine.k = explore::k_of(design, traced.at("k"));
 }
 
 int cost(CostArguments options, const CommonOptions& common) {
   const bool json = common.json;
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
-    fmt::print("{}", lab::coefficient_reference());
+    fmt::print("{}", explore::coefficient_reference());
     return 0;
   }
-  lab::technology(options.cost.nm);  // throws for an unknown node before anything is built
+  explore::technology(options.cost.nm);  // throws for an unknown node before anything is built
   const bool of_a_run = !options.statistics.empty();
   sim::MachineUse use = options.use;
   nlohmann::ordered_json run;
   if (of_a_run) {  // whose design has units of its own only if --design names it
     run = sim::read_statistics(options.statistics);
-    use = lab::machine_of_run(run.at("inputs"), options.statistics);
+    use = explore::machine_of_run(run.at("inputs"), options.statistics);
     if (options.command->count("--design") > 0) take_design_of(run.at("inputs"), options);
   } else {
     options.machine.design = use.design;
   }
-  const study::ChosenMachine chosen = choose_machine(options.machine, common);
+  const experiment::ChosenMachine chosen = choose_machine(options.machine, common);
   const sim::GpuConfig& config = chosen.config;
   if (!of_a_run) {
-    if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(lab::design_of(use.design).accel);
+    if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(explore::design_of(use.design).accel);
     choose_for(options, chosen, use);
   }
   const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
-  lab::MachineCost cost = lab::machine_cost(config, use.design, inventories, options.cost);
+  explore::MachineCost cost = explore::machine_cost(config, use.design, inventories, options.cost);
   cost.buffers.checkpoint_entries = options.buffers.checkpoint_entries;
   cost.buffers.eviction_entries = options.buffers.eviction_entries;
   cost.buffers.checkpoint_copies = options.buffers.checkpoint_copies;
@@ -116,11 +116,11 @@ int cost(CostArguments options, const CommonOptions& common) {
     print_energy(options, run, config, inventories, json);
     return 0;
   }
-  if (!options.csv.empty()) write_file(options.csv, lab::cost_csv(cost));
+  if (!options.csv.empty()) write_file(options.csv, explore::cost_csv(cost));
   if (json) {
-    print_json(lab::cost_json(cost));
+    print_json(explore::cost_json(cost));
   } else {
-    fmt::print("{}", lab::cost_text(cost, options.depth, options.items));
+    fmt::print("{}", explore::cost_text(cost, options.depth, options.items));
   }
   return 0;
 }
@@ -142,7 +142,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command
       ->add_option("--design", options->use.design,
                    "Which units the machine has, their own keys included; with --stats the design of the run")
-      ->check(one_of(lab::design_names()));
+      ->check(one_of(explore::design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,

@@ -7,7 +7,7 @@
 
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/explore/cost/energy_statistics.h"
 
 namespace grtx::apps {
 namespace {
@@ -61,7 +61,7 @@ sim::WindowOptions estimate_options(const EstimateCli& cli, sim::SimulationMode 
   options.share = cli.share;
   if (!cli.target_error.empty()) options.target_error = parse_error(cli.target_error);
   options.seed = cli.seed;
-  options.price = lab::describe_energy;
+  options.price = explore::describe_energy;
   sim::check_windows(options);
   return options;
 }

@@ -10,8 +10,8 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/usage_error.h"
 #include "grtx/base/nearest_name.h"
+#include "grtx/experiment/machine.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
-#include "grtx/study/machine.h"
 
 namespace grtx::apps {
 
@@ -52,7 +52,7 @@ CLI::Validator above_zero() {
       "POSITIVE");
 }
 
-void add_view_options(CLI::App* command, study::ViewOptions& view) {
+void add_view_options(CLI::App* command, experiment::ViewOptions& view) {
   command
       ->add_option("--cameras", view.cameras, "3DGS cameras.json, NeRF transforms.json or COLMAP folder (no default)")
       ->type_name(kInputFile)
@@ -66,7 +66,7 @@ void add_view_options(CLI::App* command, study::ViewOptions& view) {
       ->check(in_range(1e-3, 1e3));
 }
 
-void add_views_option(CLI::App* command, study::ViewOptions& view) {
+void add_views_option(CLI::App* command, experiment::ViewOptions& view) {
   command
       ->add_option("--views", view.views,
                    "Views A:B, both included, as the frames of a sequence in one trace: caches stay warm from frame to "
@@ -79,11 +79,12 @@ CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
                              fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
                                          ".toml of what differs from paper, or from what it includes; --config and "
                                          "options of the tracer override it",
-                                         fmt::join(study::machine_names(), ", ")));
+                                         fmt::join(experiment::machine_names(), ", ")));
 }
 
-study::ChosenMachine choose_machine(const study::MachineChoice& choice, const CommonOptions& common, bool check) {
-  study::ChosenMachine chosen = study::choose_machine(choice, check);
+experiment::ChosenMachine choose_machine(const experiment::MachineChoice& choice, const CommonOptions& common,
+                                         bool check) {
+  experiment::ChosenMachine chosen = experiment::choose_machine(choice, check);
   for (const std::string& file : chosen.files) common.files.check(file);
   common.files.check(sim::memory_files(chosen.config));
   return chosen;

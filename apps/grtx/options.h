@@ -14,8 +14,8 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/base/wrapped.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/view_choice.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/view_choice.h"
 
 namespace grtx::apps {
 
@@ -66,13 +66,14 @@ CLI::Option* add_choice(CLI::App* command, const std::string& flag, Enum& value,
 }
 
 /// --cameras (required), --view, --width, --height, --fov-scale.
-void add_view_options(CLI::App* command, study::ViewOptions& view);
+void add_view_options(CLI::App* command, experiment::ViewOptions& view);
 /// --views.
-void add_views_option(CLI::App* command, study::ViewOptions& view);
+void add_views_option(CLI::App* command, experiment::ViewOptions& view);
 /// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
-/// study::choose_machine(); throws Error if the command would overwrite a file that was read.
-study::ChosenMachine choose_machine(const study::MachineChoice& choice, const CommonOptions& common, bool check = true);
+/// experiment::choose_machine(); throws Error if the command would overwrite a file that was read.
+experiment::ChosenMachine choose_machine(const experiment::MachineChoice& choice, const CommonOptions& common,
+                                         bool check = true);
 /// --flatten.
 void add_flatten_option(CLI::App* command, bool& flatten);
 /// --heatmap, which may be repeated.

@@ -31,9 +31,9 @@
 #include "grtx/base/error.h"
 #include "grtx/base/memory_purpose.h"
 #include "grtx/base/printable.h"
+#include "grtx/experiment/machine.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 #include "grtx/rtl_tlm/run/model_version.h"
-#include "grtx/study/machine.h"
 
 namespace {
 
@@ -151,7 +151,7 @@ int program(int argc, char** argv, const char* machines) {
   sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
   sc_core::sc_report_handler::set_actions(sc_core::SC_FATAL, sc_core::SC_THROW);
-  study::set_machines_folder(machines);
+  experiment::set_machines_folder(machines);
   try {
     sim::register_dram_simulators();
     return run_and_flush(argc, argv, arguments);

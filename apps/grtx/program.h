@@ -5,7 +5,7 @@
 
 #include <systemc>  // a program that calls program() defines sc_main()
 
-#include "grtx/study/machines_folder.h"
+#include "grtx/experiment/machines_folder.h"
 
 namespace grtx {
 

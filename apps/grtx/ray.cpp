@@ -7,19 +7,19 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
-#include "grtx/study/ray_study.h"
+#include "grtx/experiment/ray_study.h"
 
 namespace grtx::apps {
 namespace {
 
 struct RayArguments {
-  study::RayPlan plan;
+  experiment::RayPlan plan;
   std::string output;
   CLI::App* command = nullptr;
 };
 
 int ray(const RayArguments& options, const CommonOptions& common) {
-  study::RayPlan plan = options.plan;
+  experiment::RayPlan plan = options.plan;
   if (plan.rays.pixel.empty() == !plan.rays.warp) throw Error("ray", "--pixel", "which ray? --pixel X,Y, or --warp W");
   if (plan.scene.empty() != plan.view.cameras.empty()) {
     throw Error("ray", plan.scene.empty() ? "--cameras" : "--scene",
@@ -27,7 +27,7 @@ int ray(const RayArguments& options, const CommonOptions& common) {
   }
   plan.recorded_view = options.command->count("--view") == 0;
   plan.opened = [&common](const FilesRead& files) { common.files.check(files); };
-  const study::RayStudy study = study::study_rays(plan);
+  const experiment::RayStudy study = experiment::study_rays(plan);
   write_file(options.output, study.page);
   if (common.json) {
     nlohmann::ordered_json json = json_document("ray");

@@ -16,15 +16,15 @@ namespace {
 
 struct ReferenceArguments {
   std::string scene;
-  study::ViewOptions view;
+  experiment::ViewOptions view;
   std::string proxy = "icosahedron20";
   std::string accel;
   frontend::SortKey sort_key = frontend::SortKey::entry;
-  study::KernelRadius kernel_radius = study::KernelRadius::adaptive;
+  experiment::KernelRadius kernel_radius = experiment::KernelRadius::adaptive;
   unsigned kernel_degree = 2;
   frontend::InsideRule inside = frontend::InsideRule::skip;
   frontend::ShDirection sh_dir = frontend::ShDirection::ray;
-  study::SecondarySettings secondary;
+  experiment::SecondarySettings secondary;
   frontend::ReferenceOptions render;
   std::string output;
 };
@@ -49,7 +49,7 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   frontend::ReferenceOptions& render = options.render;
   render.proxy = proxy_of(options.proxy, options.accel);
   render.sort_by_peak = options.sort_key == frontend::SortKey::peak;
-  render.adaptive_radius = options.kernel_radius == study::KernelRadius::adaptive;
+  render.adaptive_radius = options.kernel_radius == experiment::KernelRadius::adaptive;
   render.kernel_degree = options.kernel_degree;
   render.count_inside = options.inside == frontend::InsideRule::count;
   render.sh_from_centre = options.sh_dir == frontend::ShDirection::centre;
@@ -57,13 +57,13 @@ int render(ReferenceArguments options, const CommonOptions& common) {
   if (render.count_inside && render.proxy != frontend::ReferenceProxy::sphere) {
     throw Error("reference", "--inside count", "needs --proxy sphere (or an --accel with sphere or ellipsoid proxies)");
   }
-  study::check_secondary(options.secondary);
+  experiment::check_secondary(options.secondary);
   frontend::check_image_name(options.output);
   FilesRead files;
-  const frontend::Camera camera = study::select_camera(options.view, files);
+  const frontend::Camera camera = experiment::select_camera(options.view, files);
   const frontend::Scene scene = frontend::load_flat_scene(options.scene, files, common.quiet);
   common.files.check(files);
-  render.objects = study::optical_objects(options.secondary, scene, camera);
+  render.objects = experiment::optical_objects(options.secondary, scene, camera);
   frontend::write_image(options.output, frontend::render_reference(scene, camera, render).image);
   if (common.json) {
     nlohmann::ordered_json json = json_document("reference");

@@ -8,9 +8,9 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
-#include "grtx/lab/cost/energy_statistics.h"
-#include "grtx/lab/sweep/session.h"
-#include "grtx/study/machine.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/explore/sweep/session.h"
 
 namespace grtx::apps {
 namespace {
@@ -52,7 +52,7 @@ nlohmann::ordered_json regression_json(const std::vector<sim::RegressionOutcome>
 /// Files of a case's machine; none of one that is not valid, which the case says when it runs.
 std::vector<std::string> machine_files(const sim::RegressionCase& c) {
   try {
-    return study::choose_machine({.machine = c.machine, .config = c.config, .settings = c.settings}).files;
+    return experiment::choose_machine({.machine = c.machine, .config = c.config, .settings = c.settings}).files;
   } catch (const Error&) {
     return {};
   }
@@ -64,9 +64,9 @@ int regress(RegressArguments options, const CommonOptions& common) {
   if (!options.update && !regression.reason.empty()) throw Error("--reason", "", "needs --update");
   regression.quiet = common.quiet;
   regression.silent = common.json;
-  regression.program = lab::program_version();
-  regression.machine = study::load_machine_config;
-  regression.price = lab::describe_energy;
+  regression.program = explore::program_version();
+  regression.machine = experiment::load_machine_config;
+  regression.price = explore::describe_energy;
   for (const sim::RegressionCase& c : sim::load_regression(regression.folder)) {
     for (const std::string& file : {c.file, c.record, c.trace, c.config}) common.files.check(file);
     for (const std::string& file : machine_files(c)) common.files.check(file);

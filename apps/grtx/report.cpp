@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx report: tables and charts of sweeps and runs in one HTML file.
-#include "grtx/view/report/report.h"
+#include "grtx/report/page/report.h"
 
 #include <memory>
 
@@ -13,7 +13,7 @@ namespace grtx::apps {
 namespace {
 
 struct ReportArguments {
-  view::ReportOptions report;
+  report::ReportOptions report;
   std::string output;
 };
 
@@ -23,7 +23,7 @@ void add_report(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<ReportArguments>();
   CLI::App* command =
       make_command(app, common, "report", "Charts and tables of sweeps and runs in one HTML file", [options, &common] {
-        write_file(options->output, view::report_page(options->report));
+        write_file(options->output, report::report_page(options->report));
         if (common.json) {
           nlohmann::ordered_json json = json_document("report");
           json["report"] = options->output;

@@ -9,11 +9,11 @@
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/option_text.h"
-#include "grtx/study/picture_quality.h"
-#include "grtx/study/run_designs.h"
-#include "grtx/study/tracer_statistics.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/option_text.h"
+#include "grtx/experiment/picture_quality.h"
+#include "grtx/experiment/run_designs.h"
+#include "grtx/experiment/tracer_statistics.h"
 
 namespace grtx::apps {
 namespace {
@@ -23,7 +23,7 @@ using nlohmann::ordered_json;
 constexpr const char* kChargedMachine = "paper-charged";  ///< the default machine with every byte charged
 
 struct RunArguments {
-  study::RunPlan plan;
+  experiment::RunPlan plan;
   CLI::App* command = nullptr;
   std::string config;
   std::vector<std::string> settings;
@@ -36,7 +36,7 @@ double value(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-void print_table(const ordered_json& designs, const study::DesignComparison& comparison) {
+void print_table(const ordered_json& designs, const experiment::DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
   fmt::print("{:<9} {:>10} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
              "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
@@ -51,7 +51,7 @@ void print_table(const ordered_json& designs, const study::DesignComparison& com
   }
 }
 
-void print_frames(const ordered_json& results, const study::DesignComparison& comparison) {
+void print_frames(const ordered_json& results, const experiment::DesignComparison& comparison) {
   const ordered_json& frames = results.at("frames");
   for (std::size_t i = 0; i < frames.at("cycles").at(comparison.reference()).size(); ++i) {
     fmt::print("frame {}: {} {:.0f} cycles; speed-up:", i, comparison.reference(),
@@ -72,7 +72,7 @@ void print_intervals(const ordered_json& results) {
   say("{}", text);
 }
 
-void print_images(const study::DesignResults& run) {
+void print_images(const experiment::DesignResults& run) {
   const ordered_json orders = run.json.value("other_orders", ordered_json::object());
   const std::size_t alike = run.comparison.names().size() - orders.size();
   if (alike > 1) {
@@ -87,19 +87,19 @@ void print_images(const study::DesignResults& run) {
   for (const std::string& name : run.comparison.names()) {
     const ordered_json& picture = run.json.at("pictures").at(name);
     const bool fp64 = picture.at("reference") == "fp64";
-    text += fmt::format(" {} {}{}", name, study::worst_picture(picture.at("psnr_reference")),
+    text += fmt::format(" {} {}{}", name, experiment::worst_picture(picture.at("psnr_reference")),
                         fp64 ? "" : " (against the tracer at full precision)");
   }
   say("{}", text);
 }
 
 /// Prints a summary of the results.
-void print_summary(const RunArguments& options, const study::DesignResults& run) {
+void print_summary(const RunArguments& options, const experiment::DesignResults& run) {
   const ordered_json& results = run.json;
-  const study::DesignComparison& comparison = run.comparison;
+  const experiment::DesignComparison& comparison = run.comparison;
   const std::string& machine = options.plan.machine;
   const bool objects = results.contains("speedup_over");
-  say("{}", study::describe_machine(machine, options.config, options.settings, run.mode));
+  say("{}", experiment::describe_machine(machine, options.config, options.settings, run.mode));
   print_table(results.at("designs"), comparison);
   if (run.mode != sim::SimulationMode::cycle) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
@@ -110,31 +110,31 @@ void print_summary(const RunArguments& options, const study::DesignResults& run)
     for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
-  say("{}", study::describe_end(run.counters));
+  say("{}", experiment::describe_end(run.counters));
   if (objects) fmt::print("speed-up over {}\n", comparison.reference());
   print_images(run);
   if (options.plan.config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged) {
     fmt::print("checkpoint traffic is free on this machine ({} charges it)\n",
-               machine == study::kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
+               machine == experiment::kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
   }
 }
 
 int run(RunArguments& options, const CommonOptions& common) {
-  study::RunPlan& plan = options.plan;
-  study::ChosenMachine chosen =
+  experiment::RunPlan& plan = options.plan;
+  experiment::ChosenMachine chosen =
       choose_machine({.machine = plan.machine, .config = options.config, .settings = options.settings}, common, false);
   apply_tracer(plan.tracer, chosen, *options.command);
   plan.config = std::move(chosen.config);  // checked with the keys of each design
   plan.chosen_tracer = std::move(chosen.tracer);
-  plan.named = lab::keys_of(options.settings);
-  for (const study::TracerOptionName& option : study::tracer_option_names()) {
-    if (options.command->count(study::flag_of(option.key)) > 0) plan.named.insert(option.key);
+  plan.named = explore::keys_of(options.settings);
+  for (const experiment::TracerOptionName& option : experiment::tracer_option_names()) {
+    if (options.command->count(experiment::flag_of(option.key)) > 0) plan.named.insert(option.key);
   }
   plan.windows = estimate_options(options.estimate, options.mode);
   if (options.mode_option->count() > 0) plan.mode = options.mode;
   plan.quiet = common.quiet;
   plan.opened = [&common](const FilesRead& files) { common.files.check(files); };
-  const study::DesignResults results = study::run_designs(plan);
+  const experiment::DesignResults results = experiment::run_designs(plan);
   sim::print_notes(results.notes);
   if (common.json) {
     print_json(results.json);
@@ -160,7 +160,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->add_option("--designs", options->plan.designs,
                    "Designs to compare, with commas; speed-ups are over the first of the table (default: all but walk)")
       ->delimiter(',')
-      ->check(one_of(lab::design_names()));
+      ->check(one_of(explore::design_names()));
   add_flatten_option(command, options->plan.flatten);
   add_view_options(command, options->plan.view);
   add_views_option(command, options->plan.view);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx search: looks for the best machines of a design space.
-#include "grtx/lab/search/search.h"
+#include "grtx/explore/search/search.h"
 
 #include <fmt/format.h>
 
@@ -11,40 +11,40 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/session_cli.h"
 #include "grtx/base/error.h"
-#include "grtx/lab/search/search_plan.h"
-#include "grtx/lab/sweep/session.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/plan_machine.h"
-#include "grtx/study/sweep_tracer_rules.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/plan_machine.h"
+#include "grtx/experiment/sweep_tracer_rules.h"
+#include "grtx/explore/search/search_plan.h"
+#include "grtx/explore/sweep/session.h"
 
 namespace grtx::apps {
 namespace {
 
 struct SearchArguments {
   std::string plan;
-  lab::SessionOptions session;
-  std::string machine = study::kDefaultMachine;
+  explore::SessionOptions session;
+  std::string machine = experiment::kDefaultMachine;
 };
 
 int search(const SearchArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
-  const study::SceneTracerRules tracer;
-  lab::SearchPlan plan = lab::load_search_plan(options.plan, tracer);
-  for (const std::string& file : study::put_on_machine(plan.common, options.machine)) common.files.check(file);
-  lab::SessionOptions with = options.session;
+  const experiment::SceneTracerRules tracer;
+  explore::SearchPlan plan = explore::load_search_plan(options.plan, tracer);
+  for (const std::string& file : experiment::put_on_machine(plan.common, options.machine)) common.files.check(file);
+  explore::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.common.mode, plan.confirm};
-  lab::SweepSession session(with, plan.common);
-  const nlohmann::ordered_json result = lab::run_search(plan, tracer, session, quiet);
+  explore::SweepSession session(with, plan.common);
+  const nlohmann::ordered_json result = explore::run_search(plan, tracer, session, quiet);
   session.end();
   if (common.json) {
     print_json(result);
   } else if (!quiet) {
-    fmt::print("{}", lab::search_text(result));
+    fmt::print("{}", explore::search_text(result));
     if (session.trace_work().made != 0) fmt::print("{}\n", describe(session.trace_work()));
   }
-  return lab::search_succeeded(result) ? 0 : 1;
+  return explore::search_succeeded(result) ? 0 : 1;
 }
 
 }  // namespace

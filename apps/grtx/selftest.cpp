@@ -17,7 +17,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
-#include "grtx/lab/sweep/program_run.h"
+#include "grtx/explore/sweep/program_run.h"
 
 namespace grtx::apps {
 namespace {
@@ -163,10 +163,11 @@ class Selftest {
     std::vector<std::string> all = {fs::read_symlink("/proc/self/exe").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());
     all.emplace_back("--quiet");
-    const lab::ProgramEnd end = lab::ProgramRun(all, file("out"), file("errors"), lab::ProgramLimits{300.0, 0}).wait();
+    const explore::ProgramEnd end =
+        explore::ProgramRun(all, file("out"), file("errors"), explore::ProgramLimits{300.0, 0}).wait();
     if (end.code == 0 && end.signal == 0) return "";
     const std::string why = end.timeout       ? "longer than 300 s"
-                            : end.signal != 0 ? "ended by " + lab::signal_name(end.signal)
+                            : end.signal != 0 ? "ended by " + explore::signal_name(end.signal)
                                               : read_file(file("errors"));
     return fmt::format("error {}: {}\n", arguments.front(), why.substr(0, why.find('\n')));
   }

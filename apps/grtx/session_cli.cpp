@@ -7,7 +7,7 @@
 
 namespace grtx::apps {
 
-void add_session_options(CLI::App* command, lab::SessionOptions& options) {
+void add_session_options(CLI::App* command, explore::SessionOptions& options) {
   command
       ->add_option(
           "-o,--output", options.database,
@@ -25,7 +25,7 @@ void add_session_options(CLI::App* command, lab::SessionOptions& options) {
                     "Run points again that failed, were killed or took too long (default: off)");
 }
 
-std::string describe(const lab::TraceWork& work) {
+std::string describe(const explore::TraceWork& work) {
   if (work.made == 0) return "";
   return fmt::format("{} {} made, {} {} built for them", work.made, work.made == 1 ? "trace" : "traces",
                      work.structures_built, work.structures_built == 1 ? "structure" : "structures");

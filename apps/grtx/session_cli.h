@@ -5,14 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "grtx/lab/sweep/session.h"
+#include "grtx/explore/sweep/session.h"
 
 namespace grtx::apps {
 
 /// Adds -o, --launcher, --jobs, --sbatch, --program and --retry.
-void add_session_options(CLI::App* command, lab::SessionOptions& options);
+void add_session_options(CLI::App* command, explore::SessionOptions& options);
 
 /// "3 traces made, 1 structure built for them"; "" if none was made.
-std::string describe(const lab::TraceWork& work);
+std::string describe(const explore::TraceWork& work);
 
 }  // namespace grtx::apps

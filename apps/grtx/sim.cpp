@@ -15,25 +15,25 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/lab/cost/energy_statistics.h"
-#include "grtx/lab/sweep/designs.h"
+#include "grtx/experiment/heatmap.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/machine_notes.h"
+#include "grtx/experiment/simulate_mode.h"
+#include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/observe/timeline_size.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
-#include "grtx/study/heatmap.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/machine_notes.h"
-#include "grtx/study/simulate_mode.h"
 
 namespace grtx::apps {
 namespace {
 
 struct SimArguments {
   std::string trace;
-  study::MachineChoice machine;
+  experiment::MachineChoice machine;
   std::string statistics;
   sim::SimulationMode mode = sim::SimulationMode::cycle;
   std::string window;
@@ -53,8 +53,8 @@ double number(const nlohmann::ordered_json& document, const char* name) {
 
 void print_summary(const SimArguments& options, const sim::SimulationResult& result) {
   const nlohmann::ordered_json& d = result.document;
-  const study::MachineChoice& m = options.machine;
-  say("{}{}", study::describe_machine(m.machine, m.config, m.settings, options.mode),
+  const experiment::MachineChoice& m = options.machine;
+  say("{}{}", experiment::describe_machine(m.machine, m.config, m.settings, options.mode),
       m.design.empty() ? "" : ", with units of design " + m.design);
   say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
@@ -77,13 +77,14 @@ int report_faults(const sim::SimulationResult& result) {
 
 /// Notes on a trace that was made for another machine, or for units that this one lacks; with --strict throws Error for
 /// the former.
-sim::ResultNotes notes_before(const SimArguments& options, const study::ChosenMachine& chosen) {
+sim::ResultNotes notes_before(const SimArguments& options, const experiment::ChosenMachine& chosen) {
   const traces::Reader reader(options.trace);
-  const lab::Design* design = options.machine.design.empty() ? nullptr : &lab::design_of(options.machine.design);
-  sim::ResultNotes others = study::tracer_notes(options.machine.machine, chosen.tracer, design, reader.header());
+  const explore::Design* design =
+      options.machine.design.empty() ? nullptr : &explore::design_of(options.machine.design);
+  sim::ResultNotes others = experiment::tracer_notes(options.machine.machine, chosen.tracer, design, reader.header());
   if (options.strict && !others.empty()) throw Error(options.trace, "header", others.front().text);
   const sim::ResultNotes lacking =
-      study::design_notes(reader.header(), chosen.config, lab::keys_of(options.machine.settings));
+      experiment::design_notes(reader.header(), chosen.config, explore::keys_of(options.machine.settings));
   others.insert(others.end(), lacking.begin(), lacking.end());
   return others;
 }
@@ -114,7 +115,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   }
   if (options.list_statistics) {
     modules::StatisticList kinds = sim::statistic_kinds();
-    lab::describe_energy({}, {}, 0, kinds);
+    explore::describe_energy({}, {}, 0, kinds);
     fmt::print("{}", sim::statistics_reference(kinds));
     return 0;
   }
@@ -122,10 +123,10 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
   if (!options.machine.design.empty()) {
     const traces::Reader reader(options.trace);
-    study::check_design(options.trace, reader.header(), lab::design_of(options.machine.design));
+    experiment::check_design(options.trace, reader.header(), explore::design_of(options.machine.design));
     options.machine.k = reader.header().k;
   }
-  const study::ChosenMachine chosen = choose_machine(options.machine, common);
+  const experiment::ChosenMachine chosen = choose_machine(options.machine, common);
   const sim::GpuConfig& config = chosen.config;
   sim::warn_of_idle_keys(config);
   sim::check_mode(config, options.mode);
@@ -134,30 +135,30 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = sim::parse_window("--timeline-window", options.timeline_window);
   }
-  const std::vector<study::HeatmapRequest> heatmaps = study::heatmap_requests(options.heatmaps, {"cycles"});
+  const std::vector<experiment::HeatmapRequest> heatmaps = experiment::heatmap_requests(options.heatmaps, {"cycles"});
   options.simulation.pixel_cycles = !heatmaps.empty();
   options.simulation.quiet = common.quiet;
-  options.simulation.price = lab::describe_energy;
+  options.simulation.price = explore::describe_energy;
   options.simulation.build.idle_skip = !options.no_idle_skip;
   const sim::ResultNotes notes = notes_before(options, chosen);
   if (!common.quiet) {
     const std::uint64_t visits = traces::Reader(options.trace).totals().visits();
-    study::say_simulation_time("sim", options.mode, visits, windows.share, study::kMachineBytes, 1);
+    experiment::say_simulation_time("sim", options.mode, visits, windows.share, experiment::kMachineBytes, 1);
   }
   sim::EstimatedResult estimate =
-      study::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
+      experiment::simulate_in_mode(options.mode, options.trace, config, options.simulation, windows);
   sim::SimulationResult& result = estimate.result;
-  study::put_first(notes, result.document);
+  experiment::put_first(notes, result.document);
   result.document["inputs"]["machine"] = chosen.name;
   const std::string large = sim::large_timeline_warning(options.simulation.timeline.path);
   if (!large.empty()) fmt::print(stderr, "grtx: sim: {}\n", large);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(result.document));
-  for (const study::HeatmapRequest& heatmap : heatmaps) {
-    study::write_heatmap(heatmap.path, {heatmap.name,
-                                        "of a ray's warp",
-                                        result.width,
-                                        result.height,
-                                        {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
+  for (const experiment::HeatmapRequest& heatmap : heatmaps) {
+    experiment::write_heatmap(heatmap.path, {heatmap.name,
+                                             "of a ray's warp",
+                                             result.width,
+                                             result.height,
+                                             {result.pixel_cycles.begin(), result.pixel_cycles.end()}});
   }
   if (common.json) {
     print_json(result.document);
@@ -187,7 +188,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
           "--design", options->machine.design,
           "Design of the trace, whose own keys are set: its units and their sizes, after the file, before --set "
           "(default: none)")
-      ->check(one_of(lab::design_names()));
+      ->check(one_of(explore::design_names()));
   command->add_flag("--strict", options->strict,
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")

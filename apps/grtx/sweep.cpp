@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx sweep: explores a design space. Runs the points of a plan that the database does not hold yet.
-#include "grtx/lab/sweep/sweep.h"
+#include "grtx/explore/sweep/sweep.h"
 
 #include <fmt/format.h>
 
@@ -20,11 +20,11 @@
 #include "grtx/apps/grtx/trace_requests.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
-#include "grtx/lab/sweep/session.h"
-#include "grtx/lab/sweep/stored_points.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/plan_machine.h"
-#include "grtx/study/sweep_tracer_rules.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/plan_machine.h"
+#include "grtx/experiment/sweep_tracer_rules.h"
+#include "grtx/explore/sweep/session.h"
+#include "grtx/explore/sweep/stored_points.h"
 
 namespace grtx::apps {
 namespace {
@@ -33,8 +33,8 @@ namespace fs = std::filesystem;
 
 struct SweepArguments {
   std::string plan;
-  lab::SessionOptions session;
-  std::string machine = study::kDefaultMachine;
+  explore::SessionOptions session;
+  std::string machine = experiment::kDefaultMachine;
   std::string mode, confirm;
   std::string scene, cameras;
   bool list = false;
@@ -55,7 +55,7 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
   for (const std::string& path : options.compare) {
     if (!fs::exists(path)) throw Error(path, "", "no such file");
   }
-  const auto [differences, earlier_plan] = lab::compare_sweeps(options.compare.at(0), options.compare.at(1));
+  const auto [differences, earlier_plan] = explore::compare_sweeps(options.compare.at(0), options.compare.at(1));
   if (common.json) {
     nlohmann::ordered_json json = json_document("sweep");
     json["differences"] = differences;
@@ -74,11 +74,12 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
 }
 
 /// The plan with the overrides of the command line.
-lab::SweepPlan plan_of(const SweepArguments& options, const lab::TracerRules& tracer, const CommonOptions& common) {
-  lab::SweepPlan plan = lab::load_plan(options.plan, tracer);
+explore::SweepPlan plan_of(const SweepArguments& options, const explore::TracerRules& tracer,
+                           const CommonOptions& common) {
+  explore::SweepPlan plan = explore::load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
-  for (const std::string& file : study::put_on_machine(plan, options.machine)) common.files.check(file);
+  for (const std::string& file : experiment::put_on_machine(plan, options.machine)) common.files.check(file);
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -90,8 +91,9 @@ lab::SweepPlan plan_of(const SweepArguments& options, const lab::TracerRules& tr
 }
 
 /// The point as the database would store it.
-lab::StoredPoint stored(const lab::SweepPoint& point, const std::shared_ptr<const nlohmann::ordered_json>& trace) {
-  lab::StoredPoint stored;
+explore::StoredPoint stored(const explore::SweepPoint& point,
+                            const std::shared_ptr<const nlohmann::ordered_json>& trace) {
+  explore::StoredPoint stored;
   stored.key = point.key;
   stored.machine = point.machine;
   stored.mode = point.mode;
@@ -106,17 +108,17 @@ lab::StoredPoint stored(const lab::SweepPoint& point, const std::shared_ptr<cons
 /// The points of a plan, and points of its database that are not in the plan.
 class PointList {
  public:
-  PointList(const lab::SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
+  PointList(const explore::SweepPoints& all, const std::string& database) : all_(all), statuses_(all.points.size()) {
     if (!fs::exists(database)) return;
-    lab::SweepDatabase opened(database);
+    explore::SweepDatabase opened(database);
     statuses_ = opened.statuses_of(all.points);
     std::unordered_set<std::string> asked;
     for (const std::string& mode : opened.modes()) {
-      for (const lab::SweepPoint& point : all.points)
-        asked.insert(lab::key_in_mode(point, mode, lab::program_version()));
+      for (const explore::SweepPoint& point : all.points)
+        asked.insert(explore::key_in_mode(point, mode, explore::program_version()));
     }
-    lab::Sqlite reader(database, lab::Sqlite::Open::read_only);
-    earlier_ = lab::read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
+    explore::Sqlite reader(database, explore::Sqlite::Open::read_only);
+    earlier_ = explore::read_points(reader, [&](const std::string& key) { return !asked.contains(key); });
     if (!earlier_.empty()) tell_apart_from_earlier();
   }
 
@@ -142,11 +144,11 @@ class PointList {
       }
     };
     for (std::size_t i = 0; i < statuses_.size(); ++i) {
-      const lab::SweepPoint& point = all_.points[i];
+      const explore::SweepPoint& point = all_.points[i];
       print(point, statuses_[i].empty() ? "new" : statuses_[i],
             told_.empty() ? point.coordinates : told_[i].coordinates, false);
     }
-    for (const lab::StoredPoint& point : earlier_) print(point, point.status, point.coordinates, true);
+    for (const explore::StoredPoint& point : earlier_) print(point, point.status, point.coordinates, true);
     if (list) {
       list->end({{"traces", all_.traces.size()}});
       return;
@@ -159,19 +161,19 @@ class PointList {
   void tell_apart_from_earlier() {
     std::map<std::string, std::shared_ptr<const nlohmann::ordered_json>> traces;
     for (const auto& trace : all_.traces) {
-      traces[trace->key] = std::make_shared<const nlohmann::ordered_json>(lab::trace_inputs(trace->options));
+      traces[trace->key] = std::make_shared<const nlohmann::ordered_json>(explore::trace_inputs(trace->options));
     }
-    for (const lab::SweepPoint& point : all_.points) told_.push_back(stored(point, traces.at(point.trace_key)));
-    std::vector<lab::StoredPoint*> points;
-    for (lab::StoredPoint& point : told_) points.push_back(&point);
-    for (lab::StoredPoint& point : earlier_) points.push_back(&point);
-    lab::tell_apart(points);
+    for (const explore::SweepPoint& point : all_.points) told_.push_back(stored(point, traces.at(point.trace_key)));
+    std::vector<explore::StoredPoint*> points;
+    for (explore::StoredPoint& point : told_) points.push_back(&point);
+    for (explore::StoredPoint& point : earlier_) points.push_back(&point);
+    explore::tell_apart(points);
   }
 
-  const lab::SweepPoints& all_;
-  std::vector<std::string> statuses_;   ///< one per point; "" for a new one
-  std::vector<lab::StoredPoint> told_;  ///< points of all_; only filled if there are earlier ones
-  std::vector<lab::StoredPoint> earlier_;
+  const explore::SweepPoints& all_;
+  std::vector<std::string> statuses_;       ///< one per point; "" for a new one
+  std::vector<explore::StoredPoint> told_;  ///< points of all_; only filled if there are earlier ones
+  std::vector<explore::StoredPoint> earlier_;
 };
 
 /// The most frequent reason, and how many others there are.
@@ -182,8 +184,8 @@ std::string reason_text(const std::map<std::string, std::size_t>& reasons) {
                      reasons.size() == 1 ? "" : fmt::format(" (and {} other reasons)", reasons.size() - 1));
 }
 
-int print_summary(const std::vector<lab::SweepPoint>& points, lab::SweepDatabase& database, const lab::TraceWork& work,
-                  const std::string& path, const CommonOptions& common) {
+int print_summary(const std::vector<explore::SweepPoint>& points, explore::SweepDatabase& database,
+                  const explore::TraceWork& work, const std::string& path, const CommonOptions& common) {
   const std::map<std::string, std::size_t> counts = database.summary(points);
   std::string text;
   for (const auto& [status, count] : counts) text += fmt::format("{} {} {}", text.empty() ? ":" : ",", count, status);
@@ -215,31 +217,31 @@ int print_summary(const std::vector<lab::SweepPoint>& points, lab::SweepDatabase
 int sweep(const SweepArguments& options, const CommonOptions& common) {
   const bool quiet = common.quiet;
   if (!options.task.empty()) {
-    lab::run_tasks(options.task, options.result, options.scratch);
+    explore::run_tasks(options.task, options.result, options.scratch);
     return 0;
   }
   if (options.tracer) return answer_trace_requests(std::cin, stdout);
   if (!options.compare.empty()) return compare(options, common);
   if (options.plan.empty()) throw Error("sweep", "PLAN", "a plan is needed");
-  const study::SceneTracerRules tracer;
-  const lab::SweepPlan plan = plan_of(options, tracer, common);
-  lab::SweepPoints all = lab::expand(plan, tracer, lab::program_version());
+  const experiment::SceneTracerRules tracer;
+  const explore::SweepPlan plan = plan_of(options, tracer, common);
+  explore::SweepPoints all = explore::expand(plan, tracer, explore::program_version());
   if (options.list) {
     PointList(all, options.session.database).print(common.json);
     return 0;
   }
   if (options.session.database.empty()) throw Error("sweep", "-o", "a database is needed");
-  lab::SessionOptions with = options.session;
+  explore::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.mode};
   if (!plan.confirm.empty()) with.modes.push_back(plan.confirm);
-  lab::SweepSession session(with, plan);
+  explore::SweepSession session(with, plan);
   session.run(all, "sweep");
   if (!plan.confirm.empty() && plan.confirm != plan.mode) {
-    lab::SweepPoints front;
+    explore::SweepPoints front;
     front.traces = all.traces;
-    for (const lab::SweepPoint& point : lab::pareto_front(all.points, session.database())) {
-      front.points.push_back(lab::in_mode(point, plan.confirm, lab::program_version()));
+    for (const explore::SweepPoint& point : explore::pareto_front(all.points, session.database())) {
+      front.points.push_back(explore::in_mode(point, plan.confirm, explore::program_version()));
     }
     if (!quiet) fmt::print(stderr, "confirming {} points of the front with {}\n", front.points.size(), plan.confirm);
     session.run(front, "sweep");

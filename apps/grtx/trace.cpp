@@ -11,26 +11,26 @@
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/experiment/heatmap.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/scene_trace.h"
+#include "grtx/experiment/tile_view.h"
+#include "grtx/experiment/tracer_statistics.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
-#include "grtx/study/heatmap.h"
-#include "grtx/study/machine.h"
-#include "grtx/study/scene_trace.h"
-#include "grtx/study/tile_view.h"
-#include "grtx/study/tracer_statistics.h"
 
 namespace grtx::apps {
 namespace {
 
 struct TraceArguments {
   std::string scene;
-  study::ViewOptions view;
+  experiment::ViewOptions view;
   std::string accel = "tri20";
   std::string checkpoint = "off";
-  study::TracerSettings tracer;
+  experiment::TracerSettings tracer;
   CLI::App* command = nullptr;
-  std::string machine = study::kDefaultMachine;
+  std::string machine = experiment::kDefaultMachine;
   std::string output;
   std::string image;
   std::string statistics;
@@ -44,16 +44,16 @@ const std::vector<std::string>& heatmap_names() {
   return names;
 }
 
-void write_heatmaps(const std::vector<study::HeatmapRequest>& heatmaps, const frontend::Camera& camera,
+void write_heatmaps(const std::vector<experiment::HeatmapRequest>& heatmaps, const frontend::Camera& camera,
                     const std::vector<frontend::PixelCost>& costs) {
-  for (const study::HeatmapRequest& heatmap : heatmaps) {
-    study::Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
+  for (const experiment::HeatmapRequest& heatmap : heatmaps) {
+    experiment::Heatmap map{heatmap.name, "a pixel", camera.width, camera.height, {}};
     for (const frontend::PixelCost& cost : costs) {
       const std::uint32_t values[] = {cost.visits, cost.rounds, cost.blended, cost.checkpoints};
       const auto index = std::find(heatmap_names().begin(), heatmap_names().end(), heatmap.name);
       map.values.push_back(values[index - heatmap_names().begin()]);
     }
-    study::write_heatmap(heatmap.path, map);
+    experiment::write_heatmap(heatmap.path, map);
   }
 }
 
@@ -64,9 +64,9 @@ int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const C
   if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
   if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
   if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  const study::TileView view =
-      study::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
-                              [&common](const FilesRead& files) { common.files.check(files); });
+  const experiment::TileView view =
+      experiment::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
+                                   [&common](const FilesRead& files) { common.files.check(files); });
   if (!options.image.empty()) frontend::write_image(options.image, view.result.image);
   if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(view.document));
   if (common.json) print_json(view.document);
@@ -87,7 +87,7 @@ std::string remark(const frontend::SceneTracer& scene, const frontend::TracedVie
   if (scene.view()->objects().empty()) return "";
   const frontend::TracerCounters& c = traced.result.secondary;
   return fmt::format("secondary: {} rays in {} groups, {} rounds, {} visits; {}", c.rays, traced.plan.groups.size(),
-                     c.rounds, c.visits(), study::describe(scene.view()->objects()));
+                     c.rounds, c.visits(), experiment::describe(scene.view()->objects()));
 }
 
 int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneTracer& scene) {
@@ -100,34 +100,35 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   if (!options.image.empty()) frontend::check_image_name(options.image);
   if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
   // These throw for invalid options before anything is read.
-  study::tracer_options(options.tracer, checkpoint, kind);
-  study::check_secondary(options.tracer.secondary);
-  frontend::RenderOptions render = study::render_options(options.tracer, common.quiet);
+  experiment::tracer_options(options.tracer, checkpoint, kind);
+  experiment::check_secondary(options.tracer.secondary);
+  frontend::RenderOptions render = experiment::render_options(options.tracer, common.quiet);
   const bool statistics = common.json || !options.statistics.empty();
   render.count_unique = statistics;
   render.count_hits = statistics;
-  const std::vector<study::HeatmapRequest> heatmaps = study::heatmap_requests(options.heatmaps, heatmap_names());
+  const std::vector<experiment::HeatmapRequest> heatmaps =
+      experiment::heatmap_requests(options.heatmaps, heatmap_names());
   render.pixel_costs = !heatmaps.empty();
   if (!options.view.views.empty() && !heatmaps.empty())
     throw Error("--heatmap", "", "is of one view: not with --views");
   FilesRead files;
-  const std::vector<frontend::Camera> cameras = study::select_cameras(options.view, files);
-  study::load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras,
-                    options.tracer, kind, files, common.quiet);
+  const std::vector<frontend::Camera> cameras = experiment::select_cameras(options.view, files);
+  experiment::load_scene(scene, options.scene, frontend::is_object_list(options.scene) && !options.flatten, cameras,
+                         options.tracer, kind, files, common.quiet);
   common.files.check(files);
-  const frontend::TracedView traced = study::trace_scene(scene, options.tracer, checkpoint, kind, render,
-                                                         options.no_trace ? "" : options.output, files);
+  const frontend::TracedView traced = experiment::trace_scene(scene, options.tracer, checkpoint, kind, render,
+                                                              options.no_trace ? "" : options.output, files);
   const frontend::RenderResult& result = traced.result;
-  if (!options.image.empty()) study::write_images(options.image, traced);
+  if (!options.image.empty()) experiment::write_images(options.image, traced);
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
   if (statistics) {
     const nlohmann::ordered_json document =
-        study::view_document(scene, traced, options.tracer, checkpoint, kind, options.machine);
+        experiment::view_document(scene, traced, options.tracer, checkpoint, kind, options.machine);
     if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(document));
     if (common.json) print_json(document);
   }
-  sim::print_notes({{"trace", study::view_notes(traced, options.tracer)}});
+  sim::print_notes({{"trace", experiment::view_notes(traced, options.tracer)}});
   if (!common.quiet && !common.json) {
     const auto& c = result.counters;
     say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",
@@ -137,7 +138,7 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
             static_cast<double>(std::max<std::uint64_t>(1, scene.gaussians())),
         static_cast<double>(c.visits()) / std::max(result.seconds, 1e-9) * 1e-6,
         traced.trace ? fmt::format(", trace {:.3g} MB", static_cast<double>(traced.trace->bytes) * 1e-6) : "");
-    say("{}", study::describe_end(result.counters));
+    say("{}", experiment::describe_end(result.counters));
     if (const std::string more = remark(scene, traced); !more.empty()) say("{}", more);
   }
   return 0;

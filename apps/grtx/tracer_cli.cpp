@@ -2,23 +2,23 @@
 #include "grtx/apps/grtx/tracer_cli.h"
 
 #include "grtx/apps/grtx/options.h"
-#include "grtx/study/secondary_options.h"
-#include "grtx/study/tracer_option_table.h"
+#include "grtx/experiment/secondary_options.h"
+#include "grtx/experiment/tracer_option_table.h"
 
 namespace grtx::apps {
 namespace {
 
 template <typename Number>
-void add_rule(CLI::Option* option, const study::InRange<Number>& rule) {
+void add_rule(CLI::Option* option, const experiment::InRange<Number>& rule) {
   option->check(in_range(rule.low, rule.high));
 }
-void add_rule(CLI::Option* option, const study::OneOf& rule) { option->check(one_of(rule.names)); }
-void add_rule(CLI::Option* option, const study::AnyOf& rule) {
+void add_rule(CLI::Option* option, const experiment::OneOf& rule) { option->check(one_of(rule.names)); }
+void add_rule(CLI::Option* option, const experiment::AnyOf& rule) {
   std::vector<std::string> numbers;
   for (const auto number : rule.numbers) numbers.push_back(fmt::format("{}", number));
   option->check(one_of(std::move(numbers)));
 }
-void add_rule(CLI::Option* option, const study::ListOf& rule) {
+void add_rule(CLI::Option* option, const experiment::ListOf& rule) {
   option->delimiter(',')->expected(static_cast<int>(rule.numbers));
 }
 
@@ -40,20 +40,21 @@ auto adder(CLI::App* command) {
 }  // namespace
 
 void add_kernel_degree(CLI::App* command, unsigned& degree) {
-  adder(command)("kernel-degree", degree, study::kKernelDegree, study::AnyOf{{2U, 4U}});
+  adder(command)("kernel-degree", degree, experiment::kKernelDegree, experiment::AnyOf{{2U, 4U}});
 }
 
-void add_secondary_options(CLI::App* command, study::SecondarySettings& settings) {
-  study::visit_secondary(settings, adder(command));
+void add_secondary_options(CLI::App* command, experiment::SecondarySettings& settings) {
+  experiment::visit_secondary(settings, adder(command));
 }
 
-void add_tracer_options(CLI::App* command, study::TracerSettings& settings) {
-  study::visit_options(settings, adder(command));
+void add_tracer_options(CLI::App* command, experiment::TracerSettings& settings) {
+  experiment::visit_options(settings, adder(command));
 }
 
-void apply_tracer(study::TracerSettings& settings, const study::ChosenMachine& machine, const CLI::App& command) {
-  const auto named = [&](const std::string& key) { return command.count(study::flag_of(key)) > 0; };
-  study::apply_tracer(settings, machine.tracer, named);
+void apply_tracer(experiment::TracerSettings& settings, const experiment::ChosenMachine& machine,
+                  const CLI::App& command) {
+  const auto named = [&](const std::string& key) { return command.count(experiment::flag_of(key)) > 0; };
+  experiment::apply_tracer(settings, machine.tracer, named);
 }
 
 }  // namespace grtx::apps

@@ -5,16 +5,17 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "grtx/study/machine.h"
-#include "grtx/study/tracer_settings.h"
+#include "grtx/experiment/machine.h"
+#include "grtx/experiment/tracer_settings.h"
 
 namespace grtx::apps {
 
 void add_kernel_degree(CLI::App* command, unsigned& degree);
 /// Adds the options for glass and mirror.
-void add_secondary_options(CLI::App* command, study::SecondarySettings& settings);
-void add_tracer_options(CLI::App* command, study::TracerSettings& settings);
+void add_secondary_options(CLI::App* command, experiment::SecondarySettings& settings);
+void add_tracer_options(CLI::App* command, experiment::TracerSettings& settings);
 /// Applies the machine's tracer options, except those given on the command line.
-void apply_tracer(study::TracerSettings& settings, const study::ChosenMachine& machine, const CLI::App& command);
+void apply_tracer(experiment::TracerSettings& settings, const experiment::ChosenMachine& machine,
+                  const CLI::App& command);
 
 }  // namespace grtx::apps

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Storage bits and operators of a module, derived from the parameters that it simulates with. The cost model
-// (lab/cost) reads only these.
+// (explore/cost) reads only these.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct Storage {
 };
 
 struct Operators {
-  std::string name;     ///< a name of lab/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
+  std::string name;     ///< a name of explore/cost/operator_cost.cpp: fp_add, fp_mul, int_add, match, ...
   unsigned width = 32;  ///< bits
   std::uint64_t count = 0;
 };

@@ -13,7 +13,7 @@ from .frames import DESIGNS, Results
 Reference = Mapping[str, float] | pd.Series
 
 #: Colours of the designs, which people with red-green blindness can tell apart (Okabe and Ito): those of the report's pages
-#: (view/report/web/report.css).
+#: (report/page/web/report.css).
 COLOURS = {"baseline": "#999999", "sw": "#56B4E9", "hw": "#E69F00", "grtx": "#009E73", "gautracer": "#CC79A7", "walk": "#D55E00"}
 STALL = "gpu.rt.stall."
 

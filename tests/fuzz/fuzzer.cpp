@@ -20,7 +20,7 @@ const grtx::fuzzing::InputReader* chosen = nullptr;
 extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
   const char* const name = std::getenv("GRTX_FUZZ_READER");
   for (const auto* readers :
-       {&grtx::fuzzing::frontend_readers(), &grtx::fuzzing::lab_readers(), &grtx::fuzzing::view_readers()}) {
+       {&grtx::fuzzing::frontend_readers(), &grtx::fuzzing::explore_readers(), &grtx::fuzzing::report_readers()}) {
     for (const auto& reader : *readers) {
       if (name == nullptr) std::puts(reader.name.c_str());
       if (name != nullptr && reader.name == name) chosen = &reader;

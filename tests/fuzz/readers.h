@@ -21,9 +21,9 @@ struct InputReader {
 /// Scenes, cameras, object lists, images, traces.
 const std::vector<InputReader>& frontend_readers();
 /// Configurations, plans, regressions, statistics, results of tasks, databases to fill.
-const std::vector<InputReader>& lab_readers();
+const std::vector<InputReader>& explore_readers();
 /// What reports are made of.
-const std::vector<InputReader>& view_readers();
+const std::vector<InputReader>& report_readers();
 
 /// A folder in memory, of this process.
 const std::string& folder();

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "grtx/base/child_process.h"
-#include "grtx/lab/cost/energy_statistics.h"
+#include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "paths.h"
 
@@ -18,7 +18,7 @@ namespace grtx::sim::test {
 
 inline SimulationResult simulate_priced(const std::string& trace, const GpuConfig& config,
                                         SimulationOptions options = {}) {
-  options.price = lab::describe_energy;
+  options.price = explore::describe_energy;
   return simulate(trace, config, options);
 }
 

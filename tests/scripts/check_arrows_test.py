@@ -10,9 +10,9 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_arrows.py")
 TREE = {
     "base/error.h": "#pragma once\n",
-    "lab/sweep/database.h": '#include "grtx/base/error.h"\n',
-    "view/report/report.h": '#include "grtx/lab/sweep/database.h"\n',
-    "study/run_designs.h": '#include "grtx/frontend/tracer/tracer.h"\n#include "grtx/view/report/report.h"\n',
+    "explore/sweep/database.h": '#include "grtx/base/error.h"\n',
+    "report/page/report.h": '#include "grtx/explore/sweep/database.h"\n',
+    "experiment/run_designs.h": '#include "grtx/frontend/tracer/tracer.h"\n#include "grtx/report/page/report.h"\n',
     "traces/reader.h": '#include "grtx/base/error.h"\n',
     "traces/reader.cpp": '#include "grtx/traces/codec/columns.h"\n#include "grtx/traces/reader.h"\n',
     "traces/codec/columns.h": '#include "grtx/traces/reader.h"\n',
@@ -44,9 +44,9 @@ class CheckArrows(unittest.TestCase):
     def test_an_arrow_upward(self):
         for file, text, rule in [
             ("base/error.h", "modules/kernel/link.h", "base stands not above modules"),
-            ("lab/sweep/database.h", "view/report/report.h", "lab stands not above view"),
-            ("view/report/report.h", "study/run_designs.h", "view stands not above study"),
-            ("lab/sweep/database.h", "frontend/tracer/tracer.h", "lab stands not above frontend"),
+            ("explore/sweep/database.h", "report/page/report.h", "explore stands not above report"),
+            ("report/page/report.h", "experiment/run_designs.h", "report stands not above experiment"),
+            ("explore/sweep/database.h", "frontend/tracer/tracer.h", "explore stands not above frontend"),
             ("modules/kernel/link.h", "rtl_tlm/gpu/gpu.h", "modules stands not above rtl_tlm"),
             ("modules/kernel/link.h", "frontend/tracer/tracer.h", "modules stands not above frontend"),
             ("frontend/tracer/tracer.h", "modules/kernel/link.h", "frontend stands not above modules"),

@@ -38,6 +38,15 @@ class CheckVersion(unittest.TestCase):
         self.assertEqual(self.faults({}), [])
         self.assertEqual(self.faults({}, "--tag", "v1.2.0"), [])
 
+    def test_a_tree_between_releases_says_dev_and_has_no_date(self):
+        dev = {name: text.replace('1.2.0', '1.2.0-dev') for name, text in TREE.items() if name.startswith(("python", "packaging/vcpkg"))}
+        dev |= {"CMakeLists.txt": TREE["CMakeLists.txt"] + 'set(GRTX_VERSION_SUFFIX "-dev")\n', "CITATION.cff": "version: 1.2.0-dev\n",
+                "CHANGELOG.md": TREE["CHANGELOG.md"].replace("## [1.2.0] - 2027-01-02\n", "")}
+        self.assertEqual(self.faults(dev), [])
+        self.assertEqual(self.faults({**dev, "python/grtx_tlm/__init__.py": TREE["python/grtx_tlm/__init__.py"]}),
+                         ["python/grtx_tlm/__init__.py: version 1.2.0, CMakeLists.txt has 1.2.0-dev"])
+        self.assertEqual(len(self.faults(dev, "--tag", "v1.2.0")), 2)
+
     def test_each_place_of_another_version(self):
         self.assertEqual(self.faults({"python/grtx_tlm/__init__.py": '__version__ = "1.1.0"\n'}),
                          ["python/grtx_tlm/__init__.py: version 1.1.0, CMakeLists.txt has 1.2.0"])

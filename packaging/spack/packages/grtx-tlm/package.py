@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spack recipe. In a checkout: spack repo add packaging/spack && spack dev-build grtx-tlm@1.0.0
+"""Spack recipe. In a checkout: spack repo add packaging/spack && spack dev-build grtx-tlm@1.1.0
 
 Not built. Names, and that each range below holds a version, were checked against spack-packages at 1e8cf059 (2026-07-01):
 of SystemC it has 2.3.3 alone, of pagmo2 2.18.0, of toml++ 3.4.0; of fmt versions to 12.1.0, of which the tests have run
@@ -17,7 +17,7 @@ class GrtxTlm(CMakePackage):
 
     license("Apache-2.0")
 
-    version("1.0.0", tag="v1.0.0")
+    version("1.1.0", tag="v1.1.0")
 
     variant("shared", default=False, description="Build the libraries as shared ones")
     variant("frontend", default=True, description="Build scenes and tracer")

@@ -27,7 +27,7 @@ class WindowSimulation : public test::RandomTraceRun {
     config_.resident_warps = 8 / config_.sms;
   }
   static WindowOptions windows(std::uint64_t seed = 1) {
-    WindowOptions options{.seed = seed, .price = lab::describe_energy};
+    WindowOptions options{.seed = seed, .price = explore::describe_energy};
     return options;
   }
   static ordered_json without_host(const ordered_json& stats) {

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/experiment/design_comparison.h"
+
+#include <algorithm>
+#include <map>
+
+#include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
+
+namespace grtx::experiment {
+
+DesignComparison::DesignComparison(const std::vector<std::string>& names, bool several_objects) {
+  for (const std::string& name : names) {
+    if (std::find(explore::design_names().begin(), explore::design_names().end(), name) !=
+        explore::design_names().end())
+      continue;
+    throw Error("--designs", name,
+                "is no design, the nearest is '" + nearest_name(name, explore::design_names()) + "'");
+  }
+  for (const explore::Design& design : explore::designs()) {
+    const bool asked =
+        names.empty() ? !design.if_named : std::find(names.begin(), names.end(), design.name) != names.end();
+    const ComparedDesign compared(design);
+    if (!asked || (several_objects && !traces::is_two_level(compared.kind))) continue;
+    designs_.push_back(compared);
+    names_.push_back(design.name);
+  }
+  if (designs_.empty()) throw Error("--designs", names.front(), "cannot trace several objects: they need two levels");
+  std::stable_sort(designs_.begin(), designs_.end(),
+                   [](const ComparedDesign& a, const ComparedDesign& b) { return a.kind < b.kind; });
+}
+
+}  // namespace grtx::experiment

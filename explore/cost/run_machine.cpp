@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/explore/cost/run_machine.h"
+
+#include <charconv>
+
+#include "grtx/base/error.h"
+
+namespace grtx::explore {
+
+sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where) {
+  const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
+  if (accel.empty() || checkpoint.empty()) throw Error(where, "inputs", "must name accel and checkpoint");
+  const bool two_level = accel.starts_with("tlas-");
+  sim::MachineUse use;
+  use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
+  use.objects = inputs.value("levels", "") == "3";
+  use.leaves = sim::leaf_test_of(accel);
+  choose_nodes_and_lists(inputs, where, use);
+  return use;
+}
+
+void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, sim::MachineUse& use) {
+  const auto choose = [&]<typename Enum>(const char* name, Enum& value) {
+    if (inputs.contains(name)) {
+      value = value_of<Enum>(inputs.at(name).get<std::string>(), where, std::string("inputs.") + name);
+    }
+  };
+  const auto number = [&](const std::string& name, auto& value) {
+    if (!inputs.contains(name)) return;
+    const std::string text = inputs.at(name).get<std::string>();
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (fault != std::errc() || end != text.data() + text.size()) {
+      throw Error(where, "inputs." + name, "must be a whole number");
+    }
+  };
+  choose("pop_test", use.pop_test);
+  choose("layout", use.layout);
+  // Older runs record the width among the inputs of their trace.
+  const std::string width = inputs.contains("bvh_width") ? "bvh_width" : "trace.bvh_width";
+  number(width, use.bvh_width);
+  if (inputs.contains(width) && (use.bvh_width < 2 || use.bvh_width > traces::kMaxWidth)) {
+    throw Error(where, "inputs." + width, "must be 2 to 8");
+  }
+  number("checkpoint_bins", use.checkpoint_bins);
+  if (use.checkpoint_bins != 0) number("checkpoint_capacity", use.checkpoint_capacity);
+}
+
+std::vector<std::string> cost_arguments(const sim::MachineUse& use) {
+  std::vector<std::string> arguments = {"--design",
+                                        use.design,
+                                        "--pop-test",
+                                        std::string(name_of(use.pop_test)),
+                                        "--layout",
+                                        std::string(name_of(use.layout)),
+                                        "--bvh-width",
+                                        std::to_string(use.width()),
+                                        "--leaves",
+                                        std::string(name_of(use.leaves)),
+                                        "--checkpoint-bins",
+                                        std::to_string(use.checkpoint_bins),
+                                        "--checkpoint-capacity",
+                                        std::to_string(use.checkpoint_capacity)};
+  if (use.objects) arguments.emplace_back("--objects");
+  return arguments;
+}
+
+}  // namespace grtx::explore

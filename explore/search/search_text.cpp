@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "grtx/base/wrapped.h"
+#include "grtx/explore/search/search.h"
+#include "grtx/explore/sweep/axis.h"
+
+namespace grtx::explore {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t kWidth = 12;  ///< of a figure's column, at least
+
+std::string words(const ordered_json& coordinates) {
+  std::string text;
+  for (const auto& [name, value] : coordinates.items()) {
+    text += (text.empty() ? "" : " ") + name + "=" + text_of(value);
+  }
+  return text;
+}
+
+std::string figures(const ordered_json& verdict, const std::vector<std::string>& objectives) {
+  std::string text;
+  for (std::size_t o = 0; o < objectives.size(); ++o) {
+    const std::size_t width = std::max(kWidth, objectives[o].size() + 2);
+    text += verdict.contains("ratios") ? fmt::format("{:>{}.4f}", verdict.at("ratios")[o].get<double>(), width)
+                                       : fmt::format("{:>{}}", verdict.at("outcome").get<std::string>(), width);
+  }
+  return text;
+}
+
+std::string titles(const std::vector<std::string>& objectives) {
+  std::string text;
+  for (const std::string& name : objectives) text += fmt::format("{:>{}}", name, std::max(kWidth, name.size() + 2));
+  return text;
+}
+
+std::string front_text(const ordered_json& result, const std::vector<std::string>& objectives) {
+  const ordered_json& front = result.at("front");
+  const bool evaluated = result.at("reference").contains("evaluation");
+  std::string text = "\n" +
+                     wrapped(fmt::format("front, over the reference ({} on the search scenes{})",
+                                         result.at("confirming").at("mode").get<std::string>(),
+                                         evaluated ? ", then once on the evaluation scenes" : "")) +
+                     "\n" + titles(objectives) + "\n";
+  for (const ordered_json& at : front) {
+    const ordered_json& candidate = result.at("candidates")[at.get<std::size_t>()];
+    text += figures(candidate.at("confirming"), objectives);
+    if (evaluated) text += "\n" + figures(candidate.at("evaluation"), objectives) + "   evaluation";
+    text += "\n" + wrapped("    " + words(candidate.at("coordinates")), 4) + "\n";
+  }
+  if (front.empty()) text += "  none\n";
+  return text;
+}
+
+std::string path_text(const ordered_json& result, const std::vector<std::string>& objectives) {
+  const ordered_json& path = result.at("path");
+  if (path.empty()) return "";
+  std::string text = fmt::format("\nfrom the reference to the first of the front, one change at a time\n{}   change\n",
+                                 titles(objectives));
+  for (const ordered_json& step : path) {
+    const std::string from = step.at("from").is_null() ? "base" : text_of(step.at("from"));
+    std::string line = fmt::format("{}   {}: {} -> {}", figures(step, objectives), step.at("key").get<std::string>(),
+                                   from, text_of(step.at("to")));
+    if (step.contains("reason")) line += fmt::format(" ({})", step.at("reason").get<std::string>());
+    text += wrapped(line + (step.contains("together") ? ", only with the next" : ""), 6) + "\n";
+  }
+  return text;
+}
+
+std::string effects_text(const ordered_json& result) {
+  std::string text;
+  for (const ordered_json& of : result.at("effects")) {
+    text += "\n" +
+            wrapped(fmt::format("what each parameter contributes to {} (additive model, explains {:.0f} %)",
+                                of.at("objective").get<std::string>(), 100.0 * of.at("explained").get<double>())) +
+            "\n";
+    for (const ordered_json& parameter : of.at("parameters")) {
+      std::string line = fmt::format("  {:<28}", parameter.at("key").get<std::string>());
+      for (const ordered_json& value : parameter.at("values")) {
+        const std::string one =
+            fmt::format("  {}: {:.3f}", text_of(value.at("value")), value.at("factor").get<double>());
+        if (line.size() + one.size() > kLineWidth) {
+          text += line + "\n";
+          line = std::string(30, ' ');
+        }
+        line += one;
+      }
+      text += line + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string screening_words(const ordered_json& screening) {
+  const auto mode = screening.at("mode").get<std::string>();
+  const double scale = screening.value("scale", 1.0);
+  return scale == 1.0 ? mode : fmt::format("{}, images × {}", mode, scale);
+}
+
+std::string search_text(const ordered_json& result) {
+  const auto objectives = result.at("objectives").get<std::vector<std::string>>();
+  const ordered_json& counts = result.at("counts");
+  const auto count = [&](const char* name) { return counts.at(name).get<std::size_t>(); };
+  const std::string machine = result.value("machine", "");
+  std::string text = wrapped(fmt::format(
+                         "{}{} candidates of {:.0f} in {} generations: {} broken, {} too dear, {} failed, {} screened "
+                         "({}), {} confirmed "
+                         "({}), {} on the front",
+                         machine.empty() ? "" : "machine " + machine + ": ", count("candidates"),
+                         counts.at("space").get<double>(), count("generations") + 1, count("broken"), count("too_dear"),
+                         count("failed"), count("screened"), screening_words(result.at("screening")),
+                         count("confirmed"), result.at("confirming").at("mode").get<std::string>(), count("front"))) +
+                     "\n";
+  text += front_text(result, objectives) + path_text(result, objectives) + effects_text(result);
+  if (!result.at("invalid").empty()) text += "\nnot on the front by rule\n";
+  for (const ordered_json& group : result.at("invalid")) {
+    text += wrapped(fmt::format("{:>7}  {}: {}", group.at("candidates").get<std::size_t>(),
+                                group.at("outcome").get<std::string>(), group.at("reason").get<std::string>()),
+                    9) +
+            "\n";
+  }
+  return text;
+}
+
+}  // namespace grtx::explore

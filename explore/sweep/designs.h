@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The named designs, which are compared: each is a structure, options of the tracer, and configuration keys of its own.
+// The machine is the configuration that all compared designs share.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+
+namespace grtx::explore {
+
+struct Design {
+  using Texts = std::vector<std::pair<std::string, std::string>>;
+  std::string name;
+  std::string accel;  ///< a name of AccelKind
+  bool checkpoint = false;
+  Texts tracer;              ///< options of the tracer, by name with _ for -
+  Texts keys;                ///< configuration keys, but for registers of heaps
+  unsigned words_a_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
+  bool if_named = false;     ///< compared only when it is asked for by name
+};
+
+/// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
+/// this project's own.
+const std::vector<Design>& designs();
+/// Their names, in the same order.
+const std::vector<std::string>& design_names();
+/// Throws std::out_of_range for an unknown name.
+const Design& design_of(std::string_view name);
+/// Options of the tracer for a design, by name with _ for -: those of the machine, over them the design's, over them
+/// those that the user names.
+std::map<std::string, std::string> tracer_of(const Design& design, std::map<std::string, std::string> machine,
+                                             const std::map<std::string, std::string>& named);
+/// The k that this text gives; the design's own, or 0 if it has none, where it gives none.
+unsigned k_of(const Design& design, const std::string& text = "");
+/// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.
+Design::Texts keys_for(const Design& design, unsigned k);
+/// The configuration with the design's keys for this k, except those in `named`.
+sim::GpuConfig with_keys_of(const Design& design, unsigned k, sim::GpuConfig config,
+                            const std::set<std::string>& named);
+/// The keys of settings, each "key=value".
+std::set<std::string> keys_of(const std::vector<std::string>& settings);
+
+}  // namespace grtx::explore

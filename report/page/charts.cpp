@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/report/page/charts.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "grtx/base/json.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Number of colours defined in report.css; further values reuse them.
+constexpr unsigned kColours = 12;
+constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same value in explore_charts.js
+
+ordered_json palette() {
+  ordered_json range = ordered_json::array();
+  for (unsigned i = 1; i <= kColours; ++i) range.push_back("var(--c" + std::to_string(i) + ")");
+  return range;
+}
+
+/// Colour of a thing by its name in report.css, which alone knows them; `otherwise` if it has none.
+std::string named_colour(const char* kind, std::string name, const std::string& otherwise) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') c = '-';
+  }
+  return std::string("var(--") + kind + "-" + name + ", " + otherwise + ")";
+}
+
+/// Of the parts of a bar: a part has one colour in all charts.
+ordered_json part_palette(const std::vector<std::string>& parts) {
+  ordered_json range = ordered_json::array();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    range.push_back(named_colour("p", parts[i], "var(--c" + std::to_string(i % kColours + 1) + ")"));
+  }
+  return range;
+}
+
+ordered_json base(const ordered_json& rows) {
+  return {
+      {"width", "container"}, {"autosize", {{"type", "fit-x"}, {"contains", "padding"}}}, {"data", {{"values", rows}}}};
+}
+
+ordered_json quantity(const std::string& field, const std::string& title) {
+  return {{"field", field}, {"type", "quantitative"}, {"title", title}};
+}
+
+/// An axis whose labels have a prefix by size: "20 mJ".
+ordered_json si_axis(const std::string& unit) {
+  ordered_json axis = {{"format", "~s"}};
+  if (!unit.empty()) axis["labelExpr"] = "replace(datum.label, /([a-zA-Zµ]?)$/, ' $1') + '" + unit + "'";
+  return axis;
+}
+
+ordered_json tooltips(const std::vector<ChartField>& fields) {
+  ordered_json list = ordered_json::array();
+  for (const ChartField& f : fields) {
+    list.push_back({{"field", f.field}, {"title", f.title}});
+    if (f.measured) list.back().update({{"type", "quantitative"}, {"format", ",.5~r"}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string design_colour(const std::string& design) { return named_colour("d", design, "var(--c10)"); }
+
+ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::string>& parts,
+                          const std::string& value_title, const std::string& unit, const std::string& part_title) {
+  ordered_json spec = base(rows);
+  std::set<std::string> bars;
+  for (const ordered_json& row : rows) bars.insert(row.at("label").get<std::string>());
+  spec["height"] = kBarPixels * bars.size();
+  spec["transform"] = {{{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}}};
+  spec["mark"] = {{"type", "bar"}};
+  ordered_json x = quantity("value", value_title);
+  x["stack"] = "zero";
+  x["axis"] = si_axis(unit);
+  spec["encoding"] = {
+      {"y",
+       {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
+      {"x", x},
+      {"color",
+       {{"field", "part"},
+        {"type", "nominal"},
+        {"scale", {{"domain", parts}, {"range", part_palette(parts)}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"order", {{"field", "place"}}},
+      {"tooltip",
+       {{{"field", "label"}, {"title", "of"}},
+        {{"field", "part"}, {"title", part_title}},
+        {{"field", "shown"}, {"title", value_title}},
+        {{"field", "share"}, {"type", "quantitative"}, {"title", "share"}, {"format", ".1%"}}}}};
+  return spec;
+}
+
+ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, const std::vector<std::string>& labels,
+                        const std::vector<std::string>& series, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = labels.size() * (14 + 14 * series.size());
+  const ordered_json y = {{"field", "label"},
+                          {"type", "nominal"},
+                          {"title", nullptr},
+                          {"sort", labels},
+                          {"axis",
+                           {{"labelExpr", "width < 420 ? split(datum.label, ', ') : datum.label"},
+                            {"labelOffset", {{"expr", "width < 420 ? -7 : 0"}}}}}};
+  ordered_json bars;
+  bars["mark"] = {{"type", "bar"}};
+  bars["encoding"] = {{"y", y},
+                      {"x", quantity("value", value_title)},
+                      {"tooltip",
+                       {{{"field", "label"}, {"title", "figure"}},
+                        {{"field", "series"}, {"title", "run"}},
+                        {{"field", "value"}, {"type", "quantitative"}, {"title", "model"}, {"format", ".2f"}}}}};
+  bars["encoding"]["color"] = {
+      {"field", "series"},
+      {"type", "nominal"},
+      {"scale", {{"domain", series}, {"range", palette()}}},
+      {"legend", series.size() > 1 ? ordered_json{{"title", nullptr}, {"orient", "bottom"}} : ordered_json(nullptr)}};
+  if (series.size() > 1) bars["encoding"]["yOffset"] = {{"field", "series"}, {"sort", series}};
+  ordered_json ticks;
+  ticks["data"] = {{"values", paper}};
+  ticks["mark"] = {{"type", "tick"}, {"color", "var(--ink)"}, {"thickness", 3}};
+  ticks["encoding"] = {{"y", y},
+                       {"x", quantity("value", value_title)},
+                       {"tooltip",
+                        {{{"field", "label"}, {"title", "figure"}},
+                         {{"field", "value"}, {"type", "quantitative"}, {"title", "paper"}, {"format", ".2f"}}}}};
+  spec["layer"] = ordered_json::array({bars, ticks});
+  return spec;
+}
+
+ordered_json waterfall(const ordered_json& rows, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = kBarPixels * rows.size();
+  spec["mark"] = {{"type", "bar"}};
+  spec["encoding"] = {
+      {"y",
+       {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
+      {"x", quantity("before", value_title)},
+      {"x2", {{"field", "after"}}},
+      {"color",
+       {{"field", "change"},
+        {"type", "nominal"},
+        {"scale", {{"domain", {"whole", "gain", "loss"}}, {"range", palette()}}},
+        {"legend", nullptr}}},
+      {"tooltip",
+       {{{"field", "label"}, {"title", "change"}},
+        {{"field", "before"}, {"type", "quantitative"}, {"format", ".4~f"}},
+        {{"field", "after"}, {"type", "quantitative"}, {"format", ".4~f"}}}}};
+  return spec;
+}
+
+ordered_json factor_chart(const ordered_json& rows, const std::vector<std::string>& parameters,
+                          const std::string& factor_title) {
+  constexpr std::size_t kRow = 38;  // pixels: marks and the values above them
+  ordered_json spec = base(rows);
+  spec["height"] = kRow * std::max<std::size_t>(1, parameters.size());
+  const ordered_json y = {{"field", "parameter"}, {"type", "nominal"}, {"title", nullptr}, {"sort", parameters}};
+  ordered_json x = quantity("factor", factor_title);
+  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  ordered_json range, points, words;
+  range["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
+  range["encoding"] = {{"y", y}, {"x", x}, {"x2", {{"field", "factor"}, {"aggregate", "max"}}}};
+  range["encoding"]["x"]["aggregate"] = "min";
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"size", 60}, {"color", "var(--c1)"}};
+  points["encoding"] = {{"y", y},
+                        {"x", x},
+                        {"tooltip",
+                         {{{"field", "parameter"}},
+                          {{"field", "value"}},
+                          {{"field", "factor"}, {"type", "quantitative"}, {"format", ".4~f"}},
+                          {{"field", "candidates"}, {"type", "quantitative"}}}}};
+  words["mark"] = {{"type", "text"}, {"dy", -10}, {"fontSize", 11}};
+  words["encoding"] = {{"y", y}, {"x", x}, {"text", {{"field", "value"}}}};
+  spec["layer"] = ordered_json::array({range, points, words});
+  return spec;
+}
+
+ordered_json correlation_chart(const ordered_json& rows) {
+  double low = 0.0, high = 0.0;
+  for (const ordered_json& row : rows) {
+    for (const char* side : {"measured", "simulated"}) {
+      const double a = row.at(std::string(side) + "_low").get<double>();
+      low = low == 0.0 ? a : std::min(low, a);
+      high = std::max(high, row.at(std::string(side) + "_high").get<double>());
+    }
+  }
+  const auto axis = [](const char* field) {
+    ordered_json q = quantity(field, field);
+    q["scale"] = {{"type", "log"}, {"nice", true}, {"padding", 12}};
+    return q;
+  };
+  const auto rule = [&](const char* field, const char* across) {
+    ordered_json layer;
+    const std::string channel = std::string(field) == "measured" ? "x" : "y";
+    layer["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
+    layer["encoding"][channel] = axis((std::string(field) + "_low").c_str());
+    layer["encoding"][channel]["title"] = field;
+    layer["encoding"][channel + "2"] = {{"field", std::string(field) + "_high"}};
+    layer["encoding"][channel == "x" ? "y" : "x"] = axis(across);
+    return layer;
+  };
+  ordered_json same;
+  same["data"] = {{"values", {{{"measured", low}, {"simulated", low}}, {{"measured", high}, {"simulated", high}}}}};
+  same["mark"] = {{"type", "line"}, {"color", "var(--muted)"}, {"strokeDash", {4, 3}}};
+  same["encoding"] = {{"x", axis("measured")}, {"y", axis("simulated")}};
+  ordered_json points;
+  points["mark"] = {{"type", "point"}, {"filled", true}, {"size", 80}};
+  points["encoding"] = {
+      {"x", axis("measured")},
+      {"y", axis("simulated")},
+      {"color",
+       {{"field", "kind"},
+        {"type", "nominal"},
+        {"scale", {{"domain", {"figure", "outlier"}}, {"range", palette()}}},
+        {"legend", {{"title", nullptr}, {"orient", "bottom"}}}}},
+      {"tooltip", tooltips({{"label", "figure"}, {"measured", "measured", true}, {"simulated", "simulated", true}})}};
+  ordered_json spec = base(rows);
+  spec["height"] = 360;
+  spec["layer"] = ordered_json::array({same, rule("measured", "simulated"), rule("simulated", "measured"), points});
+  return spec;
+}
+
+ordered_json series_lines(const ordered_json& rows, const std::string& value_title) {
+  ordered_json spec = base(rows);
+  spec["height"] = 160;
+  spec["mark"] = {{"type", "line"}, {"interpolate", "step-before"}};
+  ordered_json x = quantity("cycle", "core cycle");
+  x["axis"] = {{"format", "~s"}};
+  spec["encoding"] = {
+      {"x", x},
+      {"y", quantity("value", value_title)},
+      {"color", {{"field", "series"}, {"type", "nominal"}, {"scale", {{"range", palette()}}}, {"legend", nullptr}}},
+      {"tooltip",
+       {{{"field", "series"}},
+        {{"field", "cycle"}, {"type", "quantitative"}},
+        {{"field", "value"}, {"type", "quantitative"}}}}};
+  return spec;
+}
+
+}  // namespace grtx::report

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/report/page/machine_figures.h"
+
+#include <optional>
+#include <vector>
+
+#include "grtx/base/child_process.h"
+#include "grtx/base/error.h"
+#include "grtx/base/json.h"
+#include "grtx/explore/cost/cost_report.h"
+#include "grtx/explore/cost/run_energy.h"
+#include "grtx/explore/cost/run_machine.h"
+#include "grtx/explore/sweep/points.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/gpu/machine.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json energy_of(const ordered_json& statistics, const sim::GpuConfig& config,
+                       const std::vector<modules::Inventory>& inventories) {
+  const auto value = [&](const std::string& name) {
+    const auto found = statistics.find(name);
+    const bool counted = found != statistics.end() && found->at("value").is_number();
+    return counted ? std::optional(found->at("value").get<double>()) : std::nullopt;
+  };
+  ordered_json energy = ordered_json::array();
+  for (const explore::EnergyPart& part :
+       explore::run_energy(value, config, inventories, explore::CostOptions(), explore::EnergyOptions())) {
+    if (part.actions == 0.0) continue;
+    energy.push_back(
+        {{"name", part.name},
+         {"actions", part.actions},
+         {"basis", part.basis},
+         {"nanojoules",
+          {{"low", part.nanojoules.low}, {"central", part.nanojoules.central}, {"high", part.nanojoules.high}}}});
+  }
+  return energy;
+}
+
+}  // namespace
+
+MachineFigures machine_figures(const ordered_json& config, const ordered_json& inputs, const ordered_json& statistics,
+                               const std::string& where) {
+  MachineFigures figures;
+  figures.energy = ordered_json::array();
+  try {
+    const sim::GpuConfig machine = explore::config_from(config);
+    const sim::MachineUse use = explore::machine_of_run(inputs, where);
+    ChildProcess child("cost of " + use.design, [&] {
+      const std::vector<modules::Inventory> inventories = sim::machine_inventory(machine, use);
+      ordered_json result;
+      result["cost"] =
+          explore::cost_json(explore::machine_cost(machine, use.design, inventories, explore::CostOptions()));
+      result["energy"] = statistics.empty() ? ordered_json::array() : energy_of(statistics, machine, inventories);
+      return json_text(result);
+    });
+    const ordered_json result = parse_json(child.result(), "cost");
+    figures.cost = result.at("cost");
+    figures.energy = result.at("energy");
+  } catch (const Error& error) {  // e.g. a configuration of another version; the rest of the report is still valid
+    figures.problem = error.what();
+  }
+  return figures;
+}
+
+}  // namespace grtx::report

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compares the paper's results with runs, and with geometric means over runs that differ only in the view.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "grtx/report/page/charts.h"
+#include "grtx/report/page/html.h"
+#include "grtx/report/page/paper_targets.h"
+#include "grtx/report/page/sections.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A column of the table: a run, or a mean over several.
+struct Column {
+  std::string title;
+  std::vector<const ReportRun*> of;
+
+  /// Value of the run, or the geometric mean of several; NaN if one has none.
+  double value(const RunTarget& target) const {
+    double logarithms = 0.0;
+    for (const ReportRun* run : of) logarithms += std::log(target.of_run(run->results));
+    return of.size() == 1 ? target.of_run(of.front()->results) : std::exp(logarithms / static_cast<double>(of.size()));
+  }
+  /// Value of a single run; NaN if it has no checkpointing design, or the cost is unknown.
+  double value(const CostTarget& target) const {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = 0; of.size() == 1 && i < of.front()->machines.size(); ++i) {
+      const std::string& design = of.front()->results.designs[i].name;
+      const MachineFigures& machine = of.front()->machines[i];
+      if ((design == "grtx" || design == "hw") && !machine.cost.is_null()) value = target.of_machine(machine.cost);
+    }
+    return value;
+  }
+};
+
+/// Whether two runs may be averaged: they differ only in the view.
+bool shares_mean(const ReportRun& a, const ReportRun& b) {
+  const Subject &own = a.results.subject, &other = b.results.subject;
+  return own.unknown().empty() && other.unknown().empty() && own.view_text() != other.view_text() &&
+         own.differences(other, MayDiffer::views).empty();
+}
+
+std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
+  std::vector<Column> columns;
+  columns.reserve(runs.size());
+  for (const ReportRun& run : runs) columns.push_back({run.name.empty() ? "model" : run.name, {&run}});
+  std::vector<Column> means;
+  for (const ReportRun& run : runs) {
+    const auto fits = [&](const Column& mean) {
+      return std::all_of(mean.of.begin(), mean.of.end(), [&](const ReportRun* one) { return shares_mean(*one, run); });
+    };
+    const auto mean = std::find_if(means.begin(), means.end(), fits);
+    if (mean == means.end()) {
+      means.push_back({"", {&run}});
+    } else {
+      mean->of.push_back(&run);
+    }
+  }
+  for (Column& mean : means) {
+    if (mean.of.size() < 2) continue;
+    const std::string machine = mean.of.front()->results.subject.setting("machine");
+    mean.title = fmt::format("geometric mean of {} views{}", mean.of.size(), machine.empty() ? "" : ", " + machine);
+    columns.push_back(std::move(mean));
+  }
+  return columns;
+}
+
+/// A value with its interval, and in small print its quotient to the paper's value.
+std::string with_quotient(const std::string& figure, double quotient) {
+  return fmt::format("{} <span class=\"share\">{:.2f}</span>", figure, quotient);
+}
+
+}  // namespace
+
+std::optional<Interval> interval_of(const RunTarget& target, const RunResults& run) {
+  const DesignResult* design = run.design(target.of);
+  if (design == nullptr || target.statistic != "gpu.cycles") return std::nullopt;
+  if (!target.ratio()) return design->cycles_interval();
+  return target.over == run.speedup_over ? run.speedup_interval(*design) : std::nullopt;
+}
+
+std::string paper_section(const std::vector<ReportRun>& runs) {
+  const std::vector<Column> columns = columns_of(runs);
+  std::vector<Table::Column> titles = {{"figure", false}, {"the paper"}};
+  std::vector<std::string> labels, series;
+  for (const Column& column : columns) {
+    titles.push_back({column.title});
+    series.push_back(column.title);
+  }
+  titles.push_back({"place in the paper", false});
+  const std::string of = machines_of(runs);
+  Table table(
+      "The paper's figures and the model's, in small the model's over the paper's" + (of.empty() ? of : "; " + of),
+      titles);
+  ordered_json bars = ordered_json::array(), ticks = ordered_json::array();
+  for (const RunTarget& target : run_targets()) {
+    const auto shown = [&](double v) { return !std::isfinite(v) ? "" : target.ratio() ? times(v) : number(v); };
+    std::vector<std::string> cells = {escape(target.name), (target.at_least ? "≥ " : "") + shown(target.paper)};
+    bool any = false;
+    for (const Column& column : columns) {
+      const double own = column.value(target);
+      cells.push_back("");
+      if (!std::isfinite(own)) continue;
+      any = true;
+      const std::string interval =
+          column.of.size() > 1 ? "" : interval_html(interval_of(target, column.of.front()->results), times);
+      cells.back() = with_quotient(shown(own) + interval, own / target.paper);
+      if (target.ratio()) bars.push_back({{"label", target.name}, {"series", column.title}, {"value", own}});
+    }
+    if (!any) continue;
+    cells.push_back(escape(target.source));
+    table.row(cells);
+    if (target.ratio()) {
+      labels.push_back(target.name);
+      ticks.push_back({{"label", target.name}, {"value", target.paper}});
+    }
+  }
+  for (const CostTarget& target : cost_targets()) {
+    std::vector<std::string> cells = {escape(target.name), number(target.paper) + " " + target.unit};
+    bool any = false;
+    for (const Column& column : columns) {
+      const double own = column.value(target);
+      any = any || std::isfinite(own);
+      cells.push_back(std::isfinite(own) ? with_quotient(number(own) + " " + target.unit, own / target.paper) : "");
+    }
+    if (!any) continue;
+    cells.push_back(escape(target.source));
+    table.row(cells);
+  }
+  if (table.rows() == 0) return "";
+  const std::string caption = "Ratios of the model (bars) and of the paper (ticks)" + (of.empty() ? of : "; " + of);
+  return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
+         "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
+         "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
+         "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
+         "buffers are of the run's own machine; the paper's has 8 warps an RT core and 32 resident warps an SM.</p>\n" +
+         (labels.empty() ? ""
+                         : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
+         table.html() + "</section>\n";
+}
+
+}  // namespace grtx::report

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// The first screen of a run: the answer, the picture, speed-ups with what binds each design, where the bytes went.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "grtx/report/page/charts.h"
+#include "grtx/report/page/html.h"
+#include "grtx/report/page/paper_targets.h"
+#include "grtx/report/page/part_bars.h"
+#include "grtx/report/page/run_traffic.h"
+#include "grtx/report/page/sections.h"
+
+namespace grtx::report {
+namespace {
+
+std::string picture_html(const RunResults& run) {
+  if (!run.picture.empty()) return picture(picture_uri(run.picture), "The picture as simulated: " + run.label);
+  if (run.picture_problem.empty()) return "";
+  return "<p class=\"note\">No picture: " + escape(run.picture_problem) + ".</p>\n";
+}
+
+/// The paper's speed-up of a design; NaN if it has none.
+double paper_speedup(const std::string& design) {
+  for (const RunTarget& target : run_targets()) {
+    if (target.statistic == "gpu.cycles" && target.of == design && target.ratio()) return target.paper;
+  }
+  return std::nan("");
+}
+
+/// How far a design's pictures are from those of the speed-ups' reference, and from the reference in its own order.
+std::string picture_cells(const DesignResult& design, const std::string& over) {
+  const PictureResult picture = design.picture.value_or(PictureResult());
+  return fmt::format(
+      "<td class=\"db\" data-what=\"picture against {}:\">{}</td><td class=\"db\" data-what=\"against the "
+      "reference:\">{}"
+      "</td>",
+      escape(over), decibels_text(picture.over), decibels_text(picture.reference));
+}
+
+/// Which pictures are bit-identical, by what the others are blended, and what the reference is.
+std::string pictures_note(const RunResults& run) {
+  std::map<std::string, std::string> by_order;
+  std::vector<std::string> orders, traced;
+  double pixels = 0.0;
+  for (const DesignResult& d : run.designs) {
+    if (!d.picture) continue;
+    std::string& names = by_order[d.picture->order];
+    if (names.empty()) orders.push_back(d.picture->order);
+    names += (names.empty() ? "" : ", ") + d.name;
+    if (d.picture->fp64) pixels = d.picture->pixels;
+    if (!d.picture->fp64) traced.push_back(d.name);
+  }
+  if (orders.empty()) return "";
+  std::string text = "Hits are blended by";
+  for (std::size_t i = 0; i < orders.size(); ++i) {
+    text += fmt::format("{} {} ({}{})", i == 0 ? "" : ";", orders[i], by_order[orders[i]],
+                        by_order[orders[i]].find(',') == std::string::npos ? ""
+                        : run.images_identical                             ? ": bit-identical pictures"
+                                                                           : ": their pictures should be identical");
+  }
+  text += ".";
+  if (pixels > 0.0) {
+    text += fmt::format(" The reference is the fp64 brute force, on {} pixels of each frame.", number(pixels));
+  }
+  if (!traced.empty()) {
+    text += fmt::format(" Of {} it is the tracer at full precision, on whole frames.", fmt::join(traced, ", "));
+  }
+  return "<p class=\"note\">" + escape(text) + "</p>\n";
+}
+
+/// Bars of the speed-ups as a table, which needs no script: design, bar and figure, what binds it.
+std::string speedups_html(const ReportRun& run) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  const double of = (reference == nullptr ? fastest(run.results) : *reference).value("gpu.cycles");
+  double most = 0.0;
+  for (const DesignResult& d : run.results.designs) most = std::max(most, of / d.value("gpu.cycles"));
+  bool any_paper = false, any_picture = false;
+  for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
+  std::string rows;
+  for (const DesignResult& d : run.results.designs) {
+    const double speedup = of / d.value("gpu.cycles"), paper = paper_speedup(d.name);
+    const std::string shown = reference == nullptr
+                                  ? number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number)
+                                  : speedup_text(run, d);
+    const bool with_paper = reference != nullptr && std::isfinite(paper);
+    any_paper = any_paper || with_paper;
+    rows += fmt::format(
+        "<tr><th scope=\"row\">{}</th><td><span class=\"speed\" style=\"--share:{:.4f};--own:{}\"></span><span "
+        "class=\"figure\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
+        escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name), shown,
+        with_paper ? times(paper) : "", any_picture ? picture_cells(d, run.results.speedup_over) : "",
+        escape(binding_text(d)));
+  }
+  const std::string caption = (reference == nullptr ? "Cycles" : "Speed-up over " + reference->name) +
+                              " by design, and what binds it; " + run.results.subject.machine_text();
+  return fmt::format(
+      "<table class=\"speeds\"><caption><span>{}</span></caption>\n<thead><tr><th scope=\"col\">design</th><th "
+      "scope=\"col\">{}</th><th scope=\"col\" class=\"n\">{}</th>{}<th scope=\"col\">what binds it: its largest lower "
+      "bound, of its cycles</th></tr></thead>\n<tbody>\n{}</tbody></table>\n{}",
+      escape(caption), reference == nullptr ? "cycles" : "speed-up", any_paper ? "paper's mean" : "",
+      any_picture ? "<th scope=\"col\">picture against that of " + escape(run.results.speedup_over) +
+                        "</th><th scope=\"col\">picture against the reference in its order</th>"
+                  : "",
+      rows, pictures_note(run.results));
+}
+
+std::string bytes_html(const ReportRun& run, std::size_t index) {
+  std::string out;
+  for (const auto& [level, id, name] : {std::tuple(MemoryLevel::l2, "l2", "asked of the L2"),
+                                        std::tuple(MemoryLevel::dram, "dram", "read from DRAM and written to it")}) {
+    std::vector<Bar> bars;
+    for (const DesignResult& d : run.results.designs) {
+      Bar& bar = bars.emplace_back(Bar{d.name, {}});
+      for (std::size_t p = 0; p < kPurposes; ++p) bar.parts.push_back({purpose_name(p), bytes_for(d, level, p)});
+    }
+    out += bars_chart({fmt::format("bytes{}_{}", index, id), std::string("bytes ") + name, "B", "for",
+                       std::string("Where the bytes went: ") + name + "."},
+                      bars);
+  }
+  return out.empty() ? "" : "<div class=\"pair\">" + out + "</div>\n";
+}
+
+/// What else is worth a line: rays that end early, identical images, violated laws.
+std::string asides_html(const RunResults& run) {
+  const DesignResult& first = run.designs.front();  // all trace the same rays
+  std::string text;
+  const auto add = [&text](const std::string& words) { text += (text.empty() ? "" : " · ") + words; };
+  if (const double share = first.value("tracer.ert_share"); std::isfinite(share)) {
+    add(fmt::format("{:.1f} % of the rays end early", 100.0 * share));
+  }
+  if (const double behind = first.value("tracer.hits_behind_end"); std::isfinite(behind)) {
+    add(times(behind) + " as many hits as are processed");
+  }
+  if (run.has_verdict) {
+    if (!run.images_identical) add("<strong>IMAGES DIFFER</strong>");
+    add(run.violations.empty() ? "no law of the model is violated"
+                               : fmt::format("<strong>{} violated laws</strong>", run.violations.size()));
+  }
+  return text.empty() ? "" : "<p class=\"note\">" + text + ".</p>\n";
+}
+
+}  // namespace
+
+std::string picture(const std::string& uri, const std::string& caption) {
+  return fmt::format("<figure class=\"picture\"><img src=\"{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n", uri,
+                     escape(caption), escape(caption));
+}
+
+std::string headline(const std::string& value_html, const std::string& what, const std::string& note) {
+  return fmt::format("<div class=\"card\"><dt>{}</dt><dd>{}</dd>{}</div>\n", escape(what), value_html,
+                     note.empty() ? "" : "<dd class=\"note\">" + escape(note) + "</dd>");
+}
+
+std::string run_headline(const ReportRun& run, std::size_t index) {
+  const std::string name = run.name.empty() ? "" : "<h3>" + escape(run.name) + "</h3>\n";
+  return name + run_answer(run) + "<div class=\"first\">\n" + picture_html(run.results) + "<div>" + speedups_html(run) +
+         "</div></div>\n" + bytes_html(run, index) + run_verdict(run) + asides_html(run.results) +
+         subject_html(run, true);
+}
+
+}  // namespace grtx::report

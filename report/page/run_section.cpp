@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sections on runs: the table of designs, all statistics, stalls and energy.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "grtx/report/page/charts.h"
+#include "grtx/report/page/html.h"
+#include "grtx/report/page/part_bars.h"
+#include "grtx/report/page/run_traffic.h"
+#include "grtx/report/page/sections.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+double energy_nj(const DesignResult& design, const MachineFigures& machine) {
+  if (const double recorded = design.value("gpu.energy_nj"); std::isfinite(recorded)) return recorded;
+  if (machine.energy.empty()) return std::numeric_limits<double>::quiet_NaN();
+  double sum = 0.0;
+  for (const ordered_json& part : machine.energy) sum += part.at("nanojoules").at("central").get<double>();
+  return sum;
+}
+
+std::vector<Part> parts_below(const DesignResult& design, const std::string& prefix) {
+  std::vector<Part> parts;
+  for (const auto& [name, entry] : design.statistics.items()) {
+    if (name.starts_with(prefix) && name.find('.', prefix.size()) == std::string::npos) {
+      parts.push_back({name.substr(prefix.size()), design.value(name)});
+    }
+  }
+  return parts;
+}
+
+std::vector<Part> stalls_of(const DesignResult& design) {
+  std::vector<Part> parts = parts_below(design, "gpu.rt.stall.");
+  if (!parts.empty()) parts.insert(parts.begin(), {"issue", design.value("gpu.rt.selections")});
+  return parts;
+}
+
+/// In J.
+std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& machine) {
+  std::vector<Part> parts = parts_below(design, "gpu.energy_nj.");
+  for (Part& part : parts) part.value *= 1e-9;
+  if (!parts.empty()) return parts;
+  for (const ordered_json& part : machine.energy) {
+    parts.push_back({part.at("name").get<std::string>(), 1e-9 * part.at("nanojoules").at("central").get<double>()});
+  }
+  return parts;
+}
+
+using Figure = std::function<std::string(std::size_t)>;  // cell of design i; "" where it has none
+
+std::string bytes_cell(const DesignResult& design, MemoryLevel level, std::size_t purpose) {
+  const double bytes = bytes_for(design, level, purpose);
+  return bytes > 0.0 ? with_unit(bytes, "B") : "";
+}
+
+/// A row a figure, a column a design, so that five designs fit; figures that no design has are absent.
+std::string designs_table(const ReportRun& run) {
+  const std::vector<DesignResult>& designs = run.results.designs;
+  std::vector<Table::Column> columns = {{"figure", false}};
+  for (const DesignResult& d : designs) columns.push_back({d.name});
+  Table table(run.results.label + ": the designs", columns);
+  const auto row = [&](const std::string& name, const Figure& figure) {
+    std::vector<std::string> cells = {escape(name)};
+    bool any = false;
+    for (std::size_t i = 0; i < designs.size(); ++i) {
+      cells.push_back(figure(i));
+      any = any || !cells.back().empty();
+    }
+    if (any) table.row(cells);
+  };
+  const auto statistic = [&](const char* name) {
+    return [&designs, name](std::size_t i) { return number(designs[i].value(name)); };
+  };
+  row("speed-up", [&](std::size_t i) { return speedup_text(run, designs[i]); });
+  const auto picture = [&designs](std::vector<double> PictureResult::*psnr) {
+    return [&designs, psnr](std::size_t i) {
+      return designs[i].picture ? decibels_text(*designs[i].picture.*psnr) : std::string();
+    };
+  };
+  row("picture against " + run.results.speedup_over, picture(&PictureResult::over));
+  row("picture against the reference in its own order", picture(&PictureResult::reference));
+  row("cycles", [&](std::size_t i) {
+    return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
+  });
+  row("time", [&](std::size_t i) { return with_unit(designs[i].value("gpu.time_us") * 1e-6, "s"); });
+  row("largest bound", [&](std::size_t i) {
+    const std::string bound = binding_text(designs[i]);
+    return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
+  });
+  row("node visits", statistic("gpu.rt.node_visits"));
+  row("node fetches", statistic("gpu.rt.node_fetches"));
+  row("latency of a fetch, cycles", statistic("gpu.rt.node_fetch_latency"));
+  row("L1 hit rate of nodes", [&](std::size_t i) {
+    const double hits = designs[i].value("gpu.l1.node.hit_rate");
+    return std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : std::string();
+  });
+  for (const auto& [level, name] : {std::pair(MemoryLevel::l2, "L2: "), std::pair(MemoryLevel::dram, "DRAM: ")}) {
+    for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
+      row(name + purpose_name(purpose), [&](std::size_t i) { return bytes_cell(designs[i], level, purpose); });
+    }
+  }
+  row("energy", [&](std::size_t i) { return with_unit(energy_nj(designs[i], run.machines[i]) * 1e-9, "J"); });
+  row("energy a ray", [&](std::size_t i) { return with_unit(designs[i].value("gpu.energy_nj_per_ray") * 1e-9, "J"); });
+  return table.html();
+}
+
+/// Of a sequence: speed-up and pictures of each frame.
+std::string frames_table(const ReportRun& run) {
+  const std::vector<DesignResult>& designs = run.results.designs;
+  std::size_t frames = 0;
+  std::vector<Table::Column> columns = {{"frame", false}};
+  for (const DesignResult& d : designs) {
+    frames = std::max(frames, d.frame_speedups.size());
+    columns.push_back({d.name});
+    columns.push_back({d.name + ": picture against " + run.results.speedup_over});
+    columns.push_back({d.name + ": picture against the reference"});
+  }
+  if (frames == 0) return "";
+  Table table(run.results.label + ": frame by frame", columns);
+  const auto shown = [](const std::vector<double>& list, std::size_t frame) {
+    return frame < list.size() ? decibels_text({list[frame]}) : std::string();
+  };
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    std::vector<std::string> cells = {fmt::format("{}", frame)};
+    for (const DesignResult& d : designs) {
+      cells.push_back(frame < d.frame_speedups.size() ? times(d.frame_speedups[frame]) : "");
+      cells.push_back(d.picture ? shown(d.picture->over, frame) : "");
+      cells.push_back(d.picture ? shown(d.picture->reference, frame) : "");
+    }
+    table.row(cells);
+  }
+  return table.html();
+}
+
+/// Whether a design has the statistic, and it is not 0.
+bool tells(const DesignResult& design, const std::string& name) {
+  const auto entry = design.statistics.find(name);
+  return entry != design.statistics.end() && entry->at("value") != 0;
+}
+
+std::string all_statistics(const ReportRun& run) {
+  std::vector<Table::Column> columns = {{"statistic", false}};
+  for (const DesignResult& d : run.results.designs) columns.push_back({d.name});
+  columns.push_back({"unit", false});
+  columns.push_back({"description", false});
+  Table table(run.results.label + ": all statistics", columns);
+  std::vector<std::string> names;
+  for (const DesignResult& d : run.results.designs) {
+    for (const auto& [name, entry] : d.statistics.items()) {
+      if (&d == &run.results.designs.front() || !run.results.designs.front().statistics.contains(name)) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      }
+    }
+  }
+  std::size_t zero = 0;
+  for (const std::string& name : names) {
+    const auto some = [&name](const DesignResult& d) { return tells(d, name); };
+    if (std::none_of(run.results.designs.begin(), run.results.designs.end(), some)) {
+      ++zero;  // of parts that none of the designs has, mostly
+      continue;
+    }
+    std::vector<std::string> cells = {escape(name)};
+    ordered_json unit = "", description = "";
+    for (const DesignResult& d : run.results.designs) {
+      const auto entry = d.statistics.find(name);
+      cells.push_back(entry == d.statistics.end() ? "" : cell(entry->at("value")));
+      if (entry == d.statistics.end()) continue;
+      unit = entry->value("unit", ordered_json(""));
+      description = entry->value("description", ordered_json(""));
+    }
+    cells.push_back(cell(unit));
+    cells.push_back(cell(description));
+    table.row(cells);
+  }
+  return details("All statistics",
+                 table.html() + fmt::format("<p class=\"note\">{} more are 0 in each design.</p>\n", zero));
+}
+
+std::string over_time(const ReportRun& run, std::size_t index) {
+  const ordered_json& series = run.results.over_time;
+  if (!series.is_object() || !series.contains("end_of_interval")) return "";
+  std::string out;
+  for (const auto& [name, entry] : series.items()) {
+    if (name == "end_of_interval" || !entry.is_object()) continue;
+    const ordered_json& cycles = series.at("end_of_interval").at("values");
+    const ordered_json& values = entry.at("values");
+    ordered_json rows = ordered_json::array();
+    for (std::size_t i = 0; i < std::min(cycles.size(), values.size()); ++i) {
+      rows.push_back({{"cycle", cycles[i]}, {"series", name}, {"value", values[i]}});
+    }
+    const std::string caption =
+        run.results.label + ": " + entry.value("description", name) + ", " + entry.value("unit", "");
+    out += chart(fmt::format("time{}_{}", index, out.size()), caption, caption,
+                 series_lines(rows, entry.value("unit", "")));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string run_section(const ReportRun& run, std::size_t index) {
+  std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,
+                                run.name.empty() ? "" : ": " + escape(run.name), subject_html(run));
+  out += designs_table(run) + frames_table(run);
+  for (const std::string& violation : run.results.violations) {
+    out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
+  }
+  out += over_time(run, index);
+  return out + all_statistics(run) + "</section>\n";
+}
+
+std::string bars_section(const std::vector<ReportRun>& runs) {
+  std::vector<Bar> stalls, energy;
+  for (const ReportRun& run : runs) {
+    for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
+      stalls.push_back({run.bar_label(i), stalls_of(run.results.designs[i])});
+      energy.push_back({run.bar_label(i), energy_of(run.results.designs[i], run.machines[i])});
+    }
+  }
+  const std::string machines = machines_of(runs), of = machines.empty() ? "" : "; " + machines;
+  return "<section id=\"bars\"><h2>Where cycles and energy went</h2>\n" + subjects_html(runs) +
+         bars_html({"stalls", "cycles of all RT units", "", "cycles",
+                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of},
+                   stalls) +
+         bars_html({"energy", "energy", "J", "part",
+                    "Energy of the run by part, central estimate, process node of grtx cost" + of},
+                   energy) +
+         "</section>\n";
+}
+
+}  // namespace grtx::report

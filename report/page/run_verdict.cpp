@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// The answer of a run in sentences: which design wins, by how much, what binds it, and why it wins.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "grtx/report/page/html.h"
+#include "grtx/report/page/run_traffic.h"
+#include "grtx/report/page/sections.h"
+
+namespace grtx::report {
+namespace {
+
+/// Readable name of a lower bound.
+std::string words_of_bound(std::string_view bound) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 14> kWords = {
+      {{"rt_port", "the port of the RT units to the L1"},
+       {"l1_port", "the ports of the L1"},
+       {"l1_miss_port", "the port of the L1 to its misses"},
+       {"l2_port", "the ports of the L2"},
+       {"dram_bandwidth", "the bandwidth of the DRAM"},
+       {"issue", "the issue of the RT units, a warp a cycle"},
+       {"simt_issue", "the issue of shader instructions"},
+       {"unit.box", "the ray-box units"},
+       {"unit.triangle", "the ray-triangle units"},
+       {"unit.sphere", "the ray-sphere units"},
+       {"unit.gaussian", "the ray-Gaussian units"},
+       {"unit.transform", "the transform units"},
+       {"longest_ray", "the longest ray"},
+       {"longest_warp", "the longest warp"}}};
+  for (const auto& [name, words] : kWords) {
+    if (bound == name) return words;
+  }
+  return std::string(bound);
+}
+
+std::string words_of_stall(std::string_view stall) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 8> kWords = {{{"memory", "nodes under way"},
+                                                                               {"queue_full", "their port to the L1"},
+                                                                               {"checkpoint", "checkpoint entries"},
+                                                                               {"any_hit", "any-hit shaders"},
+                                                                               {"unit", "intersection units"},
+                                                                               {"stack", "stack entries"},
+                                                                               {"retire", "the end of a warp's rays"},
+                                                                               {"empty", "a warp"}}};
+  for (const auto& [name, words] : kWords) {
+    if (stall == name) return words;
+  }
+  return std::string(stall);
+}
+
+/// Main stall reason, e.g. "memory", with its share of all RT unit cycles; "" if not recorded.
+std::pair<std::string, double> largest_stall(const DesignResult& design) {
+  constexpr std::string_view kPrefix = "gpu.rt.stall.";
+  std::pair<std::string, double> largest;
+  double sum = design.value("gpu.rt.selections");
+  for (const auto& [name, entry] : design.statistics.items()) {
+    if (!name.starts_with(kPrefix) || name.find('.', kPrefix.size()) != std::string::npos) continue;
+    const double value = design.value(name);
+    sum += value;
+    if (value > largest.second) largest = {name.substr(kPrefix.size()), value};
+  }
+  largest.second /= sum;
+  return largest;
+}
+
+/// "3.0", "112": a factor in plain digits.
+std::string factor(double ratio) { return ratio < 9.95 ? fmt::format("{:.1f}", ratio) : number(std::round(ratio)); }
+
+/// Share of the run in which the slowest traceRay call of a warp was under way; NaN if not recorded.
+double longest_call_share(const DesignResult& design) {
+  return design.value("gpu.rt.warp_latency_max") / design.value("gpu.cycles");
+}
+
+/// Whether a single warp takes most of the run, and more than any bound explains: then latency binds, and no resource.
+bool latency_binds(const DesignResult& design) {
+  constexpr double kMost = 0.5;
+  const double share = longest_call_share(design), bound = design.value("gpu.bound.fraction");
+  return share >= kMost && share <= 1.0 && !(bound >= share);
+}
+
+/// "fetches 3.0 times fewer nodes": ratios of reference to design that differ from 1 by more than 5 %.
+std::string reasons(const DesignResult& reference, const DesignResult& design) {
+  std::vector<std::string> list;
+  const auto ratio = [&](const char* name) { return reference.value(name) / design.value(name); };
+  if (const double r = ratio("gpu.rt.node_fetches"); r > 1.05) {
+    list.push_back("fetches " + factor(r) + " times fewer nodes");
+  }
+  if (const double r = ratio("gpu.rt.node_fetch_latency"); r > 1.05) {
+    list.push_back("waits " + factor(r) + " times shorter for a node");
+  }
+  const double before = reference.value("gpu.l1.node.hit_rate"), after = design.value("gpu.l1.node.hit_rate");
+  if (after - before > 0.01) {
+    list.push_back(fmt::format("finds {:.0f} % of its nodes in the L1 ({} {:.0f} %)", 100.0 * after, reference.name,
+                               100.0 * before));
+  }
+  if (const double r = ratio("gpu.dram.bytes"); r > 1.05) {
+    list.push_back("moves " + factor(r) + " times fewer bytes to and from the DRAM");
+  }
+  std::string text;
+  for (std::size_t i = 0; i < list.size(); ++i) text += (i == 0 ? "" : i + 1 == list.size() ? " and " : ", ") + list[i];
+  return text;
+}
+
+/// What else the fastest design draws; "" if its pictures are those of the reference, or not recorded.
+std::string other_picture(const DesignResult& design, const std::string& reference) {
+  if (!design.picture || design.picture->over.empty()) return "";
+  if (std::isinf(*std::min_element(design.picture->over.begin(), design.picture->over.end()))) return "";
+  return fmt::format(", and draws another picture, {} from that of {}", decibels_text(design.picture->over), reference);
+}
+
+}  // namespace
+
+std::string decibels_text(const std::vector<double>& frames) {
+  if (frames.empty()) return "";
+  const auto [least, most] = std::minmax_element(frames.begin(), frames.end());
+  const auto shown = [](double psnr) { return std::isinf(psnr) ? "identical" : fmt::format("{:.1f} dB", psnr); };
+  return *least == *most ? shown(*least) : shown(*least) + " to " + shown(*most);
+}
+
+std::string binding_text(const DesignResult& design) {
+  const double fraction = design.value("gpu.bound.fraction");
+  if (latency_binds(design))
+    return fmt::format("latency: one warp is {:.0f} % of the run", 100.0 * longest_call_share(design));
+  if (design.binding_bound.empty() || !std::isfinite(fraction)) return "";
+  return fmt::format("{}, {:.0f} %", words_of_bound(design.binding_bound), 100.0 * fraction);
+}
+
+std::string speedup_text(const ReportRun& run, const DesignResult& design) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  if (reference == nullptr) return "";
+  return times(reference->value("gpu.cycles") / design.value("gpu.cycles")) +
+         interval_html(run.results.speedup_interval(design), times);
+}
+
+const DesignResult& fastest(const RunResults& run) {
+  const auto faster = [](const DesignResult& a, const DesignResult& b) {
+    return a.value("gpu.cycles") < b.value("gpu.cycles");
+  };
+  return *std::min_element(run.designs.begin(), run.designs.end(), faster);
+}
+
+std::string run_answer(const ReportRun& run) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  const DesignResult& best = fastest(run.results);
+  const bool several = run.results.designs.size() > 1;
+  std::string text;
+  if (several) {
+    text += fmt::format("<strong>{} is fastest</strong>", escape(best.name));
+    if (reference != nullptr && reference != &best) {
+      text += fmt::format(", <strong>{:.2f} times as fast as {}</strong>",
+                          reference->value("gpu.cycles") / best.value("gpu.cycles"), escape(reference->name)) +
+              interval_html(run.results.speedup_interval(best), times);
+      text += escape(other_picture(best, reference->name));
+    }
+    text += ". ";
+  }
+  const double fraction = best.value("gpu.bound.fraction");
+  if (latency_binds(best)) {
+    text += fmt::format("What binds {} most is <strong>latency: one warp is {:.0f} % of the run</strong>",
+                        several ? escape(best.name) : "it", 100.0 * longest_call_share(best));
+    if (std::isfinite(fraction) && !best.binding_bound.empty()) {
+      text += fmt::format("; of its resources {}, at {:.0f} %", escape(words_of_bound(best.binding_bound)),
+                          100.0 * fraction);
+    }
+    text += ".";
+  } else if (std::isfinite(fraction) && !best.binding_bound.empty()) {
+    text +=
+        fmt::format("What binds {} most is <strong>{}</strong>: it alone takes {:.0f} % of the cycles.",
+                    several ? escape(best.name) : "it", escape(words_of_bound(best.binding_bound)), 100.0 * fraction);
+  }
+  return text.empty() ? "" : "<p class=\"answer\">" + text + "</p>\n";
+}
+
+std::string run_verdict(const ReportRun& run) {
+  const DesignResult* reference = run.results.design(run.results.speedup_over);
+  const DesignResult& best = fastest(run.results);
+  const std::string whose = run.results.designs.size() > 1 ? escape(best.name) : "it";
+  std::string text;
+  if (reference != nullptr && reference != &best) {
+    if (const std::string why = reasons(*reference, best); !why.empty()) {
+      text += fmt::format("Against {}, {} {}. ", escape(reference->name), whose, escape(why));
+    }
+  }
+  if (const double all = bytes_for_all(best, MemoryLevel::l2); all > 0.0) {
+    std::string shares;
+    for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
+      const double share = bytes_for(best, MemoryLevel::l2, purpose) / all;
+      if (share < 0.005) continue;
+      shares += fmt::format("{}{:.0f} % {}", shares.empty() ? "" : ", ", 100.0 * share, purpose_name(purpose));
+    }
+    text += fmt::format("It asks the L2 for {}: {}. ", with_unit(all, "B"), shares);
+  }
+  if (const auto traffic = run.results.config.find("rt.checkpoint.traffic");
+      traffic != run.results.config.end() && *traffic == "uncharged") {
+    text += "On this machine checkpoint traffic is free: its bytes are not counted. ";
+  }
+  if (const auto [stall, share] = largest_stall(best); !stall.empty() && std::isfinite(share)) {
+    text += fmt::format("Its RT units wait mostly for {} ({:.0f} % of their cycles).", escape(words_of_stall(stall)),
+                        100.0 * share);
+  }
+  return text.empty() ? "" : "<p class=\"verdict\">" + text + "</p>\n";
+}
+
+}  // namespace grtx::report

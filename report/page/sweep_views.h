@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Groups the points of a sweep for comparison: within one view of a scene, and as means over all views. Points of
+// different views trace different rays, so they must not share a front.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grtx/report/page/run_results.h"
+#include "grtx/report/page/sweep_results.h"
+
+namespace grtx::report {
+
+// Names of values in a sweep database.
+inline constexpr const char* kTime = "gpu.time_us";
+inline constexpr const char* kArea = "cost.mm2";
+inline constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
+
+/// A finished point of the database, or the mean over all views for one machine, design and coordinates.
+struct ShownPoint {
+  std::int64_t id = 0;      ///< id in the database; negative for a mean
+  std::string label;        ///< "#12"; for a mean "mean 3"
+  std::size_t view = 0;     ///< index in SweepViews::views()
+  std::size_t keys = 0;     ///< number of the combination of machine, options and coordinates; the same in all views
+  std::size_t machine = 0;  ///< number of the combination of `keys` and design
+  std::vector<std::size_t> of;  ///< indices in SweepResults::points: one, or one per view for a mean
+  bool on_area = false;         ///< on its view's Pareto front of area and time
+  bool on_energy = false;       ///< on its view's Pareto front of energy and time
+
+  bool on_front() const { return on_area || on_energy; }
+};
+
+/// The reference of speed-ups. Compares either designs with the same keys on one machine, or keys within one design on
+/// one machine, never both at once.
+struct SpeedupOver {
+  std::string design;       ///< reference design, with the keys of each point; "": the point `machine`
+  std::size_t machine = 0;  ///< ShownPoint::machine of the reference, if design is ""
+
+  bool operator==(const SpeedupOver&) const = default;
+};
+
+/// Subject of a point, without names of scene and design.
+Subject subject_of(const SweepResults& results, const ReportedPoint& point);
+/// Key that is equal for points that differ only in their mode.
+std::string but_for_mode(const SweepResults& results, const ReportedPoint& point);
+
+struct SweepView {
+  std::string title;      ///< "hall, view 2", "all 6 views"
+  std::size_t views = 1;  ///< number of views; above 1: points are geometric means over them
+  bool is_mean() const { return views > 1; }
+};
+
+class SweepViews {
+ public:
+  explicit SweepViews(const SweepResults& results);
+
+  /// For each mode, first the mean over all views (only points that have all of them), then the views.
+  const std::vector<SweepView>& views() const { return views_; }
+  const std::vector<ShownPoint>& points() const { return points_; }
+  /// Coordinates with more than one value, except the view.
+  const std::vector<std::string>& varying() const { return varying_; }
+
+  /// Value of a point, or geometric mean; NaN if missing.
+  double value(const ShownPoint& point, const std::string& name) const;
+  /// Sum over the points of a mean; missing values count as 0.
+  double sum(const ShownPoint& point, const std::string& name) const;
+  const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.of.front()]; }
+  /// Short name that distinguishes a point: all varying coordinates if there are few, else at most four that differ
+  /// from the most common values.
+  std::string name(const ReportedPoint& point) const;
+  /// Label of a bar or mark: "#12 grtx, l1.bytes = 65536".
+  std::string full_label(const ShownPoint& point) const;
+  /// Initial reference. With several designs: baseline, or else the first design. With one design: the first point.
+  SpeedupOver reference() const;
+  /// The reference point for `point`; nullptr if its view has none that is comparable.
+  const ShownPoint* over(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Time of the reference point / time of the point; NaN without a reference.
+  double speedup(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Conservative interval of the speed-up: correlation of the two simulations is not known here.
+  std::optional<Interval> speedup_interval(const ShownPoint& point, const SpeedupOver& reference) const;
+  /// Interval of an estimated time, µs; nullopt for a mean.
+  std::optional<Interval> time_interval(const ShownPoint& point) const;
+
+ private:
+  nlohmann::ordered_json coordinate(const ReportedPoint& point, const std::string& name) const;
+  void find_varying();
+  void find_fronts();
+
+  const SweepResults& results_;
+  std::vector<SweepView> views_;
+  std::vector<ShownPoint> points_;
+  std::vector<std::string> varying_;
+  std::vector<nlohmann::ordered_json> commonest_;  ///< most common value of each of varying_
+};
+
+}  // namespace grtx::report

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Measured figures against a small database: pairs of scenes, means where scenes differ, and what is wrong in a file.
+#include "grtx/report/page/correlate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "error_of.h"
+#include "grtx/base/atomic_file.h"
+#include "grtx/base/error.h"
+#include "paths.h"
+#include "sweep_database.h"
+#include "temporary_folder.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Correlate : public ::testing::Test {
+ protected:
+  std::string file(const char* name) const { return folder_.path(name); }
+  std::string csv(const std::string& text) const { return folder_.write("measured.csv", text); }
+  /// Times of baseline and sw on two scenes: speed-ups 2 and 1.5.
+  SweepResults database() const {
+    const std::string path = file("sweep.sqlite");
+    std::filesystem::remove(path);
+    const auto point = [](int id, const char* scene, const char* design, double time, int degree = 2) {
+      return json{{"id", id},
+                  {"scene", scene},
+                  {"design", design},
+                  {"coordinates", {{"tracer.kernel_degree", degree}}},
+                  {"values", {{"gpu.time_us", time}}}};
+    };
+    testing_sweep::make_points(
+        path, {point(1, "room", "baseline", 100), point(2, "room", "sw", 50), point(3, "garden", "baseline", 300),
+               point(4, "garden", "sw", 200), point(5, "garden", "sw", 250, 4)});
+    return read_sweep_results(path);
+  }
+  const grtx::test::TemporaryFolder folder_;
+  std::string fault_of(const std::string& text) const {
+    return grtx::test::error_of([&] { correlate(read_measured(csv(text)), database(), "sweep.sqlite"); });
+  }
+};
+
+TEST_F(Correlate, ScenesOfTheSameNameAreComparedOneByOne) {
+  const Correlation c = correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value,low,high\n"
+                                                    "room,tlas-tri20,tri20,2,1.6,1.5,1.7\n"
+                                                    "garden,sw,baseline,2,1.5,,\n")),
+                                  database(), "sweep.sqlite");
+  ASSERT_EQ(c.comparisons.size(), 2u);
+  EXPECT_EQ(c.comparisons[0].label, "room: sw over baseline, tracer.kernel_degree 2");
+  EXPECT_TRUE(c.comparisons[0].paired);
+  EXPECT_DOUBLE_EQ(c.comparisons[0].simulated, 2.0);
+  EXPECT_FALSE(c.comparisons[0].inside());
+  EXPECT_TRUE(c.comparisons[1].inside());
+  EXPECT_DOUBLE_EQ(c.mean_error, 0.25 / 2);
+  EXPECT_DOUBLE_EQ(c.factor, std::sqrt(1.25));
+  EXPECT_DOUBLE_EQ(c.spearman, 1.0);
+  EXPECT_DOUBLE_EQ(c.kendall, 1.0);
+}
+
+TEST_F(Correlate, OtherScenesAreComparedByMeansAndRanges) {
+  const Correlation c = correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\n"
+                                                    "bicycle,sw,baseline,2,1\nstump,sw,baseline,2,4\n")),
+                                  database(), "sweep.sqlite");
+  ASSERT_EQ(c.comparisons.size(), 1u);
+  const Comparison& one = c.comparisons[0];
+  EXPECT_FALSE(one.paired);
+  EXPECT_EQ(one.measured_scenes, 2u);
+  EXPECT_DOUBLE_EQ(one.measured, 2.0);
+  EXPECT_DOUBLE_EQ(one.measured_high, 4.0);
+  EXPECT_DOUBLE_EQ(one.simulated, std::sqrt(3.0));
+  EXPECT_DOUBLE_EQ(one.simulated_low, 1.5);
+  EXPECT_TRUE(one.inside());
+  EXPECT_TRUE(std::isnan(c.spearman));
+  EXPECT_THAT(correlation_text(c), HasSubstr("rank correlation: none"));
+}
+
+TEST_F(Correlate, WhatStandsOutIsNamed) {
+  const std::string path = file("many.sqlite");
+  std::filesystem::remove(path);
+  json points = json::array();
+  std::string text = "scene,design,value\n";
+  for (int i = 1; i <= 6; ++i) {
+    points.push_back({{"id", i},
+                      {"scene", "s" + std::to_string(i)},
+                      {"design", "sw"},
+                      {"values", {{"gpu.time_us", (i == 4 ? 60.0 : 20.0) * i}}}});
+    text += "s" + std::to_string(i) + ",sw," + std::to_string(10 * i) + "\n";
+  }
+  testing_sweep::make_points(path, points);
+  const SweepResults sweep = read_sweep_results(path);
+  const Correlation c = correlate(read_measured(csv(text)), sweep, path);
+  EXPECT_EQ(c.outliers, std::vector<std::string>{"s4: sw"});
+  const std::string page = correlation_page(c, "m<1>.csv", sweep);
+  EXPECT_THAT(page, HasSubstr("s4: sw"));
+  EXPECT_THAT(page, HasSubstr("m&lt;1&gt;.csv"));
+  EXPECT_EQ(page.find("m<1>"), std::string::npos);
+}
+
+TEST(SpearmanRho, OfRanksByHand) {
+  EXPECT_DOUBLE_EQ(spearman_rho({1, 2, 3, 4}, {10, 100, 1000, 10000}), 1.0);
+  EXPECT_DOUBLE_EQ(spearman_rho({1, 2, 3}, {3, 2, 1}), -1.0);
+  EXPECT_DOUBLE_EQ(spearman_rho({1, 2, 3, 4}, {1, 2, 4, 3}), 1.0 - 6.0 * 2.0 / (4 * 15));
+  EXPECT_DOUBLE_EQ(spearman_rho({1, 1, 2}, {1, 2, 3}), 1.5 / std::sqrt(1.5 * 2.0));  // ranks 0.5, 0.5, 2
+  EXPECT_TRUE(std::isnan(spearman_rho({1, 1}, {1, 2})));
+}
+
+TEST_F(Correlate, AFaultIsNamedWithItsLine) {
+  struct Case {
+    const char* text;
+    const char* says;
+  };
+  for (const Case& c : {Case{"scene,design\nroom,sw\n", "line 1: column 'value' is missing"},
+                        Case{"design,valu\nsw,1\n", "line 1: column 'valu' is none of"},
+                        Case{"design,value,value\nsw,1,1\n", "is there twice"},
+                        Case{"# comment\ndesign,value\nsw\n", "line 3: has 1 fields in place of 2"},
+                        Case{"design,value\nsw,fast\n", "line 2: value 'fast' must be a number above 0"},
+                        Case{"design,value\nsw,-1\n", "must be a number above 0"},
+                        Case{"design,value,low,high\nsw,1,2,3\n", "value must lie between low and high"},
+                        Case{"design,value\n", "holds no measured figure"},
+                        Case{"design,value\nhw,1\n", "no point that a measured figure fits: first of them hw"},
+                        Case{"design,value\nsw,1\n", "scene garden: has several points of sw that line 2 fits"}}) {
+    EXPECT_THAT(fault_of(c.text), HasSubstr(c.says)) << c.text;
+  }
+}
+
+TEST_F(Correlate, TheProjectsOwnFilesAreRead) {
+  for (const auto& entry : std::filesystem::directory_iterator(grtx::paths::source_dir() + "/data/measured")) {
+    EXPECT_FALSE(read_measured(entry.path().string()).empty()) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace grtx::report

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a report reads from a sweep database.
+#include "grtx/report/page/sweep_results.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "grtx/report/page/sweep_views.h"
+#include "sweep_database.h"
+#include "temporary_folder.h"
+
+namespace grtx::report {
+namespace {
+
+class SweepResultsTest : public testing::Test {
+ protected:
+  const grtx::test::TemporaryFolder folder;
+  const std::string path = folder.path("a.sqlite");
+};
+
+TEST_F(SweepResultsTest, PointsValuesAndCoordinates) {
+  testing_sweep::make_grid(path, "{\"l1.bytes\": 1}");
+  ASSERT_TRUE(is_database(path));
+  const SweepResults sweep = read_sweep_results(path);
+  ASSERT_EQ(sweep.points.size(), 60u);
+  EXPECT_EQ(sweep.coordinates,
+            (std::vector<std::string>{"rt.warp_buffer.entries", "rt.checkpoint.lanes", "l1.bytes", "k"}));
+  const ReportedPoint& first = sweep.points[0];
+  EXPECT_EQ(first.id, 1);
+  EXPECT_EQ(first.coordinates.at("l1.bytes"), 65536);
+  EXPECT_EQ(first.config.at("l1.bytes"), 65536);
+  EXPECT_DOUBLE_EQ(first.value("gpu.time_us"), 1000 + 1500 + 300 + 312.5 + 160);
+  EXPECT_TRUE(std::isnan(first.value("no.such")));
+  EXPECT_EQ(sweep.points[6].status, "failed");
+  EXPECT_EQ(sweep.points[30].reason, "longer than 20 s");
+  EXPECT_EQ(sweep.traces.size(), 2u);
+  EXPECT_FALSE(sweep.several(&ReportedPoint::scene));
+  EXPECT_TRUE(sweep.several(&ReportedPoint::status));
+}
+
+TEST_F(SweepResultsTest, TheHashIsOfThePointsAndNotOfTheFile) {
+  testing_sweep::make_grid(path, "{}");
+  const std::string before = read_sweep_results(path).hash;
+  testing_sweep::execute(path,
+                         "CREATE TABLE filler(a); INSERT INTO filler VALUES (randomblob(9999)); DROP TABLE filler");
+  EXPECT_EQ(read_sweep_results(path).hash, before);
+  testing_sweep::execute(path, "UPDATE value SET value = value + 1 WHERE point_id = 5 AND name = 'gpu.cycles'");
+  testing_sweep::write_documents(path);
+  EXPECT_NE(read_sweep_results(path).hash, before);
+}
+
+// Two scenes: the front of each, and that of the geometric means of what both have.
+TEST_F(SweepResultsTest, PointsOfDifferentScenesShareNoFront) {
+  testing_sweep::make_points(path, nlohmann::json::parse(R"([
+    {"id": 1, "scene": "room", "coordinates": {"k": 4}, "values": {"gpu.time_us": 1, "cost.mm2": 3, "gpu.energy_nj_per_ray": 9}},
+    {"id": 2, "scene": "room", "coordinates": {"k": 8}, "values": {"gpu.time_us": 2, "cost.mm2": 4, "gpu.energy_nj_per_ray": 8}},
+    {"id": 3, "scene": "hall", "coordinates": {"k": 4}, "values": {"gpu.time_us": 9, "cost.mm2": 3}},
+    {"id": 4, "scene": "hall", "coordinates": {"k": 8}, "status": "failed"},
+    {"id": 5, "scene": "hall", "coordinates": {"k": 16}, "values": {"gpu.time_us": 4, "cost.mm2": 9}}])"));
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  ASSERT_EQ(shown.views().size(), 3u);
+  EXPECT_EQ(shown.views()[0].title, "all 2 views");
+  EXPECT_EQ(shown.views()[1].title, "room");
+  std::string found;
+  for (const ShownPoint& p : shown.points()) {
+    found +=
+        shown.views()[p.view].title + " " + p.label + (p.on_area ? " mm2" : "") + (p.on_energy ? " nJ" : "") + "\n";
+  }
+  EXPECT_EQ(found, "all 2 views mean 1 mm2\nroom #1 mm2 nJ\nroom #2 nJ\nhall #3 mm2\nhall #5 mm2\n");
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.time_us"), 3.0);  // of 1 and 9
+  EXPECT_TRUE(std::isnan(shown.value(shown.points()[0], "gpu.energy_nj_per_ray")));
+  // Over k = 4, the first point of the first view, in each view.
+  EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[2], shown.reference()), 0.5);
+  EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[4], shown.reference()), 2.25);
+}
+
+TEST_F(SweepResultsTest, APointIsCalledByWhatSetsItApart) {
+  nlohmann::json points = nlohmann::json::array();
+  for (int id = 1; id <= 8; ++id) {  // one change at a time; view and g never set a point apart
+    nlohmann::json coordinates = {{"view", id % 2}, {"g", 7}};
+    for (const char* key : {"a", "b", "c", "d", "e", "f"}) coordinates[key] = id > 2 && key[0] - 'a' == id - 3 ? 2 : 1;
+    points.push_back({{"id", id}, {"coordinates", coordinates}, {"values", {{"gpu.time_us", id}}}});
+  }
+  testing_sweep::make_points(path, points);
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  EXPECT_EQ(shown.varying(), (std::vector<std::string>{"a", "b", "c", "d", "e", "f"}));
+  EXPECT_EQ(shown.name(results.points[0]), "all else as most points have it");
+  EXPECT_EQ(shown.name(results.points[3]), "b = 2");
+}
+
+}  // namespace
+}  // namespace grtx::report
