@@ -100,7 +100,7 @@ def main():
 
     def run(source):
         how = ["-p", BUILD] if source in known else [f"--config-file={TOP}/.clang-tidy"]
-        after = [] if source in known else ["--", "-std=c++20", "-I", os.path.join(BUILD, "include")]
+        after = [] if source in known else ["--", "-std=c++20", "-I", os.path.join(TOP, "include")]
         return source, subprocess.run([tool, "--quiet", *how, os.path.join(TOP, source), *after], capture_output=True,
                                       text=True, check=False)
 
