@@ -25,6 +25,7 @@ L2Slice::L2Slice(const sc_core::sc_module_name& name, const Config& config, Cloc
   require(config.geometry.sector_bytes == kSectorBytes, "sectors must be 32 bytes, the size of a request");
   require_allowed("l2", config);
   if (config.keep_data) dram.keep_data();
+  dram.set_base(config.base);
 }
 
 void L2Slice::end_of_elaboration() {

@@ -51,6 +51,8 @@ class L2Slice final : public L2SliceModule {
   std::size_t dram_queued() const { return dram_queue_.size(); }  ///< waiting for the DRAM
   std::uint64_t dirty_sectors() const override { return tags_.count_dirty(); }
   void dump_state(std::ostream& out) const override;
+  void hold_requests() override { dram.hold(); }
+  void on_refusal(const AtInitiator::Refused& refused) override { dram.on_refusal(refused); }
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
   const Config& config() const { return config_; }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <string>
@@ -38,6 +39,12 @@ class L2SliceModule : public ClockedModule {
   virtual std::uint64_t dirty_sectors() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
+  /// Until the next restart nothing more is sent to the memory, whose answers are still taken: before a launch that is
+  /// under way is abandoned. A slice that ignores it is abandoned once the memory happens to be idle.
+  virtual void hold_requests() {}
+  /// `refused` hears of each request that the memory answers with an error, with its address on the bus, in place of an
+  /// error report; the slice takes it as answered. By default it is never called.
+  virtual void on_refusal(const std::function<void(std::uint64_t address, const std::string& what)>& /*refused*/) {}
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// slice, load() a newly constructed one.
   virtual void save(StateWriter& state) const;
@@ -79,6 +86,7 @@ struct L2Counters : CacheRegions {
 
 struct L2SliceConfig {
   unsigned slice = 0;      ///< number of this slice; set by the assembly
+  std::uint64_t base = 0;  ///< added to addresses towards the memory; set by the assembly
   bool keep_data = false;  ///< writes carry what the memory holds instead of 0; set by the assembly
   AddressInterleave interleave{};
   CacheGeometry geometry{1024 * 1024, 128, 32, 16};  ///< of one slice

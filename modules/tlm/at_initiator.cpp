@@ -49,6 +49,7 @@ void AtInitiator::restart() {
   }
   while (!completions_.empty()) completions_.pop();
   free_from_ = last_visible_ = 0;
+  held_ = false;
 }
 
 void AtInitiator::fill(AtPayload& payload) {
@@ -65,7 +66,7 @@ void AtInitiator::send(std::uint64_t address, unsigned bytes, bool write, std::u
   AtPayload& payload = pool_->acquire();
   payload.context = context;
   payload.origin.origin = origin;
-  set_attributes(payload, address, bytes, write);
+  set_attributes(payload, address + base_, bytes, write);
   if (keeps_data_ && write) fill(payload);
   requesting_ = &payload;
   ++outstanding_;
@@ -130,14 +131,17 @@ void AtInitiator::end_response(Cycle now) {
 
 void AtInitiator::report_refusal(const Completion& completion) const {
   std::ostringstream text;
-  text << socket.name() << ": address 0x" << std::hex << completion.address << ": the memory answered a "
+  const std::uint64_t address = completion.address + base_;
+  text << socket.name() << ": address 0x" << std::hex << address << ": the memory answered a "
        << (completion.write ? "write" : "read") << " with " << status_name(completion.status);
+  if (refused_) return refused_(address, text.str());
   SC_REPORT_ERROR(kReport, text.str().c_str());
 }
 
 void AtInitiator::end_request(const AtPayload& payload, const sc_core::sc_time& delay) {
   if (requesting_ != &payload) return;
   requesting_ = nullptr;
+  if (held_) return;
   free_from_ = clock_.edge_after(delay.value());
   make_visible(free_from_);
 }
@@ -151,7 +155,7 @@ void AtInitiator::complete(AtPayload& payload, const sc_core::sc_time& delay) {
   if (!completions_.empty() && visible < last_visible_) visible = last_visible_;
   last_visible_ = visible;
   completions_.push(
-      {payload.context, payload.is_write(), payload.get_response_status(), payload.sent_address, visible});
+      {payload.context, payload.is_write(), payload.get_response_status(), payload.sent_address - base_, visible});
   make_visible(visible);
 }
 

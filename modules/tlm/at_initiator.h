@@ -6,8 +6,11 @@
 #include <tlm_utils/simple_initiator_socket.h>
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <string>
 #include <tlm>
+#include <utility>
 
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
@@ -29,7 +32,7 @@ class AtInitiator final {
     std::uint32_t context = 0;
     bool write = false;
     ::tlm::tlm_response_status status = ::tlm::TLM_INCOMPLETE_RESPONSE;
-    std::uint64_t address = 0;  ///< as sent
+    std::uint64_t address = 0;  ///< as given to send()
     Cycle visible = 0;
     bool ok() const { return status == ::tlm::TLM_OK_RESPONSE; }
   };
@@ -58,6 +61,16 @@ class AtInitiator final {
   /// For a memory shared with other initiators: writes then carry the contents that the target has when they are sent,
   /// read by transport_dbg; 0 if it has no debug transport.
   void keep_data() { keeps_data_ = true; }
+  /// Added to the address of every request on the bus; a multiple of AtPayload::kMaxBytes.
+  void set_base(std::uint64_t base) { base_ = base; }
+  /// `refused` hears of completions that are not ok(), with the address on the bus; without it they are error reports.
+  using Refused = std::function<void(std::uint64_t address, const std::string& what)>;
+  void on_refusal(Refused refused) { refused_ = std::move(refused); }
+  /// Until restart() nothing more is sent; the memory's answers are taken as before.
+  void hold() {
+    held_ = true;
+    free_from_ = kNever;
+  }
   /// Fills a write payload with the present contents of the memory; called before it is sent.
   void fill(AtPayload& payload);
   /// Oldest completion that is visible in cycle `now`, else nullptr.
@@ -81,7 +94,7 @@ class AtInitiator final {
   /// For another launch (ClockDomain::restart()); drops completions that were not popped. An error report if a
   /// transaction is under way at the memory: it cannot be taken back.
   void restart();
-  /// Ends the simulation with an error report on a completion that is not ok().
+  /// For a completion that is not ok(): tells who has asked for refusals, else ends the simulation with an error report.
   void report_refusal(const Completion& completion) const;
 
  private:
@@ -101,6 +114,9 @@ class AtInitiator final {
   ClockDomain& clock_;
   Alarm* process_ = nullptr;
   bool keeps_data_ = false;
+  bool held_ = false;
+  std::uint64_t base_ = 0;
+  Refused refused_;
   std::unique_ptr<AtPayloadPool> pool_;
   const AtPayload* requesting_ = nullptr;
   Cycle free_from_ = 0;

@@ -100,6 +100,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       const std::string name_of = fmt::format("l2_slice{}", i);
       modules::L2SliceConfig slice = config.l2_slice(i);
       slice.keep_data = build.keep_data;
+      slice.base = build.base;
       slices_[i] = modules::made<modules::L2Slice>(parts.l2_slice, "l2_slice", name_of.c_str(), slice, core_);
     });
   }

@@ -32,6 +32,7 @@ struct BuildOptions {
   bool run_ahead = true;                 ///< tick without the kernel while it has nothing else to do (run_for)
   std::uint64_t memory_bytes = 0;        ///< memory for later launches, if more than for the first
   bool keep_data = false;  ///< write-backs carry what the memory holds (its transport_dbg) instead of zeros
+  std::uint64_t base = 0;  ///< where the GPU's memory begins on the bus; a multiple of 4096
   GpuParts parts;          ///< factories of user-supplied units, which may change results
 };
 
@@ -85,6 +86,10 @@ class Gpu final : public sc_core::sc_module {
   /// keep their contents if `caches` is warm. What is under way is dropped, but no request at the memory may be.
   /// header: for the same hardware (same_hardware()); it is copied. The memory has its own restart().
   void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
+  /// Until restart() no slice sends anything more to the memory, so that a launch under way can be abandoned.
+  void hold_requests() {
+    for (const auto& slice : slices_) slice->hold_requests();
+  }
   /// Write and read the cache contents, for a warm run in another process. save(): when idle(). load(): before the
   /// first launch, on the same machine for the same hardware (hardware_of()). The memory has its own.
   void save(StateWriter& state) const;

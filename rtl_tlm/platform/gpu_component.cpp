@@ -29,6 +29,7 @@ constexpr const char* kReport = "/grtx/gpu";
 constexpr Cycle kWatchCycles = 65536;
 constexpr std::uint64_t kBeforeTheCycleFs =
     1;                               // a point of the series shows what was before its cycle, as in `grtx sim`
+constexpr std::uint64_t kBaseBytes = 4096;
 constexpr Cycle kDrainCycles = 256;  // between two checks whether all is drained, as in `grtx sim`
 
 bool has_rtl(const modules::RtUnitConfig& rt) {
@@ -64,6 +65,10 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
     : sc_module(name), registers("registers"), options_(options), source_(std::make_unique<SwitchedSource>()) {
   check_config(options_.machine, this->name());
   if (options_.traces.empty()) throw Error(this->name(), "traces", "there must be one at least");
+  if (options_.base % kBaseBytes != 0) throw Error(this->name(), "base", "must be a multiple of 4096");
+  if (options_.base != 0 && !options_.memory) {
+    throw Error(this->name(), "base", "needs a memory: that of the machine begins at 0");
+  }
   if (has_rtl(options_.machine.rt)) throw Error(this->name(), "machine", "blocks in RTL cannot be launched twice");
   for (const std::string& path : options_.traces) {
     readers_.push_back(std::make_unique<traces::Reader>(path));
@@ -78,10 +83,14 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
     build.memory_bytes = std::max(build.memory_bytes, memory_bytes(options_.machine, *reader));
   }
   build.run_ahead = false;  // other modules share the kernel
+  build.base = options_.base;
   build.keep_data = options_.keep_data;
   build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
+  for (const auto& slice : gpu_->slices()) {
+    slice->on_refusal([this](std::uint64_t address, const std::string& what) { refused(address, what); });
+  }
   memory_ = make_memory(options_.memory, *gpu_, build);
   if (!options_.waveform.path.empty()) {
     waveform_ = std::make_unique<Waveform>(options_.waveform, *gpu_, *memory_, first.header(),
@@ -105,8 +114,8 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   SC_METHOD(sample);
   sensitive << sample_;
   dont_initialize();
-  SC_METHOD(reset);
-  sensitive << reset_;
+  SC_METHOD(abandon);
+  sensitive << abandon_;
   dont_initialize();
   SC_METHOD(signal_interrupt);
   sensitive << interrupt_changed_;
@@ -126,8 +135,13 @@ void GpuComponent::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_
   payload.set_response_status(access(payload, delay));
 }
 
+void GpuComponent::end_of_elaboration() {
+  if (reset.size() == 0) return;
+  SC_METHOD(reset_changed);
+  sensitive << reset->value_changed_event();
+}
+
 unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
-  if (payload.is_write()) return 0;
   return access(payload, sc_core::SC_ZERO_TIME) == ::tlm::TLM_OK_RESPONSE ? payload.get_data_length() : 0;
 }
 
@@ -135,26 +149,27 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
   const std::uint64_t first = payload.get_address();
   const std::uint64_t bytes = payload.get_data_length();
   if (const auto refused = modules::common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
-  if (bytes == 0 || bytes % 4 != 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
-  if (first % 4 != 0 || first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) {
-    return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  }
-  for (std::uint64_t left = bytes; left > 0; left -= 4) {
-    const std::uint64_t at = left - 4;  // control, the lowest, comes last: it starts what the other registers say
-    std::uint32_t word = 0;
+  if (bytes == 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
+  if (first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
+  // By register, from the last: control, the lowest, starts what the others say.
+  for (std::uint64_t end = first + bytes; end > first;) {
+    const std::uint64_t offset = (end - 1) / 4 * 4, begin = std::max(first, offset);
+    std::uint32_t word = read(offset);
+    unsigned char* const in_word = reinterpret_cast<unsigned char*>(&word) + (begin - offset);
+    unsigned char* const in_payload = payload.get_data_ptr() + (begin - first);
     if (payload.is_write()) {
-      std::memcpy(&word, payload.get_data_ptr() + at, sizeof word);
-      write(first + at, word, delay);
+      std::memcpy(in_word, in_payload, end - begin);
+      write(offset, word, delay);
     } else {
-      word = read(first + at);
-      std::memcpy(payload.get_data_ptr() + at, &word, sizeof word);
+      std::memcpy(in_payload, in_word, end - begin);
     }
+    end = begin;
   }
   return ::tlm::TLM_OK_RESPONSE;
 }
 
 std::uint32_t GpuComponent::read(std::uint64_t offset) const {
-  const Cycle last = results_.empty() ? 0 : results_.back().cycles;
+  const Cycle last = results_.size() == before_reset_ ? 0 : results_.back().cycles;
   switch (static_cast<GpuRegister>(offset)) {
     case GpuRegister::status: {
       const bool busy = starting_ || launch_ != nullptr;
@@ -170,9 +185,13 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
     case GpuRegister::error:
       return static_cast<std::uint32_t>(error_);
     case GpuRegister::launches:
-      return static_cast<std::uint32_t>(results_.size());
+      return static_cast<std::uint32_t>(results_.size() - before_reset_);
     case GpuRegister::traces:
       return static_cast<std::uint32_t>(readers_.size());
+    case GpuRegister::fault:
+      return static_cast<std::uint32_t>(fault_.address);
+    case GpuRegister::fault_high:
+      return static_cast<std::uint32_t>(fault_.address >> 32);
     case GpuRegister::control:
       break;
   }
@@ -181,15 +200,16 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
 
 // Writes to read-only registers are ignored.
 void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay) {
+  if (held_in_reset()) return;
   if (offset == static_cast<std::uint64_t>(GpuRegister::trace)) trace_ = value;
   if (offset != static_cast<std::uint64_t>(GpuRegister::control)) return;
   if ((value & ControlBits::kAcknowledge) != 0) {
     raised_ = false;
     interrupt_changed_.notify(delay);
   }
-  if ((value & ControlBits::kReset) != 0 && launch_ && launch_->stands_still) {
+  if ((value & ControlBits::kReset) != 0 && launch_) {
     resetting_ = true;
-    reset_.notify(delay);
+    abandon_.notify(delay);
   }
   if ((value & ControlBits::kStart) == 0) return;
   if (starting_ || (launch_ && !resetting_)) return fail(LaunchError::busy, "started while a launch is under way");
@@ -200,13 +220,30 @@ void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_cor
   if (!resetting_) start_.notify(delay);
 }
 
-// What is under way in the GPU is dropped; requests at the memory cannot be.
-void GpuComponent::reset() {
-  resetting_ = false;
+// What is under way in the GPU is dropped; requests at the memory cannot be, so they end first.
+void GpuComponent::abandon() {
+  if (!launch_) return;
+  gpu_->hold_requests();
   if (!memory_->idle()) {
-    starting_ = false;
+    if (!launch_->stands_still) return abandon_.notify(cycles(kDrainCycles));
+    resetting_ = starting_ = false;
     return fail(LaunchError::memory, "no reset: the memory system has requests that it does not answer");
   }
+  const bool stood_still = launch_->stands_still;
+  drop_launch();
+  resetting_ = false;
+  if (held_in_reset()) {
+    starting_ = raised_ = false;
+    return interrupt_changed_.notify(sc_core::SC_ZERO_TIME);
+  }
+  if (starting_) return start();
+  if (!fault_.what.empty()) return fail(LaunchError::bus, fault_.what);
+  if (stood_still) return;
+  error_ = LaunchError::aborted;
+  raise_interrupt();
+}
+
+void GpuComponent::drop_launch() {
   watch_.cancel();
   drain_.cancel();
   sample_.cancel();
@@ -217,11 +254,29 @@ void GpuComponent::reset() {
   last_ = nullptr;
   ran_.clear();
   error_ = LaunchError::none;
-  if (starting_) start();
+}
+
+void GpuComponent::refused(std::uint64_t address, const std::string& what) {
+  if (!fault_.what.empty()) return;  // of this launch the first
+  fault_ = {address, what};
+  abandon_.notify(sc_core::SC_ZERO_TIME);
+}
+
+void GpuComponent::reset_changed() {
+  if (!reset->read()) return;
+  start_.cancel();
+  starting_ = done_ = raised_ = false;
+  trace_ = 0;
+  error_ = LaunchError::none;
+  fault_ = {};
+  before_reset_ = results_.size();
+  interrupt_changed_.notify(sc_core::SC_ZERO_TIME);
+  if (launch_) abandon_.notify(sc_core::SC_ZERO_TIME);
 }
 
 void GpuComponent::start() {
   starting_ = false;
+  fault_ = {};
   if (asked_.trace >= readers_.size()) {
     return fail(LaunchError::no_such_trace, fmt::format("there is no trace {}, but {}", asked_.trace, readers_.size()));
   }
@@ -257,7 +312,7 @@ void GpuComponent::sample() {
 
 // Also called in cycle 0, before any launch: a distributor without groups is done at once.
 void GpuComponent::warps_ended() {
-  if (!launch_ || !gpu_->finished()) return;
+  if (!launch_ || !gpu_->finished() || abandons()) return;
   launch_->end = settle(*gpu_, *memory_);
   launch_->over_time = launch_->series.json(gpu_->distributor().end_cycle());
   launch_->drains = true;
@@ -285,6 +340,7 @@ void GpuComponent::end_launch() {
   watch_.cancel();
   sample_.cancel();
   done_ = true;
+  error_ = LaunchError::none;  // also that of a start which was refused meanwhile
   if (!result.violations.empty()) return fail(LaunchError::broken_law, result.violations.front());
   raise_interrupt();
 }

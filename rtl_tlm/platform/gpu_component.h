@@ -6,6 +6,7 @@
 
 #include <tlm_utils/simple_target_socket.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -26,7 +27,8 @@ namespace grtx::sim {
 class SwitchedSource;
 class Waveform;
 
-/// Byte offsets of the registers, 32 bits each; accesses are of aligned words, one or several.
+/// Byte offsets of the registers, 32 bits each; accesses are of any bytes of them. Written bytes of a register leave its
+/// others as they read.
 enum class GpuRegister : std::uint64_t {
   control = 0x00,      ///< written: ControlBits; reads as 0
   status = 0x04,       ///< StatusBits
@@ -36,14 +38,16 @@ enum class GpuRegister : std::uint64_t {
   error = 0x18,        ///< LaunchError of the last start
   launches = 0x1c,     ///< launches that have ended without an error
   traces = 0x20,       ///< number of traces
+  fault = 0x24,        ///< address on the bus that LaunchError::bus is about, 64 bits
+  fault_high = 0x28,   ///< the upper 32 of them
 };
-inline constexpr std::uint64_t kGpuRegisterBytes = 0x24;
+inline constexpr std::uint64_t kGpuRegisterBytes = 0x2c;
 
 struct ControlBits {
   static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
   static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
   static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
-  static constexpr std::uint32_t kReset = 8;  ///< abandons a launch that stands still; with kStart: and begins another
+  static constexpr std::uint32_t kReset = 8;  ///< abandons the launch that is under way; with kStart: and begins another
 };
 struct StatusBits {
   static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
@@ -56,6 +60,8 @@ enum class LaunchError : std::uint32_t {
   memory = 4,        ///< the memory system cannot restart, or has requests that it does not answer
   broken_law = 5,    ///< the launch has ended, but SimulationResult::violations is not empty
   other_scene = 6,   ///< kKeepCaches, but the caches hold another scene
+  bus = 7,           ///< the memory has refused a request, whose address is in `fault`: the launch was abandoned
+  aborted = 8,       ///< abandoned by kReset, or by the port, while it ran
 };
 
 class GpuComponent final : public sc_core::sc_module {
@@ -66,6 +72,7 @@ class GpuComponent final : public sc_core::sc_module {
     std::vector<std::string> traces;  ///< paths, by number; all for the same hardware (same_hardware())
     GpuParts parts;                   ///< units of your own
     MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
+    std::uint64_t base = 0;           ///< where `memory` begins on the bus; a multiple of 4096
     bool keep_data = false;           ///< the memory is shared: no launch changes a byte of it (BuildOptions)
     EnergyPricing price;              ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
@@ -77,10 +84,12 @@ class GpuComponent final : public sc_core::sc_module {
 
   /// b_transport and nb_transport: a start takes effect at the annotated time, with the registers as they are when
   /// control is written; of a transfer of several words, control is written last. Registers are read as they are when
-  /// the call is made. No DMI. transport_dbg reads, and writes nothing.
+  /// the call is made. No DMI. transport_dbg reads and writes as b_transport does without a delay.
   tlm_utils::simple_target_socket<GpuComponent, 32> registers;
   /// High from the end of a launch, or an error, until it is acknowledged.
   sc_core::sc_out<bool> interrupt{"interrupt"};
+  /// May stay unbound. While it is high nothing starts; what is under way is abandoned, and the registers are as built.
+  sc_core::sc_port<sc_core::sc_signal_in_if<bool>, 1, sc_core::SC_ZERO_OR_MORE_BOUND> reset{"reset"};
 
   Gpu& gpu() { return *gpu_; }
   MemorySystem& memory() { return *memory_; }
@@ -92,6 +101,7 @@ class GpuComponent final : public sc_core::sc_module {
   unsigned transport_dbg(::tlm::tlm_generic_payload& payload);
   ::tlm::tlm_response_status access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
   std::uint32_t read(std::uint64_t offset) const;
+  void end_of_elaboration() override;
   void write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay);
   void start();
   void warps_ended();
@@ -99,7 +109,12 @@ class GpuComponent final : public sc_core::sc_module {
   void end_launch();
   void sample();
   void watch();
-  void reset();
+  void abandon();
+  void drop_launch();
+  void refused(std::uint64_t address, const std::string& what);
+  void reset_changed();
+  bool abandons() const { return resetting_ || held_in_reset() || !fault_.what.empty(); }
+  bool held_in_reset() const { return reset.size() > 0 && reset->read(); }
   void fail(LaunchError error, const std::string& what);
   void raise_interrupt();
   sc_core::sc_time cycles(Cycle count) const { return sc_core::sc_time::from_value(count * gpu_->core().period_fs()); }
@@ -116,7 +131,8 @@ class GpuComponent final : public sc_core::sc_module {
   struct Launch;
   std::unique_ptr<Launch> launch_;  ///< under way
   std::vector<SimulationResult> results_;
-  sc_core::sc_event start_, drain_, watch_, sample_, reset_, interrupt_changed_;
+  std::size_t before_reset_ = 0;  ///< results that the registers no longer tell of
+  sc_core::sc_event start_, drain_, watch_, sample_, abandon_, interrupt_changed_;
   std::uint32_t trace_ = 0;  ///< the register
   /// Of the launch that control has asked for.
   struct {
@@ -126,7 +142,11 @@ class GpuComponent final : public sc_core::sc_module {
   std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
   bool starting_ = false;
-  bool resetting_ = false;
+  bool resetting_ = false;  ///< control has asked that the launch is abandoned
+  struct Fault {
+    std::uint64_t address = 0;
+    std::string what;  ///< empty: none since the last start
+  } fault_;
   bool done_ = false;
   bool raised_ = false;
   LaunchError error_ = LaunchError::none;
