@@ -23,6 +23,7 @@ import sqlite3
 import subprocess
 import sys
 import tomllib
+from statistics import geometric_mean
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOLDS = 0.20
@@ -184,10 +185,6 @@ def figures(of, machine, view):
     return found
 
 
-def geometric(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
-
-
 def databases_of(plan, out, modes):
     """{machine: {view: (mode, figures)}}, of the first mode that has the main frame."""
     path = os.path.join(out, "machines.json")
@@ -251,7 +248,7 @@ def means(by_view, views, machines):
     for name in dict.fromkeys(n for v in views for n in by_view[machines[0]][v]):
         on = [v for v in views if all(name in by_view[m][v] for m in machines)]
         for m in machines if on else ():
-            found[m][name] = geometric([by_view[m][v][name] for v in on])
+            found[m][name] = geometric_mean([by_view[m][v][name] for v in on])
     return found
 
 

@@ -6,11 +6,11 @@ hash of configs/scenes/evaluation.toml as it was. When the file is another, the 
 import collections
 import csv
 import hashlib
-import math
 import os
 import re
 import textwrap
 import tomllib
+from statistics import geometric_mean
 
 import model_version
 
@@ -39,7 +39,7 @@ def load(top):
 
 def mean(values):
     values = list(values)
-    return math.exp(sum(map(math.log, values)) / len(values)) if values and None not in values else None
+    return geometric_mean(values) if values and None not in values else None
 
 
 def shown(value, digits=2):
