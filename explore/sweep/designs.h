@@ -25,6 +25,9 @@ struct Design {
   bool if_named = false;     ///< compared only when it is asked for by name
 };
 
+/// What plans call a design among what they vary.
+inline constexpr const char* kDesign = "design";
+
 /// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
 /// this project's own.
 const std::vector<Design>& designs();
