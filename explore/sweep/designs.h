@@ -33,7 +33,7 @@ inline constexpr const char* kDesign = "design";
 const std::vector<Design>& designs();
 /// Their names, in the same order.
 const std::vector<std::string>& design_names();
-/// Throws std::out_of_range for an unknown name.
+/// Throws Error for an unknown name.
 const Design& design_of(std::string_view name);
 /// Options of the tracer for a design, by name with _ for -: those of the machine, over them the design's, over them
 /// those that the user names.
