@@ -14,18 +14,14 @@ Exit code 1 when a database has no point to compare.
 import argparse
 import csv
 import json
-import math
 import os
 import sys
+from statistics import geometric_mean as mean
 
 from sweep_database import open_plan
 
 NAMES = {"tlas-tri20": "shared icosahedron", "tlas-tri80": "shared, 80 triangles", "tlas-box": "shared box, shader",
          "tlas-sphere": "shared sphere"}
-
-
-def mean(values):
-    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def read(path):

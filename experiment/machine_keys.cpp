@@ -14,21 +14,13 @@
 namespace grtx::experiment {
 namespace {
 
-/// The weakest of [A], [B] and [C] in a comment.
-std::string confidence_in(const std::string& comment) {
-  for (const char* mark : {"[C]", "[B]", "[A]"}) {
-    if (comment.find(mark) != std::string::npos) return std::string(1, mark[1]);
-  }
-  return "";
-}
-
 void put_place(MachineKey& key, const sim::KeyPlaces& places) {
   const auto place = places.find(key.name);
   if (place == places.end()) return;
   const sim::KeyPlace& at = place->second;
   key.from = at.line == 0 ? at.file : fmt::format("{}:{}", std::filesystem::path(at.file).filename().string(), at.line);
-  key.source = place->second.comment;
-  key.confidence = confidence_in(key.source);
+  key.source = at.comment;
+  key.confidence.clear();
 }
 
 std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {

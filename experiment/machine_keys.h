@@ -18,7 +18,7 @@ struct MachineKey {
   std::string unit;
   std::string from;        ///< "default", "ada.toml:11", "--set" or "--design NAME"
   std::string source;      ///< of a default, or the comment behind the key in its file
-  std::string confidence;  ///< A, B or C (base/declare/parameter.h), of a comment the weakest it names; "" if unknown
+  std::string confidence;  ///< of a default (declare::Confidence); "": a file's own value, of which its comment says it
 };
 
 /// A figure that follows from several keys.

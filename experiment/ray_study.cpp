@@ -14,7 +14,7 @@
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/ray/ray_page.h"
-#include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::experiment {

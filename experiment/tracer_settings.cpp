@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
 #include <type_traits>
 
 #include "grtx/base/error.h"
@@ -50,7 +49,11 @@ void set_option(TracerSettings& settings, const std::string& key, const std::str
     const std::string why = take(flag_of(key), text, value, rule...);
     if (!why.empty()) throw Error("tracer", key, why);
   });
-  if (!known) throw std::out_of_range("no option of the tracer: " + key);
+  if (!known) {
+    std::vector<std::string> names;
+    for (const TracerOptionName& option : tracer_option_names()) names.emplace_back(option.key);
+    throw Error("tracer", key, unknown_name(key, names));
+  }
 }
 
 TracerSettings traced_settings(const std::string& trace, const std::map<std::string, std::string>& inputs) {

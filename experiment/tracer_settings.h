@@ -46,7 +46,7 @@ struct TracerOptionName {
 /// All options, in the order of --help.
 const std::vector<TracerOptionName>& tracer_option_names();
 /// Sets the option with this key. Throws Error{"tracer", key, rule} for a value that the command line would refuse, and
-/// std::out_of_range for an unknown key.
+/// for an unknown key.
 void set_option(TracerSettings& settings, const std::string& key, const std::string& text);
 
 frontend::Kernel kernel_of(KernelRadius radius, unsigned degree);

@@ -6,6 +6,7 @@
   apps alone also see frontend; base lies below all.
 * Between all folders inside them: no circles. Where the folders inside a folder implement its interfaces (traces/codec,
   policies), its headers count as one folder and its sources as another, above those inside.
+* What is inside a folder alone (traces/codec) is included by that folder alone.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
 
 Usage: check_arrows.py [--graph] [FOLDER]   (default: the folder above this script; --graph prints who includes whom)
@@ -29,6 +30,8 @@ BELOW = {
 # Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders: the codec of
 # traces, registered policies.
 SOURCES_STAND_ABOVE = {"traces", "modules/cache/decide", "modules/dram/decide", "modules/rt_unit/decide"}
+# Folders that nobody sees but the folder around them.
+INSIDE_ALONE = {"traces/codec": "traces"}
 # Arrows that close a circle today, with the reason. It is to stay empty.
 ALLOWED = {}
 
@@ -69,6 +72,10 @@ def read_includes(top, faults):
             above, below = file.split("/")[0], path.split("/")[0]
             if above != below and below not in BELOW[above]:
                 faults.append(f"{place}: includes {path}, but {above} stands not above {below}")
+                continue
+            owner = INSIDE_ALONE.get(os.path.dirname(path), above)
+            if owner != above:
+                faults.append(f"{place}: includes {path}, but {os.path.dirname(path)} is seen by {owner} alone")
                 continue
             if part_of(file) != part_of(path):
                 arrows.setdefault((part_of(file), part_of(path)), []).append(f"{place}: includes {path}")

@@ -5,8 +5,9 @@
 Usage: public_headers.py [--list | --reached | --check]
 --list     the public headers
 --reached  headers that are not public and that public ones include, so that an installation needs them, too
---check    each public header exists, once, and has a comment that says what it is; each header that an example, the test
-           of the package or a guide includes is public; installed are no more than MOST. Exit code 1 and a line a fault
+--check    each public header exists, once, has a comment that says what it is, and shows no type of an internal header;
+           each header that an example, the test of the package or a guide includes is public; installed are no more than
+           MOST. Exit code 1 and a line a fault
 Without: how many there are.
 """
 import glob
@@ -18,6 +19,8 @@ TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 LIST = "docs/api/public_headers.txt"
 MOST = 142  # of headers that are installed: a third of those that were once
 LIBRARIES = ("base", "traces", "frontend", "modules", "rtl_tlm", "explore", "report", "experiment")
+# A type of a namespace, as clang-format writes it: at the begin of a line. Forward declarations are none.
+TYPE = re.compile(r"^(?:struct|class|enum class|using|concept) (?:alignas\(\w+\) |\[\[[^\]]*\]\] )*(\w+)(?: final)?(?: :[^\n;]*)?(?: \{| =|$)", re.M)
 USERS = ("examples/*", "tests/package/outside/*", "docs/guide/*.md", "docs/add-a-module.md")
 
 
@@ -50,6 +53,26 @@ def reached(headers):
     return sorted(seen - set(headers))
 
 
+def shown(text):
+    """Names of what a header shows: all but comments, texts and private parts of classes."""
+    private, lines = False, []
+    for line in re.sub(r'//[^\n]*|/\*.*?\*/|"(?:[^"\\\n]|\\.)*"', "", text, flags=re.S).splitlines():
+        access = re.match(r" +(public|protected|private):", line)
+        private = access.group(1) == "private" if access else private and not line.startswith("}")
+        lines += [] if private else [line]
+        private = private or (line.startswith("class ") and line.endswith("{"))
+    return set(re.findall(r"\w+", "\n".join(lines)))
+
+
+def shown_internals(headers):
+    """(public header, type that it shows, internal header that declares it)"""
+    internal = {name: header for header in reached(headers) for name in TYPE.findall(read(header))}
+    for header in headers:
+        text = read(header)
+        for name in sorted(shown(text) & set(internal) - set(TYPE.findall(text))):
+            yield header, name, internal[name]
+
+
 def description(text):
     """The comment that begins a header, without the line of the licence."""
     lines = re.match(r"(?://[^\n]*\n)*", text).group(0).splitlines()
@@ -65,6 +88,8 @@ def faults():
             yield f"{header}:1: is public and does not say what it is"
         if headers.count(header) > 1:
             yield f"{LIST}: {header} stands there twice"
+    for header, name, where in shown_internals([header for header in headers if os.path.exists(os.path.join(TOP, header))]):
+        yield f"{header}: shows {name} of {where}, which is not public ({LIST})"
     for pattern in USERS:
         for path in sorted(glob.glob(os.path.join(TOP, pattern))):
             if os.path.isfile(path) and path.endswith((".cpp", ".h", ".md")):

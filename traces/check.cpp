@@ -10,9 +10,8 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/traces/check.h"
-#include "grtx/traces/codec/check_group.h"
-#include "grtx/traces/codec/count_totals.h"
 #include "grtx/traces/codec/node_places.h"
+#include "grtx/traces/count_totals.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::traces {

@@ -10,6 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/count_totals.h"
 #include "grtx/traces/instance_levels.h"
 
 namespace grtx::traces {

@@ -20,6 +20,13 @@ struct InstancePath {
   friend bool operator==(const InstancePath&, const InstancePath&) = default;
 };
 
+/// An entry of a checkpoint buffer: a child of a node, with the instance leaves above it.
+struct NodeReference {
+  std::uint32_t parent = 0;  ///< index of the node among those of its group
+  std::uint32_t slot = 0;
+  InstancePath path;
+};
+
 /// Roots are numbered: 0 the (scene) TLAS or monolithic BVH, 1 the BLAS, 2 and up the objects' TLASes.
 class InstanceLevels {
  public:

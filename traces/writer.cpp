@@ -9,12 +9,12 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
-#include "grtx/traces/codec/count_totals.h"
-#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
-#include "grtx/traces/codec/group_encoder.h"
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/codec/stream_hash.h"
+#include "grtx/traces/count_totals.h"
+#include "grtx/traces/decoded_size.h"
+#include "grtx/traces/encode/group_encoder.h"
 #include "grtx/traces/writer.h"
 
 namespace grtx::traces {

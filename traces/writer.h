@@ -11,7 +11,7 @@
 
 namespace grtx::traces {
 
-struct EncodedGroup;  // traces/codec/encoded_group.h
+struct EncodedGroup;  // traces/encode/encoded_group.h
 
 /// Streams groups to a file. append() may be called from many threads in any order of index; chunks are written in
 /// index order, so the file is byte-identical for any number of threads. Memory is bounded by the groups in flight.

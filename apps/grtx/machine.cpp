@@ -23,8 +23,7 @@ std::string text_of(const nlohmann::ordered_json& value) {
 
 void print_text(const experiment::MachineKeys& machine) {
   for (const experiment::MachineKey& key : machine.keys) {
-    const bool marked = key.confidence.empty() || key.source.find('[' + key.confidence + ']') != std::string::npos;
-    const std::string source = key.source + (marked ? "" : fmt::format(" [{}]", key.confidence));
+    const std::string source = key.source + (key.confidence.empty() ? "" : fmt::format(" [{}]", key.confidence));
     const std::string value = !key.set ? "not set" : text_of(key.value) + (key.unit.empty() ? "" : " " + key.unit);
     const std::string line = fmt::format("{:<31} {:<17} {:<20} {}", key.name, value, key.from, source);
     fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));

@@ -11,7 +11,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/traces/check.h"
-#include "grtx/traces/codec/header_json.h"
+#include "grtx/traces/count_totals.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::apps {

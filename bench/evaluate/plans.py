@@ -10,7 +10,6 @@ TOP = os.path.normpath(os.path.join(HERE, "..", ".."))
 SET = "configs/scenes/evaluation.toml"
 LIMITS = {"seconds": 3600, "memory_mb": 9000}
 QUARTER = {"gpu.sms": 2, "l2.bytes": 1048576, "l2.slices": 1}  # of the paper's GPU
-PAPER = {"baseline": ("tri20", "off"), "sw": ("tlas-tri20", "off"), "hw": ("tri20", "on"), "grtx": ("tlas-tri20", "on")}
 SMALL = {"tracer.accel": "tlas-tri20", "tracer.checkpoint": "on", "tracer.k": 8, "tracer.checkpoint_capacity": 1024, "rt.checkpoint.entry_bytes": 8,
          "rt.checkpoint.write_combine": True, "rt.checkpoint.read_buffer": True}
 LEAN = {"small entries": {}, "finished": {"tracer.below_instance": "finish"}, "bins": {"tracer.checkpoint_bins": 4}}  # machine paper-lean has all
@@ -81,8 +80,7 @@ def points(part, machine, quick):
         return {(name, 8): {**SMALL, **own} for name, own in LEAN.items()}
     if part.table == "paper":
         # Without checkpoints the three machines are one.
-        return {(name, 8): {"tracer.accel": accel, "tracer.checkpoint": checkpoint, "tracer.k": 8}
-                for name, (accel, checkpoint) in PAPER.items() if machine == "paper" or checkpoint == "on"}
+        return {(name, 8): {"design": name, "tracer.k": 8} for name in (("baseline", "sw") if machine == "paper" else ()) + ("hw", "grtx")}
     plan = read(os.path.join(HERE, "designs.toml"))
     found = {}
     for design in plan["design"]:
@@ -101,7 +99,7 @@ def points(part, machine, quick):
 
 def of_design(plan, design, machine, k):
     """Keys and tracer options of a design of designs.toml."""
-    keys = {"tracer.checkpoint": "off", "tracer.k": k}
+    keys = {"tracer.k": k} | ({} if "design" in design.get("keys", {}) else {"tracer.checkpoint": "off"})
     for name in design.get("parts", []):
         keys |= plan["part"][name] | (plan["rdna4"].get(name, {}) if machine.startswith("rdna4") else {})
     keys |= design.get("keys", {})

@@ -5,15 +5,18 @@ import tomllib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOLDS = 0.20  # of the paper's printed number
-TARGETS = os.path.join(HERE, "..", "..", "view", "report", "paper_targets.toml")
+TARGETS = os.path.join(HERE, "..", "..", "report", "page", "paper_targets.toml")
 
 
 class Claim:
-    def __init__(self, entry, targets):
+    def __init__(self, entry, printed):
+        """printed: entries with a number of the paper, by the name that `target` and `over` may have."""
         self.id, self.item, self.what, self.why = entry["id"], entry["item"], entry["what"], entry["why"]
         self.why_on = entry.get("why_on", {})  # machine: another cause there
-        target = targets[entry["target"]] if "target" in entry else entry
-        self.paper, self.source = target.get("paper"), target["source"]
+        target = printed[entry["target"]] if "target" in entry else entry
+        self.paper, self.source = target.get("paper"), entry.get("source", target["source"])
+        if "over" in entry:
+            self.paper /= printed[entry["over"]]["paper"]
         self.bound = target.get("at_least", False)  # the paper gives a lower bound
         self.tolerance = entry.get("tolerance", 0.03)
         self.above, self.below = entry.get("above"), entry.get("below")  # the paper's direction
@@ -41,8 +44,9 @@ def read(path):
 
 
 def load(path=os.path.join(HERE, "claims.toml")):
-    targets = {t["name"]: t for kind in read(TARGETS).values() for t in kind}
-    return {entry["id"]: Claim(entry, targets) for entry in read(path)["claim"]}
+    entries = read(path)["claim"]
+    printed = {t["name"]: t for kind in read(TARGETS).values() for t in kind} | {entry["id"]: entry for entry in entries}
+    return {entry["id"]: Claim(entry, printed) for entry in entries}
 
 
 class Expected:

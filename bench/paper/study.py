@@ -2,7 +2,7 @@
 """What is measured. An item asks a study for statistics of points, measurements and costs; a study that plans notes what
 was asked and answers 1, a study that answers has run it all. So each item is written once."""
 import collections
-import math
+import statistics
 from dataclasses import dataclass, field
 
 DESIGNS = {"baseline": ("tri20", "off"), "sw": ("tlas-tri20", "off"), "hw": ("tri20", "on"), "grtx": ("tlas-tri20", "on")}
@@ -134,6 +134,4 @@ def geometric_mean(values):
     values = list(values)
     if len(values) == 1:
         return values[0]  # to the last bit
-    if 0 in values:
-        return 0.0
-    return math.exp(sum(math.log(v) for v in values) / len(values))
+    return 0.0 if 0 in values else statistics.geometric_mean(values)

@@ -42,11 +42,11 @@ void print_node(std::string& out, const CostNode& node, unsigned level, unsigned
   if (items) {
     for (const CostItem& item : node.items) {
       const std::string what = std::string(level + 1, ' ') + "- " + item.name +
-                               (item.kind == "logic" ? fmt::format(" x{:.0f}", item.count) : "") +
+                               (item.kind == CostItemKind::logic ? fmt::format(" x{:.0f}", item.count) : "") +
                                (item.added_by_grtx ? " [GRTX]" : "");
-      out += row(what, item.kind == "flip-flops" ? bits_text(item.bits) : "",
-                 item.kind == "SRAM" || item.kind == "cache" ? bits_text(item.bits) : "", item.gates, item.area_mm2,
-                 item.leakage_mw, item.delay_ns);
+      out += row(what, item.kind == CostItemKind::flip_flops ? bits_text(item.bits) : "",
+                 item.kind == CostItemKind::sram || item.kind == CostItemKind::cache ? bits_text(item.bits) : "",
+                 item.gates, item.area_mm2, item.leakage_mw, item.delay_ns);
     }
   }
   if (level == depth) return;
@@ -69,8 +69,8 @@ ordered_json json_of(const CostNode& node) {
   for (const CostItem& item : node.items) {
     ordered_json i;
     i["name"] = item.name;
-    i["kind"] = item.kind;
-    if (item.kind == "logic") {
+    i["kind"] = name_of(item.kind);
+    if (item.kind == CostItemKind::logic) {
       i["count"] = item.count;
       i["operation_pj"] = json_of(item.operation_pj);
     } else {
@@ -102,7 +102,8 @@ void csv_rows(std::string& out, const CostNode& node, const std::string& path) {
   row("", "sum", node.flip_flop_bits + node.memory_bits, 0, node.gates, node.area_mm2, node.leakage_mw, node.delay_ns,
       "");
   for (const CostItem& i : node.items) {
-    row(i.name, i.kind, i.bits, i.count, i.gates, i.area_mm2, i.leakage_mw, i.delay_ns, i.estimator);
+    row(i.name, std::string(name_of(i.kind)), i.bits, i.count, i.gates, i.area_mm2, i.leakage_mw, i.delay_ns,
+        i.estimator);
   }
   for (const CostNode& child : node.children) csv_rows(out, child, path + "." + child.name);
 }

@@ -27,7 +27,7 @@ Range leakage(const Range& area_mm2, const Technology& t, const CostOptions& opt
 CostItem flip_flops(const modules::Storage& storage, const Technology& t, const CostOptions& options) {
   CostItem item;
   item.name = storage.name;
-  item.kind = "flip-flops";
+  item.kind = CostItemKind::flip_flops;
   item.bits = storage.bits;
   item.gates = kFlipFlopGates * static_cast<double>(storage.bits);
   item.area_mm2 = logic_area(item.gates, t, options);
@@ -43,7 +43,7 @@ CostItem memory(const modules::Storage& storage, const Technology& t, const Cost
   if (storage.kind == modules::StorageKind::cache_tags) {
     CostItem item;
     item.name = storage.name;
-    item.kind = "cache";
+    item.kind = CostItemKind::cache;
     item.bits = storage.bits;
     item.estimator = "in the data array's figures";
     return item;
@@ -56,7 +56,7 @@ CostItem memory(const modules::Storage& storage, const Technology& t, const Cost
       sram_cost({storage.bits / banks, storage.word_bits, cache, storage.write_ports > 0 && !cache, t.nm});
   CostItem item;
   item.name = storage.name;
-  item.kind = cache ? "cache" : "SRAM";
+  item.kind = cache ? CostItemKind::cache : CostItemKind::sram;
   item.bits = storage.bits;
   // Read ports beyond the first are further copies.
   const double copies = cache ? 1.0 : std::max(1u, storage.read_ports);
@@ -73,7 +73,7 @@ CostItem operators(const modules::Operators& o, const Technology& t, const CostO
   const OperatorCost cost = operator_cost(o.name, o.width);
   CostItem item;
   item.name = o.name + std::to_string(o.width);
-  item.kind = "logic";
+  item.kind = CostItemKind::logic;
   item.count = static_cast<double>(o.count);
   item.gates = cost.gates * static_cast<double>(o.count);
   item.area_mm2 = logic_area(item.gates, t, options);
@@ -97,7 +97,8 @@ std::vector<std::string> parts_of(const std::string& path) {
 
 void sum(CostNode& node) {
   for (const CostItem& item : node.items) {
-    (item.kind == "flip-flops" ? node.flip_flop_bits : node.memory_bits) += item.kind == "logic" ? 0 : item.bits;
+    (item.kind == CostItemKind::flip_flops ? node.flip_flop_bits : node.memory_bits) +=
+        item.kind == CostItemKind::logic ? 0 : item.bits;
     node.gates += item.gates;
     node.area_mm2 += item.area_mm2;
     node.leakage_mw += item.leakage_mw;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/explore/cost/range.h"
 #include "grtx/modules/kernel/inventory.h"
 
@@ -18,9 +19,14 @@ struct CostOptions {
   double control = 1.0;       ///< factor on logic for control and interconnect (judgement: 1 to 2.5)
 };
 
+enum class CostItemKind : std::uint8_t { flip_flops, sram, cache, logic };
+constexpr auto enum_names(CostItemKind) {
+  return names_in_order<CostItemKind>({"flip-flops", "SRAM", "cache", "logic"});
+}
+
 struct CostItem {
   std::string name;
-  std::string kind;  ///< "flip-flops", "SRAM", "cache", "logic"
+  CostItemKind kind = CostItemKind::logic;
   std::uint64_t bits = 0;
   double count = 0.0;  ///< operators
   Range gates;         ///< GE; 0 for SRAM

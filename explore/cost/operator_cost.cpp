@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
+#include "grtx/base/declare/named_enum.h"
 
 namespace grtx::explore {
 
@@ -104,7 +104,14 @@ OperatorCost operator_cost(const std::string& name, unsigned width) {
     scaled.energy_pj = known.energy_pj * factor;
     return scaled;
   }
-  throw std::invalid_argument(fmt::format("no cost is known of the operator {} of {} bits", name, width));
+  std::vector<std::string> names;
+  for (const OperatorCost& known : operator_costs()) {
+    if (known.name == name) {
+      throw Error("inventory", "operator " + name, fmt::format("has a cost of {} bits, not of {}", known.width, width));
+    }
+    names.push_back(known.name);
+  }
+  throw Error("inventory", "operator " + name, unknown_name(name, names));
 }
 
 }  // namespace grtx::explore

@@ -24,8 +24,8 @@ struct OperatorCost {
 
 const std::vector<OperatorCost>& operator_costs();
 
-/// Cost of one operator of `width` bits. Throws std::invalid_argument for an unknown name or width: an inventory then
-/// contains an operator that the model cannot price.
+/// Cost of one operator of `width` bits. Throws Error for an unknown name or width: the inventory of somebody's unit
+/// then has an operator that the model cannot price.
 OperatorCost operator_cost(const std::string& name, unsigned width);
 
 /// GE and pJ (per clock at 45 nm) of a flip-flop bit, and its overhead in a cycle: clock to output, set-up and skew.

@@ -51,7 +51,7 @@ class Prices {
     if (inventory == nullptr) return {};
     Range pj;
     for (const CostItem& item : price(*inventory, options_)) {
-      if (item.kind == "logic") pj += item.operation_pj * (item.count / unit.count * unit.interval);
+      if (item.kind == CostItemKind::logic) pj += item.operation_pj * (item.count / unit.count * unit.interval);
       if (item.name == "pipeline_registers") {
         pj += kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / unit.count * unit.interval);
       }

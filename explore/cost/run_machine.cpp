@@ -7,13 +7,25 @@
 
 namespace grtx::explore {
 
+namespace {
+
+/// The input of this name, "" if there is none.
+std::string text_of(const nlohmann::ordered_json& inputs, const std::string& where, const std::string& name) {
+  const auto found = inputs.find(name);
+  if (found == inputs.end()) return "";
+  if (!found->is_string()) throw Error(where, "inputs." + name, "must be a text");
+  return found->get<std::string>();
+}
+
+}  // namespace
+
 sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where) {
-  const std::string accel = inputs.value("accel", ""), checkpoint = inputs.value("checkpoint", "");
+  const std::string accel = text_of(inputs, where, "accel"), checkpoint = text_of(inputs, where, "checkpoint");
   if (accel.empty() || checkpoint.empty()) throw Error(where, "inputs", "must name accel and checkpoint");
   const bool two_level = accel.starts_with("tlas-");
   sim::MachineUse use;
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
-  use.objects = inputs.value("levels", "") == "3";
+  use.objects = text_of(inputs, where, "levels") == "3";
   use.leaves = sim::leaf_test_of(accel);
   choose_nodes_and_lists(inputs, where, use);
   return use;
@@ -22,12 +34,12 @@ sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::
 void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, sim::MachineUse& use) {
   const auto choose = [&]<typename Enum>(const char* name, Enum& value) {
     if (inputs.contains(name)) {
-      value = value_of<Enum>(inputs.at(name).get<std::string>(), where, std::string("inputs.") + name);
+      value = value_of<Enum>(text_of(inputs, where, name), where, std::string("inputs.") + name);
     }
   };
   const auto number = [&](const std::string& name, auto& value) {
     if (!inputs.contains(name)) return;
-    const std::string text = inputs.at(name).get<std::string>();
+    const std::string text = text_of(inputs, where, name);
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (fault != std::errc() || end != text.data() + text.size()) {
       throw Error(where, "inputs." + name, "must be a whole number");

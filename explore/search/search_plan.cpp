@@ -17,7 +17,6 @@
 namespace grtx::explore {
 namespace {
 
-constexpr const char* kDesign = "design";
 constexpr double kMaxValues = 10'000;  ///< limit per parameter: more is a typing error
 
 class SearchPlanReader {
@@ -78,16 +77,8 @@ class SearchPlanReader {
   }
 
   void check_value(const toml::node& node, const std::string& key, const SweepValue& value) {
-    if (key != kDesign) {
-      in_.check_value(node, key, value);
-      return;
-    }
-    if (design_place_.empty()) design_place_ = place_of(node);
-    const std::string name = text_of(value);
-    if (std::find(design_names().begin(), design_names().end(), name) == design_names().end()) {
-      in_.fail(node,
-               fmt::format("design: unknown '{}', the nearest is '{}'", name, nearest_name(name, design_names())));
-    }
+    if (key == kDesign && design_place_.empty()) design_place_ = place_of(node);
+    in_.check_varied(node, key, value);
   }
 
   void read_parameter(const toml::table& table) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "grtx/base/error.h"
+#include "grtx/base/geometric_mean.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
@@ -19,9 +20,9 @@ bool is_cost(const std::string& name) { return name.starts_with("cost."); }
 /// Rounded, since the last bit of logarithms differs between mathematical libraries and must not decide who is on a
 /// front.
 double geometric_mean_of_ratios(const std::vector<double>& values, const std::vector<double>& reference) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < values.size(); ++i) sum += std::log(values[i] / reference[i]);
-  return nine_digits(std::exp(sum / static_cast<double>(values.size())));
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < values.size(); ++i) ratios.push_back(values[i] / reference[i]);
+  return nine_digits(geometric_mean(ratios));
 }
 
 void keep_scenes(SweepPlan& plan, bool evaluation) {

@@ -8,27 +8,10 @@
 #include <numeric>
 
 #include "grtx/base/json.h"
+#include "grtx/base/split_mix.h"
 
 namespace grtx::explore {
 namespace {
-
-/// SplitMix64 (Steele, Lea and Flood 2014): the standard library's distributions differ between libraries.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return z ^ (z >> 31);
-  }
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-  /// Random integer below n; n must be far below 2^64.
-  std::uint64_t below(std::uint64_t n) { return next() % n; }
-
- private:
-  std::uint64_t state_;
-};
 
 /// Value at a share (0 to 1) of the range, ends included.
 SweepValue in_range(const Axis& axis, double share) {
@@ -86,7 +69,7 @@ SweepValue value_at(const Axis& axis, double u) {
 }
 
 std::vector<Coordinates> random_points(const std::vector<Axis>& axes, unsigned count, std::uint64_t seed) {
-  Random random(seed);
+  SplitMix64 random(seed);
   std::vector<Coordinates> points(count);
   for (Coordinates& point : points) {
     for (const Axis& axis : axes) point.emplace_back(axis.name, value_at(axis, random.uniform()));
@@ -95,12 +78,12 @@ std::vector<Coordinates> random_points(const std::vector<Axis>& axes, unsigned c
 }
 
 std::vector<Coordinates> latin_points(const std::vector<Axis>& axes, unsigned count, std::uint64_t seed) {
-  Random random(seed);
+  SplitMix64 random(seed);
   std::vector<Coordinates> points(count);
   std::vector<unsigned> strata(count);
   for (const Axis& axis : axes) {
     std::iota(strata.begin(), strata.end(), 0U);
-    for (unsigned i = count; i > 1; --i) std::swap(strata[i - 1], strata[random.below(i)]);
+    for (unsigned i = count; i > 1; --i) std::swap(strata[i - 1], strata[random.next() % i]);
     for (unsigned i = 0; i < count; ++i) {
       points[i].emplace_back(axis.name, value_at(axis, (strata[i] + random.uniform()) / count));
     }

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <stdexcept>
 #include <system_error>
 
+#include "grtx/base/declare/named_enum.h"
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 
@@ -60,7 +60,7 @@ const std::vector<std::string>& design_names() {
 const Design& design_of(std::string_view name) {
   const auto found =
       std::find_if(designs().begin(), designs().end(), [&](const Design& design) { return design.name == name; });
-  if (found == designs().end()) throw std::out_of_range("no design: " + std::string(name));
+  if (found == designs().end()) throw Error("design", std::string(name), unknown_name(name, design_names()));
   return *found;
 }
 

@@ -25,12 +25,15 @@ struct Design {
   bool if_named = false;     ///< compared only when it is asked for by name
 };
 
+/// What plans call a design among what they vary.
+inline constexpr const char* kDesign = "design";
+
 /// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
 /// this project's own.
 const std::vector<Design>& designs();
 /// Their names, in the same order.
 const std::vector<std::string>& design_names();
-/// Throws std::out_of_range for an unknown name.
+/// Throws Error for an unknown name.
 const Design& design_of(std::string_view name);
 /// Options of the tracer for a design, by name with _ for -: those of the machine, over them the design's, over them
 /// those that the user names.

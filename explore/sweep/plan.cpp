@@ -32,6 +32,7 @@ class PlanReader {
     }
     if (in_.sets_design) plan.designs.clear();
     if (!varied_) plan.points = {{}};
+    for (const Coordinates& point : plan.points) check_structure(point);
     double views = 0.0;
     for (const PlanScene& scene : plan.scenes) views += static_cast<double>(scene.views.size());
     const double designs = static_cast<double>(std::max<std::size_t>(1, plan.designs.size()));
@@ -42,6 +43,17 @@ class PlanReader {
   }
 
  private:
+  /// A point has its structure from one place.
+  void check_structure(const Coordinates& point) const {
+    const auto names = [](const Coordinates& settings, auto... words) {
+      return std::ranges::any_of(settings, [&](const auto& setting) { return ((setting.first == words) || ...); });
+    };
+    const auto sets_structure = [&](const Coordinates& s) { return names(s, "tracer.accel", "tracer.checkpoint"); };
+    if (names(point, kDesign) && (sets_structure(point) || sets_structure(in_.plan.settings))) {
+      throw Error(in_.plan.path, "", "design: names accel and checkpoint; what has it must not set them too");
+    }
+  }
+
   /// Checks the number of points before creating them.
   void check_count(double count, const std::string& place, const std::string& what) const {
     if (count <= kMaxPoints) return;
@@ -68,7 +80,7 @@ class PlanReader {
       if (list->empty()) in_.fail(node, name + ": the list of values is empty");
       for (const toml::node& item : *list) axis.values.push_back(in_.scalar(item, name));
     }
-    for (const SweepValue& value : axis.values) in_.check_value(node, name, value);
+    for (const SweepValue& value : axis.values) in_.check_varied(node, name, value);
     return axis;
   }
 
@@ -157,7 +169,11 @@ class PlanReader {
   void read_list(const toml::node& node) {
     for (const toml::table* table : in_.tables_of(node, "point")) {
       Coordinates point;
-      in_.read_settings(*table, "", point);
+      in_.each_name(*table, "", [&](const std::string& name, const toml::node& value) {
+        in_.refuse_machine(value, name);
+        point.emplace_back(name, in_.scalar(value, name));
+        in_.check_varied(value, name, point.back().second);
+      });
       add_points(*table, {point});
     }
   }

@@ -11,6 +11,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
 #include "grtx/base/printable.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 
 namespace grtx::explore {
@@ -180,6 +181,14 @@ void PlanSections::check_value(const toml::node& node, const std::string& name, 
     taken_.insert(setting);
   } catch (const Error& error) {
     fail(node, (error.rule().find(name) == std::string::npos ? name + ": " : "") + error.rule());
+  }
+}
+
+void PlanSections::check_varied(const toml::node& node, const std::string& name, const SweepValue& value) {
+  if (name != kDesign) return check_value(node, name, value);
+  const std::string word = text_of(value);
+  if (std::ranges::find(design_names(), word) == design_names().end()) {
+    fail(node, fmt::format("design: unknown '{}', the nearest is '{}'", word, nearest_name(word, design_names())));
   }
 }
 

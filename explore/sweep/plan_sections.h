@@ -59,6 +59,8 @@ class PlanSections {
 
   /// Checks a value by setting it in a scratch configuration, or by TracerRules for a tracer option.
   void check_value(const toml::node& node, const std::string& name, const SweepValue& value);
+  /// The same for what a plan varies, which may also be the design.
+  void check_varied(const toml::node& node, const std::string& name, const SweepValue& value);
   /// Calls `leaf` for each axis or setting in a table, whose names may be dotted or nested.
   void each_name(const toml::table& table, const std::string& prefix,
                  const std::function<void(const std::string&, const toml::node&)>& leaf) const;

@@ -24,8 +24,6 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr const char* kDesign = "design";
-
 std::string key_of(const ordered_json& inputs) { return hex(xxh3(json_text(inputs))); }
 
 struct Structure {

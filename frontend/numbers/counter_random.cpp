@@ -8,27 +8,12 @@
 namespace grtx::frontend {
 namespace {
 
-constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15u;
-
-std::uint64_t mix(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-std::uint64_t combine(std::uint64_t a, std::uint64_t b) { return mix(a * kGolden + b + kGolden); }
+std::uint64_t combine(std::uint64_t a, std::uint64_t b) { return split_mix(a * kSplitMixStep + b); }
 
 }  // namespace
 
 CounterRandom::CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index)
-    : state_(combine(combine(mix(seed + kGolden), stream), index)) {}
-
-std::uint64_t CounterRandom::bits() {
-  state_ += kGolden;
-  return mix(state_);
-}
-
-double CounterRandom::uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+    : numbers_(combine(combine(split_mix(seed), stream), index)) {}
 
 double CounterRandom::normal() {
   const double radius = std::sqrt(-2.0 * portable_log(1.0 - uniform()));

@@ -6,22 +6,24 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
+#include "grtx/base/split_mix.h"
+
 namespace grtx::frontend {
 
-/// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) started from (seed, stream, index).
+/// SplitMix64, started from (seed, stream, index).
 class CounterRandom {
  public:
   CounterRandom(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);
 
-  std::uint64_t bits();
-  double uniform();  ///< [0, 1)
+  std::uint64_t bits() { return numbers_.next(); }
+  double uniform() { return numbers_.uniform(); }  ///< [0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   double normal();  ///< mean 0, standard deviation 1
   double gamma(double shape, double scale);
   glm::dvec3 direction();  ///< uniform on the unit sphere
 
  private:
-  std::uint64_t state_;
+  SplitMix64 numbers_;
 };
 
 /// Smooth noise in [-1, 1] with features of size 1, from a hashed lattice.

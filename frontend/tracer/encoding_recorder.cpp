@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/frontend/tracer/encoding_recorder.h"
 
+#include "grtx/traces/orders/child_order.h"
+
 namespace grtx::frontend {
 
 EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header& header)
     : nodes_(image),
       header_(header),
       read_order_(header.checkpoint_order),
-      learns_(traces::PopOrder(header.child_order).by_slots() ? 0 : 1),
+      learns_(traces::with_child_order(header.child_order, [](auto policy) { return policy.kBySlots; }) ? 0 : 1),
       has_bins_(header.checkpoint_bins != 0),
       binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "grtx/frontend/accel/node_image.h"
-#include "grtx/traces/codec/group_encoder.h"
-#include "grtx/traces/codec/node_source.h"
+#include "grtx/traces/encode/group_encoder.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/node_source.h"
 
 namespace grtx::frontend {
 

@@ -13,6 +13,7 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/geometric_mean.h"
 #include "grtx/base/json.h"
 #include "grtx/base/printable.h"
 #include "grtx/base/wrapped.h"
@@ -119,16 +120,12 @@ class Matcher {
 struct Spread {
   double mean = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
 };
-template <typename Values>
-Spread spread_of(const Values& values) {
-  Spread spread;
-  double logarithms = 0.0;
+Spread spread_of(const std::vector<double>& values) {
+  Spread spread{geometric_mean(values)};
   for (const double value : values) {
-    logarithms += std::log(value);
     spread.low = std::min(spread.low, value);
     spread.high = std::max(spread.high, value);
   }
-  spread.mean = std::exp(logarithms / static_cast<double>(values.size()));
   return spread;
 }
 
@@ -140,14 +137,14 @@ std::vector<double> column(const Correlation& c, double Comparison::*field) {
 
 void summarise(Correlation& c) {
   const auto count = static_cast<double>(c.comparisons.size());
-  double logarithms = 0.0;
+  std::vector<double> factors;
   for (const Comparison& one : c.comparisons) {
     c.mean_error += std::abs(one.error()) / count;
-    logarithms += std::log(one.simulated / one.measured);
+    factors.push_back(one.simulated / one.measured);
   }
-  c.factor = std::exp(logarithms / count);
+  c.factor = geometric_mean(factors);
   std::vector<double> left;
-  for (const Comparison& one : c.comparisons) left.push_back(std::abs(one.simulated / one.measured / c.factor - 1.0));
+  for (const double factor : factors) left.push_back(std::abs(factor / c.factor - 1.0));
   c.scaled_error = std::accumulate(left.begin(), left.end(), 0.0) / count;
   const std::vector<double> measured = column(c, &Comparison::measured), simulated = column(c, &Comparison::simulated);
   c.spearman = spearman_rho(measured, simulated);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grtx/explore/cost/cost_tree.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/sections.h"
 
@@ -41,7 +42,7 @@ void node_rows(Table& table, const ordered_json& node, unsigned level, double co
 
 void item_rows(Table& table, const ordered_json& node, const std::string& path) {
   for (const ordered_json& item : node.at("items")) {
-    const bool logic = item.at("kind") == "logic";
+    const bool logic = item.at("kind") == name_of(explore::CostItemKind::logic);
     table.row({escape(path),
                escape(item.at("name").get<std::string>()) +
                    (item.at("added_by_grtx").get<bool>() ? " <strong>[GRTX]</strong>" : ""),

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "grtx/base/geometric_mean.h"
 #include "grtx/report/page/sweep_views.h"
 
 namespace grtx::report {
@@ -46,16 +47,11 @@ ModeAgreement compare(const SceneModes& scene, const std::string& mode, const st
   }
   agreement.points = a.size();
   if (a.empty()) return agreement;
-  double logarithms = 0.0;
-  agreement.least_ratio = std::numeric_limits<double>::infinity();
-  agreement.largest_ratio = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const double ratio = a[i] / b[i];
-    logarithms += std::log(ratio);
-    agreement.least_ratio = std::min(agreement.least_ratio, ratio);
-    agreement.largest_ratio = std::max(agreement.largest_ratio, ratio);
-  }
-  agreement.mean_ratio = std::exp(logarithms / static_cast<double>(a.size()));
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < a.size(); ++i) ratios.push_back(a[i] / b[i]);
+  agreement.mean_ratio = geometric_mean(ratios);
+  agreement.least_ratio = std::ranges::min(ratios);
+  agreement.largest_ratio = std::ranges::max(ratios);
   agreement.tau = kendall_tau(a, b);
   return agreement;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "grtx/base/geometric_mean.h"
 #include "grtx/report/page/charts.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/paper_targets.h"
@@ -23,9 +24,9 @@ struct Column {
 
   /// Value of the run, or the geometric mean of several; NaN if one has none.
   double value(const RunTarget& target) const {
-    double logarithms = 0.0;
-    for (const ReportRun* run : of) logarithms += std::log(target.of_run(run->results));
-    return of.size() == 1 ? target.of_run(of.front()->results) : std::exp(logarithms / static_cast<double>(of.size()));
+    std::vector<double> values;
+    for (const ReportRun* run : of) values.push_back(target.of_run(run->results));
+    return geometric_mean(values);
   }
   /// Value of a single run; NaN if it has no checkpointing design, or the cost is unknown.
   double value(const CostTarget& target) const {

@@ -11,6 +11,7 @@
 #include <set>
 #include <string_view>
 
+#include "grtx/base/geometric_mean.h"
 #include "grtx/base/json.h"
 #include "grtx/explore/sweep/axis.h"
 #include "grtx/explore/sweep/designs.h"
@@ -195,9 +196,9 @@ void SweepViews::find_fronts() {
 
 double SweepViews::value(const ShownPoint& point, const std::string& name) const {
   if (point.of.size() == 1) return first(point).value(name);
-  double logs = 0.0;
-  for (const std::size_t i : point.of) logs += std::log(results_.points[i].value(name));
-  return std::exp(logs / static_cast<double>(point.of.size()));
+  std::vector<double> values;
+  for (const std::size_t i : point.of) values.push_back(results_.points[i].value(name));
+  return geometric_mean(values);
 }
 
 double SweepViews::sum(const ShownPoint& point, const std::string& name) const {

@@ -9,11 +9,11 @@
 
 #include "grtx/base/error.h"
 #include "grtx/report/ray/handled_order.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/checkpoint_bins.h"
-#include "grtx/traces/codec/byte_stream.h"
-#include "grtx/traces/codec/source_assignment.h"
 #include "grtx/traces/instance_levels.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/source_assignment.h"
 
 // How a round is packed. Numbers are varints, times 32-bit floats, which are only there with values (NaN: not known).
 //   the k-buffer, then the eviction buffer: count, then of each hit: owner + 1 (its instance leaf, or its primitive

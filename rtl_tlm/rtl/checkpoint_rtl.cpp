@@ -19,11 +19,11 @@
 #include <unordered_map>
 
 #include "grtx/base/error.h"
+#include "grtx/base/split_mix.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/rt_unit/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
-#include "grtx/rtl_tlm/rtl/intersection_operands.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/rtl/rtl_signals.h"
 #include "grtx/rtl_tlm/rtl/rtl_units.h"
@@ -51,8 +51,8 @@ struct EntryBits {
 /// Entry `index` of generation `generation`: random, but with t_min <= t_max < t, often by one ulp.
 EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32_t index) {
   EntryBits entry;
-  const std::uint64_t seed = mixed(generation * 0x100000001b3u + index);
-  const std::uint64_t t = mixed(seed), more = mixed(t);
+  const std::uint64_t seed = split_mix(generation * 0x100000001b3u + index);
+  const std::uint64_t t = split_mix(seed), more = split_mix(t);
   // Non-negative floats are ordered like their bits.
   EntryTimes& times = entry.times;
   times.t_max = static_cast<std::uint32_t>(t % kInfinity);
@@ -60,7 +60,7 @@ EntryBits entry_bits(unsigned entry_bytes, std::uint64_t generation, std::uint32
   const std::uint32_t above = kInfinity - times.t_max;
   times.t = times.t_max + 1 + static_cast<std::uint32_t>(more >> 62 == 0 ? 0 : more % above);
   for (unsigned i = 0; i < kEntryBytes; i += 4) {
-    const auto word = static_cast<std::uint32_t>(mixed(seed + i + 1));
+    const auto word = static_cast<std::uint32_t>(split_mix(seed + i + 1));
     std::memcpy(&entry.bytes[i], &word, sizeof word);
   }
   // t is the last or the first word of an entry (docs/model/checkpoint_unit.md, layouts).
@@ -355,7 +355,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     Model& pins = model_.pins();
     if (noise_ == 0) return pins;
     do {
-      noise_ = mixed(noise_);
+      noise_ = split_mix(noise_);
       const auto ray = static_cast<LaneId>(noise_ % rays_.size());
       pins.begin_ray = pins.submit_ray = pins.read_ray = ray;
       pins.begin_replay = noise_ >> 20 & 1;
@@ -363,9 +363,9 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
       pins.submit_last = noise_ >> 29 & 1;
       pins.rsp_tag = ray;
       pins.rsp_write = noise_ >> 30 & 1;
-      for (unsigned i = 0; i < kSectorBytes * 8; i += 64) put_bits(pins.rsp_data, i, 64, mixed(noise_ + i));
+      for (unsigned i = 0; i < kSectorBytes * 8; i += 64) put_bits(pins.rsp_data, i, 64, split_mix(noise_ + i));
       for (unsigned i = 0; i < kLanes; ++i) {
-        const std::uint64_t more = mixed(noise_ ^ i);
+        const std::uint64_t more = split_mix(noise_ ^ i);
         put_bits(pins.item_ray, i * kRayBits, kRayBits, more % rays_.size());
         put_bits(pins.item_entry, i, 1, more >> 20);
         put_bits(pins.item_end, i, 1, more >> 21);
@@ -415,7 +415,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
     }
     // Unused comparators get random bits, equal values and zeros of both signs.
     for (unsigned other = item; other < kLanes; ++other) {
-      const std::uint64_t any = mixed(model_.edges() * 64 + other);
+      const std::uint64_t any = split_mix(model_.edges() * 64 + other);
       const auto t = static_cast<std::uint32_t>(any);
       const auto t_max = static_cast<std::uint32_t>(any >> 32);
       switch (any % 5) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grtx/base/split_mix.h"
+
 namespace grtx::sim {
 namespace {
 
@@ -13,9 +15,9 @@ constexpr float kLargest = std::numeric_limits<float>::max();
 /// A pseudo-random sequence of numbers.
 class Numbers {
  public:
-  explicit Numbers(std::uint64_t seed) : state_(mixed(seed)) {}
+  explicit Numbers(std::uint64_t seed) : state_(split_mix(seed)) {}
 
-  std::uint64_t next() { return state_ = mixed(state_); }
+  std::uint64_t next() { return state_ = split_mix(state_); }
   unsigned below(unsigned n) { return static_cast<unsigned>(next() >> 32) % n; }
 
   /// Magnitude between 2^-20 and 2^20.

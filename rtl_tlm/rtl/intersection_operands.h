@@ -9,14 +9,6 @@
 
 namespace grtx::sim {
 
-/// The finalizer of SplitMix64.
-constexpr std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 using Float3 = std::array<float, 3>;
 
 /// 1/d as in the tracer's slab tests: a result that is not finite is replaced by the largest float with the sign of d.

@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/base/split_mix.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/rt_unit/intersection_unit.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
@@ -82,12 +83,12 @@ struct BoxBlock {
   static void disturb(Model& pins, unsigned pipeline, std::uint64_t noise) {
     put_bits(pins.test_used, pipeline * kBoxes, kBoxes, noise);
     for (unsigned i = 0; i < 3; ++i) {
-      put_bits(pins.test_origin, pipeline * 96 + i * 32, 32, mixed(noise + i));
-      put_bits(pins.test_inverse, pipeline * 96 + i * 32, 32, mixed(noise + 3 + i));
-      put_bits(pins.test_lower, pipeline * kBoxes * 96 + i * 32, 32, mixed(noise + 6 + i));
+      put_bits(pins.test_origin, pipeline * 96 + i * 32, 32, split_mix(noise + i));
+      put_bits(pins.test_inverse, pipeline * 96 + i * 32, 32, split_mix(noise + 3 + i));
+      put_bits(pins.test_lower, pipeline * kBoxes * 96 + i * 32, 32, split_mix(noise + 6 + i));
     }
-    put_bits(pins.test_t_min, pipeline * 32, 32, mixed(noise + 9));
-    put_bits(pins.test_t_max, pipeline * 32, 32, mixed(noise + 10));
+    put_bits(pins.test_t_min, pipeline * 32, 32, split_mix(noise + 9));
+    put_bits(pins.test_t_max, pipeline * 32, 32, split_mix(noise + 10));
   }
   /// Describes what is wrong with a result; empty if it is correct.
   static std::string fault_of(const Model& pins, unsigned pipeline, const Outcome& expected) {
@@ -134,11 +135,11 @@ struct TransformBlock {
   }
   static void disturb(Model& pins, unsigned pipeline, std::uint64_t noise) {
     for (unsigned i = 0; i < 3; ++i) {
-      put_bits(pins.test_origin, pipeline * 96 + i * 32, 32, mixed(noise + i));
-      put_bits(pins.test_direction, pipeline * 96 + i * 32, 32, mixed(noise + 3 + i));
-      put_bits(pins.test_translation, pipeline * 96 + i * 32, 32, mixed(noise + 6 + i));
+      put_bits(pins.test_origin, pipeline * 96 + i * 32, 32, split_mix(noise + i));
+      put_bits(pins.test_direction, pipeline * 96 + i * 32, 32, split_mix(noise + 3 + i));
+      put_bits(pins.test_translation, pipeline * 96 + i * 32, 32, split_mix(noise + 6 + i));
     }
-    for (unsigned i = 0; i < 9; ++i) put_bits(pins.test_matrix, pipeline * 288 + i * 32, 32, mixed(noise + 9 + i));
+    for (unsigned i = 0; i < 9; ++i) put_bits(pins.test_matrix, pipeline * 288 + i * 32, 32, split_mix(noise + 9 + i));
   }
   static std::string fault_of(const Model& pins, unsigned pipeline, const Outcome& expected) {
     constexpr const char* kAxes = "xyz";
@@ -359,11 +360,11 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
     Model& pins = model_.pins();
     if (noise_ == 0) return pins;
     do {
-      noise_ = mixed(noise_);
+      noise_ = split_mix(noise_);
       pins.push_ray = static_cast<LaneId>(noise_ % lanes_.size());
       for (unsigned p = 0; p < kCount; ++p) {
         put_bits(pins.start_tests, p * 4, 4, noise_ >> (4 * p));
-        Block::disturb(pins, p, mixed(noise_ ^ p));
+        Block::disturb(pins, p, split_mix(noise_ ^ p));
       }
       if ((noise_ >> 40 & 3) == 0) model_.edge();
     } while ((noise_ >> 40 & 3) == 0);

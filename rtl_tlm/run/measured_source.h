@@ -8,7 +8,7 @@
 
 #include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"
-#include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/count_totals.h"
 
 namespace grtx::sim {
 

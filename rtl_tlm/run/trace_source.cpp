@@ -9,7 +9,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/traces/codec/decoded_size.h"
+#include "grtx/traces/decoded_size.h"
 
 namespace grtx::sim {
 

@@ -221,6 +221,12 @@ TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {
     expect_refused(std::string("cost --stats ") + file, file);
   }
   EXPECT_FALSE(folder_.has("r.html"));
+  for (const std::string inputs : {R"("accel": {}, "checkpoint": "on")", R"("accel": "tri20", "checkpoint": 1)",
+                                   R"("accel": "tri20", "checkpoint": "on", "levels": 3)"}) {
+    folder_.write("inputs.json",
+                  R"({"schema": "grtx.stats/1", "config": {}, "inputs": {)" + inputs + R"(}, "stats": {}})");
+    expect_refused("cost --stats inputs.json", "must be a text");
+  }
   const std::string path(5000, 'p');
   expect_refused("stalls " + path, "ppp ... ppp");
   expect_refused("run --scene s.ply --cameras s.cameras.json -o " + path, "ppp ... ppp");

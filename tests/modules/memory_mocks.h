@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/base/split_mix.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/link.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -18,21 +19,12 @@
 
 namespace grtx::modules {
 
-/// A small deterministic random generator (splitmix64), so that tests are the same on every host.
-class Random {
+/// Tests are the same on every host.
+class Random : public SplitMix64 {
  public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-  }
+  using SplitMix64::SplitMix64;
   std::uint64_t below(std::uint64_t bound) { return next() % bound; }
   bool chance(unsigned percent) { return below(100) < percent; }
-
- private:
-  std::uint64_t state_;
 };
 
 /// A request port and its response port, with the links between them.

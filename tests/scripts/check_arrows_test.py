@@ -75,6 +75,11 @@ class CheckArrows(unittest.TestCase):
         self.assertIn("traces/reader.h:1: includes traces/codec/columns.h, "
                       "an arrow of the circle traces -> traces/codec -> traces", faults)
 
+    def test_the_codec_was_included_by_five_other_folders(self):
+        for file in ("frontend/tracer/tracer.h", "rtl_tlm/gpu/gpu.h", "report/page/report.h", "experiment/run_designs.h", "apps/grtx/main.cpp"):
+            self.assertEqual(self.faults({file: '#include "grtx/traces/codec/columns.h"\n'}),
+                             [f"{file}:1: includes traces/codec/columns.h, but traces/codec is seen by traces alone"])
+
     def test_an_include_that_is_not_from_the_top_or_leads_nowhere(self):
         self.assertEqual(self.faults({"modules/cache/l1_cache.h": '#include "link.h"\n'}),
                          ["modules/cache/l1_cache.h:1: includes link.h, which is not written from the top (grtx/...)"])

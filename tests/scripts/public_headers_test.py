@@ -57,6 +57,22 @@ class PublicHeaders(unittest.TestCase):
         for text in (LICENCE + "#pragma once\n", "#pragma once\n// Too late.\n", LICENCE + "//\n#pragma once\n"):
             self.assertEqual(self.faults({"base/error.h": text}), ["base/error.h:1: is public and does not say what it is"])
 
+    def test_a_signature_of_an_internal_type(self):
+        inner = {"base/inner.h": "#pragma once\nstruct Inner {\n  int Field;\n};\nstruct Later;\nenum class Kind : char { a };\n"}
+        user = TREE["modules/cache/l1_cache_if.h"]
+
+        def of(text):
+            return self.faults({**inner, "modules/cache/l1_cache_if.h": user + text})
+
+        rule = "modules/cache/l1_cache_if.h: shows {} of base/inner.h, which is not public (docs/api/public_headers.txt)"
+        self.assertEqual(of("struct Cache {\n  void take(const Inner& inner);\n  Kind kind;\n};\n"), [rule.format("Inner"), rule.format("Kind")])
+        hidden = "class Cache {\n public:\n  int Field;  // of an Inner\n private:\n  Inner inner_;\n};\nclass Later;\n"
+        self.assertEqual(of(hidden), [])
+        self.assertEqual(of("class Cache {\n  Inner inner_;\n\n public:\n  int size();\n};\n"), [])
+        self.assertEqual(of("class Cache : public Inner {\n};\n"), [rule.format("Inner")])
+        self.assertEqual(self.faults({**inner, LIST: TREE[LIST] + "base/inner.h\n", "base/inner.h": "// It.\n" + inner["base/inner.h"],
+                                      "modules/cache/l1_cache_if.h": user + "Inner taken();\n"}), [])
+
     def test_a_user_of_what_is_not_public(self):
         line = '#include "grtx/base/other.h"\n'
         for name in ("examples/own.cpp", "tests/package/outside/main.cpp", "docs/guide/use.md", "docs/add-a-module.md", "examples/own.h"):

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // check() catches each rule that a trace can break: one mutation of a sound trace for each.
 #include "grtx/traces/check.h"
-#include "grtx/traces/codec/check_group.h"
 #include "grtx/traces/reader.h"
 
 #include <gmock/gmock.h>

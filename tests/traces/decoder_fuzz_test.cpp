@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "grtx/traces/codec/columns.h"
-#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
+#include "grtx/traces/decoded_size.h"
 #include "limited_memory.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"

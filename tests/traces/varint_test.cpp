@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 
 namespace grtx::traces {
 namespace {

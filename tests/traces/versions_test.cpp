@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/check.h"
-#include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/header_json.h"
 #include "grtx/traces/reader.h"
 #include "traces/random_group.h"

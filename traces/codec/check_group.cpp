@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/check.h"
 
 #include <algorithm>
 #include <array>
@@ -14,9 +14,9 @@
 #include "grtx/traces/codec/checked_nodes.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/pop_order.h"
-#include "grtx/traces/codec/source_assignment.h"
 #include "grtx/traces/codec/wide_leaves.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/source_assignment.h"
 
 namespace grtx::traces {
 namespace {

@@ -8,8 +8,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/file_layout.h"
+#include "grtx/traces/decoded_size.h"
 
 namespace grtx::traces {
 namespace {

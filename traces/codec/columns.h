@@ -9,7 +9,7 @@
 #include <span>
 
 #include "grtx/base/declare/named_enum.h"
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 
 namespace grtx::traces {
 

@@ -10,8 +10,8 @@
 #include "grtx/traces/codec/columns.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/group_place.h"
-#include "grtx/traces/codec/node_source.h"
 #include "grtx/traces/event.h"
+#include "grtx/traces/node_source.h"
 
 namespace grtx::traces {
 

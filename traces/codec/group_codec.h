@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 

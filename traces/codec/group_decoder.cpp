@@ -9,7 +9,6 @@
 
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/columns.h"
-#include "grtx/traces/codec/decoded_size.h"
 #include "grtx/traces/codec/dictionary_decoder.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_model.h"
@@ -17,6 +16,7 @@
 #include "grtx/traces/codec/predicted_pops.h"
 #include "grtx/traces/codec/processed_coder.h"
 #include "grtx/traces/codec/wide_leaves.h"
+#include "grtx/traces/decoded_size.h"
 #include "grtx/traces/orders/checkpoint_order.h"
 
 namespace grtx::traces {

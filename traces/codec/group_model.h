@@ -91,13 +91,6 @@ struct alignas(64) NodeModel {
 };
 static_assert(sizeof(NodeModel) == 64);
 
-/// An entry of a checkpoint buffer: a child of a node, with the instance leaves above it.
-struct NodeReference {
-  std::uint32_t parent = 0;  ///< model index
-  std::uint32_t slot = 0;
-  InstancePath path;
-};
-
 /// The children of one parent that are still on the stack.
 struct StackFrame {
   std::uint32_t parent = 0;

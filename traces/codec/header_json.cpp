@@ -7,9 +7,9 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/checkpoint_bins.h"
-#include "grtx/traces/codec/byte_stream.h"
-#include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/count_totals.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::traces {

@@ -17,7 +17,6 @@ Header header_from_json(std::string_view text, std::uint32_t version);
 /// The rule that a header breaks, naming the field; "" if it is valid.
 std::string header_fault(const Header& header);
 
-std::string totals_to_json(const Totals& totals);
 /// Throws Malformed naming the key.
 Totals totals_from_json(std::string_view text);
 

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/codec/group_codec.h"
 
 namespace grtx::traces {

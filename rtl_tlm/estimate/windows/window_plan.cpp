@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "grtx/rtl_tlm/estimate/windows/lots.h"
+#include "grtx/base/split_mix.h"
 
 namespace grtx::sim {
 
@@ -11,7 +11,7 @@ std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, doub
   const std::uint64_t length = settling_groups(slots) + measured_groups(slots);
   const auto count = static_cast<std::uint64_t>(share * static_cast<double>(groups) / static_cast<double>(length));
   if (count < kFewestWindows || groups / count < length) return {};
-  Lots lots(seed);
+  SplitMix64 random(seed);
   std::vector<Window> windows;
   for (std::uint64_t i = 0; i < count; ++i) {
     Window window;
@@ -20,7 +20,7 @@ std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, doub
     const std::uint64_t stratum = window.stratum_end - window.stratum_first;
     const std::uint64_t more = i == 0 ? std::min(slots - settling_groups(slots), stratum - length) : 0;
     const std::uint64_t room = stratum - length - more;
-    window.first = window.stratum_first + (i + 1 == count ? room : lots.below(room + 1));
+    window.first = window.stratum_first + (i + 1 == count ? room : random.below(room + 1));
     window.end = window.first + length + more;
     window.measured = window.end - measured_groups(slots);
     windows.push_back(window);

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "error_of.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/unit_latency.h"
@@ -66,8 +67,14 @@ TEST(OperatorCosts, MeasurementsLieInTheirBands) {
 
 TEST(OperatorCosts, WidthScalesWhatIsBuiltBitByBit) {
   EXPECT_NEAR(operator_cost("int_add", 64).gates.central, 2.0 * operator_cost("int_add", 32).gates.central, 1e-9);
-  EXPECT_THROW(operator_cost("fp_add", 16), std::invalid_argument);
-  EXPECT_THROW(operator_cost("teleport", 32), std::invalid_argument);
+}
+
+TEST(OperatorCosts, AnOperatorOfSomebodysUnitThatHasNoCostWasAnInternalError) {
+  const auto fault = [](const std::string& name, unsigned width) {
+    return test::error_of([&] { operator_cost(name, width); });
+  };
+  EXPECT_EQ(fault("fp_add", 16), "inventory: operator fp_add: has a cost of 32 bits, not of 16");
+  EXPECT_TRUE(fault("fp_ad", 32).ends_with("not 'fp_ad'; the nearest is 'fp_add'")) << fault("fp_ad", 32);
 }
 
 // The rule "sum of operators and flip-flops" against a box unit as synthesised: 51,927 GE, within 9 %.

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "error_of.h"
 #include "grtx/modules/messages/hit_heap.h"
 
 namespace grtx::explore {
@@ -30,6 +31,12 @@ TEST(Designs, HeapsHaveRegistersForTheirHits) {
   }
   EXPECT_EQ(heaps, 2u);
   EXPECT_EQ(value_of(keys_for(design_of("walk"), 128), "simt.payload_registers"), "255");  // what a thread can have
+}
+
+TEST(Designs, AnUnknownOneIsNamedWithTheNearest) {
+  const std::string fault = grtx::test::error_of([] { design_of("wlak"); });
+  EXPECT_TRUE(fault.starts_with("design: wlak: must be one of baseline")) << fault;
+  EXPECT_TRUE(fault.ends_with("the nearest is 'walk'")) << fault;
 }
 
 TEST(Designs, KOfATextOrItsOwn) {

@@ -43,6 +43,19 @@ class SweepPointsTest : public testing::Test {
   const std::string folder = own_folder.path();
 };
 
+TEST_F(SweepPointsTest, APointMayNameItsDesignAndChangeIt) {
+  SweepPlan named = plan(), varied = plan();
+  named.designs = {"walk"};
+  varied.points = {{{"design", "walk"}}, {{"design", "walk"}, {"tracer.k", 16}}, {{"tracer.accel", "tri20"}}};
+  varied.designs = {};
+  const SweepPoints expected = points(named), made = points(varied);
+  ASSERT_EQ(made.points.size(), 3u);
+  EXPECT_EQ(made.points[0].key, expected.points.at(0).key);
+  EXPECT_EQ(made.points[1].design, "walk");
+  EXPECT_EQ(made.points[1].config.json().at("simt.payload_registers"), 48);
+  EXPECT_EQ(made.points[2].design, "baseline");
+}
+
 TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
   const SweepPoints base = points(plan());
   const struct {

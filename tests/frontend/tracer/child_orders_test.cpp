@@ -16,7 +16,7 @@
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
-#include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
 

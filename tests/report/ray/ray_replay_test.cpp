@@ -9,7 +9,7 @@
 #include <random>
 
 #include "grtx/base/error.h"
-#include "grtx/traces/codec/check_group.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "paths.h"
 #include "shell.h"

@@ -10,7 +10,7 @@
 #include <functional>
 
 #include "grtx/base/error.h"
-#include "grtx/traces/codec/decoded_size.h"
+#include "grtx/traces/decoded_size.h"
 #include "parameter_names.h"
 #include "rtl_tlm/tiny_trace.h"
 #include "traces/random_group.h"

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::traces {

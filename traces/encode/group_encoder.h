@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "grtx/traces/codec/encoded_group.h"
-#include "grtx/traces/codec/node_source.h"
+#include "grtx/traces/encode/encoded_group.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/node_source.h"
 
 namespace grtx::traces {
 

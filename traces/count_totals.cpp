@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/count_totals.h"
+#include "grtx/traces/count_totals.h"
 
 #include <algorithm>
 #include <numeric>

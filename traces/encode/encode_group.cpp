@@ -7,8 +7,8 @@
 
 #include "grtx/traces/codec/file_layout.h"
 #include "grtx/traces/codec/group_codec.h"
-#include "grtx/traces/codec/group_encoder.h"
 #include "grtx/traces/codec/wide_leaves.h"
+#include "grtx/traces/encode/group_encoder.h"
 
 namespace grtx::traces {
 namespace {

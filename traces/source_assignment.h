@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/event.h"
+#include "grtx/traces/instance_levels.h"
 
 namespace grtx::traces {
 

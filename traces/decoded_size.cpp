@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/decoded_size.h"
+#include "grtx/traces/decoded_size.h"
 
 #include "grtx/base/free_memory.h"
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 
 namespace grtx::traces {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/group_encoder.h"
+#include "grtx/traces/encode/group_encoder.h"
 
 #include <bit>
 #include <span>
 #include <vector>
 
 #include "grtx/traces/checkpoint_bins.h"
-#include "grtx/traces/codec/pop_encoder.h"
 #include "grtx/traces/codec/pop_order.h"
-#include "grtx/traces/codec/source_assignment.h"
+#include "grtx/traces/encode/pop_encoder.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/source_assignment.h"
 
 namespace grtx::traces {
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <iterator>
 #include <span>
+#include <string>
 
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
@@ -59,5 +60,8 @@ static_assert(sizeof(Totals) == std::size(kTotalFields) * sizeof(std::uint64_t),
 
 /// Adds `from` to `to`: sums, or maxima for the fields marked `largest`.
 void add_totals(Totals& to, const Totals& from);
+
+/// As JSON text.
+std::string totals_to_json(const Totals& totals);
 
 }  // namespace grtx::traces

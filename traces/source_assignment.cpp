@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/source_assignment.h"
+#include "grtx/traces/source_assignment.h"
 
 #include <algorithm>
 

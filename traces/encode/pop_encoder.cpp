@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/traces/codec/pop_encoder.h"
+#include "grtx/traces/encode/pop_encoder.h"
 
 #include <algorithm>
 

@@ -10,18 +10,18 @@
 #include <span>
 #include <vector>
 
-#include "grtx/traces/codec/byte_stream.h"
+#include "grtx/traces/byte_stream.h"
 #include "grtx/traces/codec/columns.h"
-#include "grtx/traces/codec/count_totals.h"
 #include "grtx/traces/codec/dictionary_encoder.h"
-#include "grtx/traces/codec/encoded_group.h"
 #include "grtx/traces/codec/group_codec.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/group_place.h"
-#include "grtx/traces/codec/node_source.h"
 #include "grtx/traces/codec/processed_coder.h"
+#include "grtx/traces/count_totals.h"
+#include "grtx/traces/encode/encoded_group.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/node_source.h"
 
 namespace grtx::traces {
 

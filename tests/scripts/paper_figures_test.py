@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""A number that the paper prints stands in one file: report/page/paper_targets.toml, or claims.toml where no run gives it.
+
+    paper_figures_test.py
+"""
+import glob
+import os
+import sys
+import tokenize
+import unittest
+
+TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+sys.path.insert(0, os.path.join(TOP, "bench"))
+from paper import claims  # noqa: E402
+
+TARGETS = [target for kind in claims.read(claims.TARGETS).values() for target in kind]
+OWN = [entry for entry in claims.read(os.path.join(TOP, "bench", "paper", "claims.toml"))["claim"] if "paper" in entry]
+
+
+class PaperFigures(unittest.TestCase):
+    def test_claims_had_the_numbers_of_the_targets_once_more(self):
+        printed = {target["paper"] for target in TARGETS}
+        self.assertEqual([entry["id"] for entry in OWN if entry["paper"] in printed or "target" in entry], [])
+        self.assertEqual([entry["id"] for entry in OWN if " over " in entry["source"]], [], "a quotient of printed numbers names both")
+
+    def test_scripts_had_a_list_of_the_papers_numbers_of_their_own(self):
+        numbers = {float(entry["paper"]) for entry in TARGETS + OWN} - {2.43}  # so many M Gaussians has a scene, too
+        unmistakable = {number for number in numbers if len(str(number)) > 3 and number % 1}
+        self.assertTrue({4.36, 5.94} <= unmistakable)
+        found = []
+        for path in sorted(glob.glob(os.path.join(TOP, "bench", "**", "*.py"), recursive=True) + glob.glob(os.path.join(TOP, "scripts", "*.py"))):
+            with open(path, "rb") as file:
+                found += [f"{os.path.relpath(path, TOP)}:{token.start[0]}: {token.string}" for token in tokenize.tokenize(file.readline)
+                          if token.type == tokenize.NUMBER and token.string.replace(".", "").isdigit() and float(token.string) in unmistakable]
+        self.assertEqual(found, [])
+
+    def test_claims_that_refer_have_the_number_they_refer_to(self):
+        known = claims.load()
+        for name, number in {"speedup-grtx": 4.36, "grtx-over-best": 2.18, "small-fov-hw": 1.94, "fov-trend-sw": 0.715, "storage": 1074}.items():
+            self.assertAlmostEqual(known[name].paper, number)
+        self.assertIn("consistent", known["small-fov-hw"].source)
+        self.assertTrue(known["l1-sw"].bound)
+
+
+if __name__ == "__main__":
+    unittest.main()
