@@ -21,7 +21,7 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/node_dispatch.h"
+#include "grtx/modules/rt_unit/node_dispatch/node_dispatch.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 #include "grtx/traces/header.h"

@@ -11,13 +11,13 @@
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/decide/checkpoint_config.h"
+#include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/decide/prefetch_config.h"
 #include "grtx/modules/rt_unit/decide/unit_implementation.h"
-#include "grtx/modules/rt_unit/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/decide/warp_stack_config.h"
-#include "grtx/modules/rt_unit/intersection_config.h"
+#include "grtx/modules/rt_unit/intersection/decide/intersection_config.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
+#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {

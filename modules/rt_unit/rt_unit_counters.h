@@ -8,8 +8,8 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/decide/prefetch_config.h"
-#include "grtx/modules/rt_unit/decide/warp_wait.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 
 namespace grtx::modules {
 

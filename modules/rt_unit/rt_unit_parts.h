@@ -7,14 +7,14 @@
 #include <memory>
 
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/rt_unit/any_hit_if.h"
-#include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/intersection_if.h"
-#include "grtx/modules/rt_unit/node_fetch_if.h"
-#include "grtx/modules/rt_unit/prefetch_if.h"
-#include "grtx/modules/rt_unit/scheduler_if.h"
-#include "grtx/modules/rt_unit/stack_if.h"
-#include "grtx/modules/rt_unit/warp_buffer_if.h"
+#include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_if.h"
+#include "grtx/modules/rt_unit/intersection/intersection_if.h"
+#include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
+#include "grtx/modules/rt_unit/prefetcher/prefetch_if.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/stack/stack_if.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer_if.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {

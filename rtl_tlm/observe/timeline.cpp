@@ -8,9 +8,9 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
-#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
+#include "grtx/modules/rt_unit/warp_walk/warp_walk_scheduler.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/modules/simt/simt_counters.h"
 

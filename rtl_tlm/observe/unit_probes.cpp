@@ -6,12 +6,12 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/any_hit_unit.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/memory_scheduler.h"
-#include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/any_hit_collector/any_hit_collector.h"
+#include "grtx/modules/rt_unit/any_hit_unit/any_hit_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
+#include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
+#include "grtx/modules/rt_unit/prefetcher/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
 

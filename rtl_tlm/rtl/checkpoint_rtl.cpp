@@ -20,8 +20,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_layout.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/rtl/intersection_operands.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"

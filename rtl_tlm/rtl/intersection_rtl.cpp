@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/rtl/intersection_operands.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"

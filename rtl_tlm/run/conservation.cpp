@@ -8,7 +8,7 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/rt_scheduler.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 #include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::sim {
