@@ -21,7 +21,6 @@
 #include "grtx/modules/rt_unit/checkpoint/checkpoint_if.h"
 #include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_layout.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 

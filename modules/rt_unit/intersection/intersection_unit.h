@@ -15,7 +15,6 @@
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/rt_unit/intersection/decide/intersection_config.h"
 #include "grtx/modules/rt_unit/intersection/intersection_if.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 
 namespace grtx::modules {
 

@@ -22,9 +22,8 @@
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
+#include "grtx/modules/rt_unit/memory_scheduler/decide/memory_scheduler_config.h"
 #include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
-#include "grtx/modules/rt_unit/rt_unit_config.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {

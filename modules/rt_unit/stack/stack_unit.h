@@ -18,7 +18,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/rt_unit/stack/decide/stack_counters.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_spill.h"
 #include "grtx/modules/rt_unit/stack/stack_if.h"

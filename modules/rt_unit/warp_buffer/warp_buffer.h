@@ -12,9 +12,9 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/rt_unit/rt_unit_config.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_spill.h"
+#include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 

@@ -17,7 +17,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/round_cursor.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 
 namespace grtx::modules {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parameters of checkpoint entries and of their transfer, used by the checkpoint unit, its untimed layout and the
-// memory map.
+// Keys and counters of the checkpoint unit. Its untimed layout and the memory map use the keys, too.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/modules/kernel/declare.h"
@@ -47,6 +47,16 @@ struct CheckpointConfig {
   }
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
+};
+
+struct CheckpointCounters {
+  std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;
+  std::uint64_t acknowledged = 0, returned = 0;  ///< responses to writes and reads
+  std::uint64_t straddling_written = 0, straddling_read = 0;
+  std::uint64_t max_entries = 0, blocked_cycles = 0;
+  static const CounterTable<CheckpointCounters>& table();
+  void add(const CheckpointCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
 
 }  // namespace grtx::modules

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration and data paths of the intersection units: number of pipelines, latency, interval, and the operators of
-// one pipeline, from which its area and energy follow.
+// Keys, counters and data paths of the intersection units: number of pipelines, latency, interval, and the operators
+// of one pipeline, from which its area and energy follow.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -47,5 +48,16 @@ DataPath ray_transform_path(bool coded = false);
 /// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as
 /// well.
 DataPath ray_gaussian_path(bool entry);
+
+struct IntersectionCounters {
+  std::uint64_t operations = 0;    ///< lane operations started
+  std::uint64_t tests = 0;         ///< tests of these operations (an operation may have several, e.g. one per child)
+  std::uint64_t busy_cycles = 0;   ///< pipeline-cycles in which no further test could start: tests x interval
+  std::uint64_t queue_cycles = 0;  ///< cycles that lanes waited in the queue beyond the first
+  std::uint64_t queue_max = 0;     ///< longest queue
+  static const CounterTable<IntersectionCounters>& table();
+  void add(const IntersectionCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
 
 }  // namespace grtx::modules

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each lane.
+// Keys and counters of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each
+// lane.
 #pragma once
 
 #include <array>
@@ -33,6 +34,15 @@ struct WarpStackConfig {
              kOurs)
         .came_later();
   }
+};
+
+/// Counters of warps that walk together; 0 if each lane has a stack.
+struct WarpWalkCounters {
+  std::uint64_t entries = 0;       ///< started, or dropped
+  std::uint64_t dropped = 0;       ///< beyond t_max of all their lanes
+  std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
+  std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
+  std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
 };
 
 }  // namespace grtx::modules
