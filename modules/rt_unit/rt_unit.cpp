@@ -15,6 +15,7 @@
 #include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
 #include "grtx/modules/rt_unit/prefetcher/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 #include "grtx/modules/rt_unit/stack/stack_unit.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/rt_unit/warp_walk/warp_walk_scheduler.h"
@@ -149,11 +150,9 @@ void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& hea
   const unsigned entries = config_.warp_buffer.entries;
   if (config_.walks()) {
     require_walkable(header);
-    auto walk = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
+    scheduler_ = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
       return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header);
     });
-    walk_ = walk.get();
-    scheduler_ = std::move(walk);
     return;
   }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
@@ -205,9 +204,9 @@ void RtUnit::bind_parts() {
   scheduler_->any_hit.bind(*any_hit_);
 
   memory_->warp_buffer.bind(*warp_buffer_);
-  if (walk_ != nullptr) {
-    memory_->fetched_node.bind(*walk_);
-    walk_->node_test.bind(dispatch_);
+  if (fetched_node_if* const walker = scheduler_->fetched_nodes()) {
+    memory_->fetched_node.bind(*walker);
+    scheduler_->node_test.bind(dispatch_);
   } else {
     memory_->fetched_node.bind(dispatch_);
   }

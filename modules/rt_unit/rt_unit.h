@@ -76,7 +76,6 @@ class RtUnit final : public RtUnitModule {
   RtUnitContext context_;
   std::unique_ptr<WarpBufferModule> warp_buffer_;
   std::unique_ptr<RtSchedulerModule> scheduler_;
-  WarpWalkModule* walk_ = nullptr;  ///< the scheduler, if warps walk together
   std::unique_ptr<NodeFetchModule> memory_;
   NodeDispatch dispatch_;
   std::unique_ptr<AnyHitModule> any_hit_;

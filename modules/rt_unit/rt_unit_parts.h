@@ -35,8 +35,8 @@ struct RtUnitParts {
   using Factory = std::function<std::unique_ptr<Part>(const char* name, const RtUnitContext& rt)>;
 
   Factory<WarpBufferModule> warp_buffer;
-  Factory<RtSchedulerModule> rt_scheduler;      ///< rt.traversal = lane
-  Factory<WarpWalkModule> warp_walk_scheduler;  ///< rt.traversal = warp
+  Factory<RtSchedulerModule> rt_scheduler;         ///< rt.traversal = lane
+  Factory<RtSchedulerModule> warp_walk_scheduler;  ///< rt.traversal = warp
   Factory<NodeFetchModule> memory_scheduler;
   Factory<IntersectionModule> ray_box;
   Factory<IntersectionModule> ray_triangle;

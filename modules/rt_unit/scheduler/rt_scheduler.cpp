@@ -3,8 +3,8 @@
 
 #include <bit>
 #include <ostream>
+#include <string>
 
-#include "grtx/base/error.h"
 #include "grtx/modules/kernel/wrong_answer.h"
 
 namespace grtx::modules {
@@ -49,29 +49,11 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
 }
 
 RtScheduler::RtScheduler(const sc_core::sc_module_name& name, const Config& config, unsigned entries, bool boxes)
-    : RtSchedulerModule(name),
-      config_(config),
-      selection_(make_warp_selection(config.policy)),
-      entries_(entries),
-      boxes_(boxes) {}
+    : SchedulerBase(name, config, entries, boxes) {}
 
 void RtScheduler::end_of_elaboration() {
-  buffer_ = &warp_buffer->warps();
-  memory_ = node_fetch.operator->();
-  traffic_ = &memory_->traffic();
-  any_hit_ = any_hit.operator->();
-  if (checkpoint.size() > 0) checkpoint_ = checkpoint.operator->();
+  SchedulerBase::end_of_elaboration();
   if (prefetch.size() > 0) prefetcher_ = prefetch.operator->();
-  if (stack.size() > 0) stack_ = stack.operator->();
-}
-
-void RtScheduler::restart() {
-  selection_ = make_warp_selection(config_.policy);
-  counters_ = {};
-}
-
-void RtScheduler::refuse(LaneId id, const char* rule) const {
-  throw Error("trace", place_in_trace(buffer_->warp(entry_of(id)), lane_of(id)), rule);
 }
 
 void RtScheduler::begin(unsigned entry) {
@@ -91,12 +73,6 @@ void RtScheduler::begin(unsigned entry) {
     if (stack_ != nullptr) stack_->begin_lane(id, warp.slot);
     any_hit_->begin_lane(id, warp.group->rays[i].rounds[warp.round].preloaded);
   });
-}
-
-Stall RtScheduler::stall_reason() const {
-  if (buffer_->empty()) return Stall::empty;
-  if (buffer_->ready_entries() != 0) return Stall::queue_full;
-  return stall_of(buffer_->oldest_warp().wait());
 }
 
 void RtScheduler::schedule(Cycle now) {
@@ -248,10 +224,7 @@ void RtScheduler::entries_taken(LaneId id) {
 }
 
 void RtScheduler::any_hit_done(Cycle /*now*/, const AnyHitDone& done) {
-  const unsigned entry = buffer_->find_slot(done.slot);
-  if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
-    throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
-  }
+  const unsigned entry = entry_of_answer(done);
   for_each_bit(done.lanes, [&](unsigned i) {
     const LaneId id = lane_id(entry, i);
     complete(id, EventEffect(buffer_->lane(id).event).checkpoints(), LaneState::in_any_hit);

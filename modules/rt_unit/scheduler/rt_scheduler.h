@@ -4,37 +4,18 @@
 // Paper: Section IV-B, "Baseline Architecture" and "Traversal Checkpointing and Replay". Cost: an age matrix.
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <memory>
-#include <string>
-#include <string_view>
+#include <iosfwd>
 #include <systemc>
-#include <vector>
 
-#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
-#include "grtx/modules/rt_unit/scheduler/decide/rt_scheduler_config.h"
-#include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
-#include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 
 namespace grtx::modules {
 
-/// What one of the project's schedulers did in a cycle, for observers.
-class RtSchedulerState {
- public:
-  /// Stall reason of the current state, which idle cycles are counted under.
-  virtual Stall stall_reason() const = 0;
-  virtual RtSchedulerCounters counters() const = 0;
-
- protected:
-  ~RtSchedulerState() = default;
-};
-
-class RtScheduler final : public RtSchedulerModule, public RtSchedulerState {
+class RtScheduler final : public SchedulerBase {
  public:
   using Config = RtSchedulerConfig;
   using Counters = RtSchedulerCounters;
@@ -49,16 +30,8 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState {
   void entries_taken(LaneId id) override;
   void stack_settled(LaneId id) override;
   void any_hit_done(Cycle now, const AnyHitDone& done) override;
-  std::uint64_t selections() const override { return counters_.selections; }
-  void count_idle(Cycle cycles) override { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
-
-  Stall stall_reason() const override;
-  Counters counters() const override { return counters_; }
-  bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
-  std::uint64_t progress() const override { return counters_.selections; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
-  void restart() override;
 
  private:
   void end_of_elaboration() override;
@@ -79,21 +52,8 @@ class RtScheduler final : public RtSchedulerModule, public RtSchedulerState {
   }
   /// Applies the lane's event to its stack depth.
   void move_stack(LaneId id);
-  [[noreturn]] void refuse(LaneId id, const char* rule) const;
 
-  Config config_;
-  std::unique_ptr<WarpSelection> selection_;
-  unsigned entries_;
-  bool boxes_;
-  // The neighbours, looked up once; the last three are null if the configuration has none.
-  WarpTable* buffer_ = nullptr;
-  node_fetch_if* memory_ = nullptr;
-  const NodeTraffic* traffic_ = nullptr;
-  any_hit_if* any_hit_ = nullptr;
-  checkpoint_if* checkpoint_ = nullptr;
-  prefetch_if* prefetcher_ = nullptr;
-  stack_if* stack_ = nullptr;
-  Counters counters_;
+  prefetch_if* prefetcher_ = nullptr;  ///< null if the configuration has none
 };
 
 }  // namespace grtx::modules

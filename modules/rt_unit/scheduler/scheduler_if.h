@@ -34,6 +34,7 @@ class RtSchedulerModule : public RtPart,
   Optional<checkpoint_if> checkpoint{"checkpoint"};
   Optional<prefetch_if> prefetch{"prefetch"};
   Optional<stack_if> stack{"stack"};
+  Optional<node_test_if> node_test{"node_test"};  ///< bound if fetched nodes come to the scheduler
 
   /// Selects a warp, if any is ready, and handles the next event of all its ready lanes.
   virtual void schedule(Cycle now) = 0;
@@ -41,22 +42,16 @@ class RtSchedulerModule : public RtPart,
   virtual void count_idle(Cycle cycles) = 0;
   /// Number of cycles so far in which a warp was scheduled.
   virtual std::uint64_t selections() const = 0;
+  /// With rt.traversal = warp, where one node is for many lanes, fetched nodes come to the scheduler, which passes
+  /// lanes to their tests (node_test); a visit's lane number (node_fetch_if) is then that of a node slot. Null: they go
+  /// to the node dispatch.
+  virtual fetched_node_if* fetched_nodes() { return nullptr; }
 
   /// Counters since the start of the launch.
   virtual RtSchedulerCounters counters() const = 0;
 
  protected:
   using RtPart::RtPart;
-};
-
-/// Base class of schedulers whose warps walk together (rt.traversal = warp). Fetched nodes come to them, as one node is
-/// for many lanes: a visit's lane number (node_fetch_if) is that of a node slot.
-class WarpWalkModule : public RtSchedulerModule, public fetched_node_if {
- public:
-  sc_core::sc_port<node_test_if> node_test{"node_test"};
-
- protected:
-  using RtSchedulerModule::RtSchedulerModule;
 };
 
 }  // namespace grtx::modules

@@ -30,16 +30,11 @@ void require_walkable(const traces::Header& header) {
 }
 
 WarpWalkScheduler::WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config,
-                                     const RtScheduler::Config& scheduler, unsigned entries,
-                                     const traces::Header& header)
-    : WarpWalkModule(name),
-      config_(config),
-      scheduler_(scheduler),
-      entries_(entries),
+                                     const RtSchedulerConfig& scheduler, unsigned entries, const traces::Header& header)
+    : SchedulerBase(name, scheduler, entries, traces::has_box_leaves(header.accel)),
+      stacks_(config),
       layout_(warp_stack_entry_layout(header.pop_test)),
-      boxes_(traces::has_box_leaves(header.accel)),
-      by_slot_(header.child_order == traces::ChildOrder::slot),
-      selection_(make_warp_selection(scheduler.policy)) {
+      by_slot_(header.child_order == traces::ChildOrder::slot) {
   require_allowed("rt.warp_stack", config);
   require_walkable(header);
   const traces::NodeSizes sizes = header.node_sizes();
@@ -49,24 +44,15 @@ WarpWalkScheduler::WarpWalkScheduler(const sc_core::sc_module_name& name, const 
 }
 
 void WarpWalkScheduler::end_of_elaboration() {
-  buffer_ = &warp_buffer->warps();
-  memory_ = node_fetch.operator->();
+  SchedulerBase::end_of_elaboration();
   units_ = node_test.operator->();
-  any_hit_ = any_hit.operator->();
-  stack_ = stack.operator->();
-  traffic_ = &memory_->traffic();
   leaf_ = traffic_->leaf_kind();
 }
 
 void WarpWalkScheduler::restart() {
-  selection_ = make_warp_selection(scheduler_.policy);
+  SchedulerBase::restart();
   walks_.clear();
-  for (unsigned entry = 0; entry < entries_; ++entry) walks_.emplace_back(WarpStack(config_, layout_.in_a_sector));
-  counters_ = {};
-}
-
-void WarpWalkScheduler::refuse(unsigned entry, unsigned lane, const char* rule) const {
-  throw Error("trace", place_in_trace(buffer_->warp(entry), lane), rule);
+  for (unsigned entry = 0; entry < entries_; ++entry) walks_.emplace_back(WarpStack(stacks_, layout_.in_a_sector));
 }
 
 void WarpWalkScheduler::begin(unsigned entry) {
@@ -84,9 +70,10 @@ void WarpWalkScheduler::begin(unsigned entry) {
   for_each_bit(root.lanes, [&](unsigned i) {
     LaneWalk& lane = walk.lanes[i];
     const char* broken = lane.tree.plant({warp.lane[i].next, warp.lane[i].left}, *warp.group, *traffic_);
-    if (broken != nullptr) refuse(entry, i, broken);
+    if (broken != nullptr) refuse(lane_id(entry, i), broken);
     lane.left = lane.tree.size();
-    if (!first && root.address != lane.tree.address(0)) refuse(entry, i, "begins at another node than its warp");
+    if (!first && root.address != lane.tree.address(0))
+      refuse(lane_id(entry, i), "begins at another node than its warp");
     root.address = lane.tree.address(0);
     root.kind = lane.tree.kind(0);
     first = false;
@@ -96,12 +83,6 @@ void WarpWalkScheduler::begin(unsigned entry) {
     walk.stack.begin(root);
   }
   refresh(entry);
-}
-
-Stall WarpWalkScheduler::stall_reason() const {
-  if (buffer_->empty()) return Stall::empty;
-  if (buffer_->ready_entries() != 0) return Stall::queue_full;
-  return stall_of(buffer_->oldest_warp().wait());
 }
 
 void WarpWalkScheduler::refresh(unsigned entry) {
@@ -117,7 +98,7 @@ void WarpWalkScheduler::schedule(Cycle now) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selected_entry(*selection_, scheduler_.policy, candidates, buffer_->ages());
+  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages());
   Walk& walk = walks_[entry];
   ++counters_.selections;
   start(now, entry, walk.next);
@@ -190,7 +171,7 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
 void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
   const unsigned lane = test % kMaxLanes, slot = test / kMaxLanes % WarpStackConfig::kMostAhead;
   const unsigned entry = test / kMaxLanes / WarpStackConfig::kMostAhead;
-  const bool asked = entry < entries_ && slot < config_.ahead && walks_[entry].stack.node(slot).fetched &&
+  const bool asked = entry < entries_ && slot < stacks_.ahead && walks_[entry].stack.node(slot).fetched &&
                      (walks_[entry].stack.node(slot).testing & bit(lane)) != 0;
   if (!asked) throw WrongAnswer{"has a result for test " + std::to_string(test) + ", which no lane asked for"};
   Walk& walk = walks_[entry];
@@ -225,10 +206,7 @@ void WarpWalkScheduler::offer(Cycle now, unsigned entry, unsigned lane) {
 }
 
 void WarpWalkScheduler::any_hit_done(Cycle now, const AnyHitDone& done) {
-  const unsigned entry = buffer_->find_slot(done.slot);
-  if (entry == buffer_->entries() || (done.lanes & ~buffer_->warp(entry).in_state(LaneState::in_any_hit)) != 0) {
-    throw Error("any-hit", "slot " + std::to_string(done.slot), "only lanes at the shader can be done");
-  }
+  const unsigned entry = entry_of_answer(done);
   Walk& walk = walks_[entry];
   buffer_->move(entry, done.lanes, LaneState::in_any_hit, LaneState::in_unit);
   for_each_bit(done.lanes, [&](unsigned lane) {
@@ -293,11 +271,11 @@ void WarpWalkScheduler::stack_settled(LaneId id) {
 
 Inventory WarpWalkScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
-  const std::uint64_t n = entries_, slots = n * config_.ahead;
-  const unsigned place = static_cast<unsigned>(std::bit_width(config_.entries - 1));
+  const std::uint64_t n = entries_, slots = n * stacks_.ahead;
+  const unsigned place = static_cast<unsigned>(std::bit_width(stacks_.entries - 1));
   const unsigned entry_bits = layout_.bits + place;  // entries are linked, so that children come where their parent was
   auto& storage = inventory.storage;
-  storage.push_back({"stack", StorageKind::ram, n * config_.entries * entry_bits, 1, 1, false, entry_bits});
+  storage.push_back({"stack", StorageKind::ram, n * stacks_.entries * entry_bits, 1, 1, false, entry_bits});
   storage.push_back({"nodes", StorageKind::ram, slots * record_bits_, 1, 1, false, record_bits_});
   // Of a slot: address, place in the stack, state; lanes, those being tested, those of each of eight children.
   storage.push_back({"slots", StorageKind::flip_flop, slots * (48 + place + 2 + kMaxLanes * (2 + traces::kMaxWidth))});
@@ -307,7 +285,7 @@ Inventory WarpWalkScheduler::inventory() const {
   storage.push_back({"hit_lists", StorageKind::flip_flop, n * kMaxLanes * 2 * 7});
   storage.push_back({"age_matrix", StorageKind::flip_flop, n * n});
   inventory.operators.push_back({"arbiter", static_cast<unsigned>(n), n});
-  inventory.operators.push_back({"arbiter", config_.ahead, n});
+  inventory.operators.push_back({"arbiter", stacks_.ahead, n});
   // t of an entry against t_max of each of its lanes; the least t of a child among the lanes as their results come.
   inventory.operators.push_back({"fp_compare", 32, kMaxLanes + traces::kMaxWidth});
   return inventory;

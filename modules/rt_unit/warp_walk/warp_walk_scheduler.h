@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <deque>
 #include <iosfwd>
-#include <memory>
 #include <systemc>
 #include <utility>
 #include <vector>
@@ -17,11 +16,8 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/messages/lane_loop.h"
-#include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
-#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
-#include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 #include "grtx/modules/rt_unit/warp_walk/decide/warp_stack.h"
 #include "grtx/traces/header.h"
 
@@ -32,13 +28,13 @@ constexpr LaneId walk_test(unsigned entry, unsigned slot, unsigned lane) {
   return static_cast<LaneId>((entry * WarpStackConfig::kMostAhead + slot) * kMaxLanes + lane);
 }
 
-class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
+class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if {
  public:
   using Config = WarpStackConfig;
 
   /// scheduler: the policy. entries: warps of the warp buffer. Throws Error for a trace that warps cannot
   /// walk.
-  WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtScheduler::Config& scheduler,
+  WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtSchedulerConfig& scheduler,
                     unsigned entries, const traces::Header& header);
 
   void begin(unsigned entry) override;
@@ -49,15 +45,10 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   void any_hit_done(Cycle now, const AnyHitDone& done) override;
   void entry_read(LaneId) override {}     // no replay
   void entries_taken(LaneId) override {}  // no checkpoints
-  std::uint64_t selections() const override { return counters_.selections; }
-  void count_idle(Cycle cycles) override { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }
+  fetched_node_if* fetched_nodes() override { return this; }
 
-  Stall stall_reason() const override;
   const WarpStack& stack_of(unsigned entry) const { return walks_[entry].stack; }
   unsigned hits_of(unsigned entry) const { return walks_[entry].hits; }  ///< of all lanes, not answered
-  RtSchedulerCounters counters() const override { return counters_; }
-  bool idle() const override { return true; }  // its warps are in the warp buffer
-  std::uint64_t progress() const override { return counters_.selections; }
   Inventory inventory() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;
@@ -93,26 +84,15 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   void move(unsigned entry, std::size_t more, bool top);
   void refresh(unsigned entry);
   void children(const Walk& walk, const WarpStackEntry& node);
-  [[noreturn]] void refuse(unsigned entry, unsigned lane, const char* rule) const;
 
-  Config config_;
-  RtScheduler::Config scheduler_;
-  unsigned entries_;
+  Config stacks_;
   StackEntryLayout layout_;
   unsigned record_bits_;  ///< of a node, as read
-  bool boxes_;
-  bool by_slot_;  ///< children are visited in slot order
-  std::unique_ptr<WarpSelection> selection_;
-  WarpTable* buffer_ = nullptr;
-  node_fetch_if* memory_ = nullptr;
+  bool by_slot_;          ///< children are visited in slot order
   node_test_if* units_ = nullptr;
-  any_hit_if* any_hit_ = nullptr;
-  stack_if* stack_ = nullptr;
-  const NodeTraffic* traffic_ = nullptr;
   traces::NodeKind leaf_{};
   std::vector<Walk> walks_;               ///< [entry]
   std::vector<WarpStackEntry> children_;  ///< of the node being finished
-  RtSchedulerCounters counters_;
 };
 
 /// Throws Error unless warps can walk a trace with this header.

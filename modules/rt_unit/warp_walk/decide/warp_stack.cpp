@@ -31,6 +31,7 @@ const char* LaneTree::plant(std::span<const Event> events, const traces::RayGrou
     const bool internal = event.kind() == EventKind::visit_internal;
     if (!internal && event.kind() != EventKind::visit_leaf && event.kind() != EventKind::cull) return kRuleWalkedKinds;
     if (internal && event.node >= group.nodes.size()) return rule_of_missing_node(event);
+    if (EventEffect(event).checkpoints() != 0) return kRuleEntriesNeedCheckpoints;
     kind_[e] = internal ? NodeKind::internal : traffic.leaf_kind();
     if (e > 0) {
       if (open_.empty()) return kRuleNodeOnStack;
