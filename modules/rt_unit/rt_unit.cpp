@@ -83,6 +83,15 @@ void RtUnitConfig::parameters(ParameterList& list) {
   });
 }
 
+std::vector<RtL1Client> RtUnitConfig::l1_clients(const traces::Header& header) const {
+  std::vector<RtL1Client> clients;
+  if (!memory.by_shader) clients.push_back({"rt_node", memory.sectors_per_cycle, true});
+  if (header.checkpoint) clients.push_back({"rt_checkpoint"});
+  if (has_prefetcher(header)) clients.push_back({"rt_prefetch"});
+  if (warp_buffer.spill) clients.push_back({"rt_stack"});
+  return clients;
+}
+
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
                const MemoryMap& map, ClockDomain& domain, unsigned sm, const RtUnitParts& parts)
     : RtUnitModule(name, domain),

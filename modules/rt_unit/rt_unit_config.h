@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/memory_map.h"
@@ -20,6 +21,13 @@
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {
+
+/// A port of an RT unit at the L1.
+struct RtL1Client {
+  std::string name;    ///< rt_node, rt_checkpoint, ...
+  unsigned width = 1;  ///< sectors a cycle
+  bool first = false;  ///< stands before the SIMT core's port
+};
 
 struct RtUnitConfig {
   WarpBufferConfig warp_buffer;
@@ -73,6 +81,8 @@ struct RtUnitConfig {
     heap.alpha = tests_gaussians(header);
     return heap;
   }
+  /// The L1's clients of an RT unit for a trace with this header, in their order.
+  std::vector<RtL1Client> l1_clients(const traces::Header& header) const;
   void parameters(ParameterList& list);
 };
 

@@ -11,6 +11,7 @@
 #include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
 #include "grtx/modules/rt_unit/prefetcher/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
@@ -25,7 +26,7 @@ constexpr unsigned kLevelBits = 16;
 
 /// A part of the RT unit by its name, or nullptr when this configuration does not elaborate it.
 template <typename T>
-const T* elaborated_part(const modules::RtUnitModule& rt, const char* name) {
+const T* elaborated_part(const modules::RtUnitModule& rt, const std::string& name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
 }
 
@@ -40,7 +41,6 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     : rt_(rt),
       buffer_(elaborated_part<modules::WarpBuffer>(rt, "warp_buffer")),
       walk_(elaborated_part<modules::WarpWalkScheduler>(rt, "warp_walk_scheduler")),
-      scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
       memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
       any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
       any_hit_unit_(elaborated_part<modules::AnyHitUnit>(rt, "any_hit_unit")),
@@ -50,14 +50,16 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
   if (buffer_ != nullptr) warps_of_ = &buffer_->warps();
   const unsigned warps = warps_of_ != nullptr ? warps_of_->entries() : 64;
   const unsigned lanes = width_for(std::uint64_t{warps} * modules::kMaxLanes);
-  const auto add = [&](const char* name, unsigned width, const Enumeration* enumeration = nullptr) {
+  const auto add = [&](const std::string& name, unsigned width, const Enumeration* enumeration = nullptr) {
     return wires.add(scope + "." + name, width, WaveLevel::units, enumeration);
   };
-  if (walk_ != nullptr) scheduler_ = walk_;
-  if (scheduler_ != nullptr) {
-    const std::string prefix = walk_ != nullptr ? "warp_walk_scheduler." : "rt_scheduler.";
-    issue_ = add((prefix + "issue").c_str(), 1);
-    stall_ = add((prefix + "stall_reason").c_str(), width_for(modules::kStalls), &stall_reasons());
+  const std::vector<modules::PartInfo> parts = modules::part_table({}, {});
+  for (const modules::PartInfo& part : parts) {
+    const auto* scheduler = elaborated_part<modules::RtSchedulerState>(rt, part.name);
+    if (scheduler == nullptr) continue;
+    scheduler_ = scheduler;
+    issue_ = add(part.name + ".issue", 1);
+    stall_ = add(part.name + ".stall_reason", width_for(modules::kStalls), &stall_reasons());
   }
   if (walk_ != nullptr) {
     walk_waiting_ = add("warp_walk_scheduler.waiting", kLevelBits);
@@ -73,15 +75,14 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
     fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
   }
-  for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
+  for (const modules::PartInfo& part : parts) {
     Unit unit;
-    unit.unit = elaborated_part<modules::IntersectionState>(rt, name);
+    unit.unit = elaborated_part<modules::IntersectionState>(rt, part.name);
     if (unit.unit == nullptr) continue;
-    const std::string prefix = std::string(name) + ".";
-    unit.state = add((prefix + "state").c_str(), 2, &unit_states());
-    unit.busy = add((prefix + "busy").c_str(), kLevelBits);
-    unit.queued = add((prefix + "queued").c_str(), lanes);
-    unit.in_flight = add((prefix + "in_flight").c_str(), lanes);
+    unit.state = add(part.name + ".state", 2, &unit_states());
+    unit.busy = add(part.name + ".busy", kLevelBits);
+    unit.queued = add(part.name + ".queued", lanes);
+    unit.in_flight = add(part.name + ".in_flight", lanes);
     units_.push_back(unit);
   }
   if (any_hit_unit_ != nullptr) {
@@ -104,12 +105,12 @@ RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::
     ckpt_written_ = add("checkpoint_unit.entries_written", kCounterBits);
     ckpt_read_ = add("checkpoint_unit.entries_read", kCounterBits);
   }
-  for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
+  for (const modules::PartInfo& part : parts) {
     Rtl rtl;
-    rtl.block = elaborated_part<RtlSignals>(rt, name);
+    rtl.block = elaborated_part<RtlSignals>(rt, part.name);
     if (rtl.block == nullptr) continue;
     for (const RtlSignal& signal : rtl.block->rtl_signals()) {
-      const std::string wire = scope + "." + name + ".rtl." + signal.name;
+      const std::string wire = scope + "." + part.name + ".rtl." + signal.name;
       rtl.signals.push_back(wires.add(wire, signal.width, WaveLevel::signals));
     }
     rtl_.push_back(std::move(rtl));

@@ -48,7 +48,7 @@ class RtUnitProbe {
   const modules::RtUnitModule& rt_;
   const modules::WarpBuffer* buffer_;
   const modules::WarpWalkScheduler* walk_;
-  const modules::RtSchedulerState* scheduler_;
+  const modules::RtSchedulerState* scheduler_ = nullptr;
   const modules::MemoryScheduler* memory_;
   const modules::AnyHitCollector* any_hit_;
   const modules::AnyHitUnit* any_hit_unit_;

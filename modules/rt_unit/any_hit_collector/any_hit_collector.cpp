@@ -112,4 +112,14 @@ void AnyHitCollector::dump_state(std::ostream& out) const {
   });
 }
 
+PartInfo part_info(const AnyHitCollectorConfig&) {
+  PartInfo part;
+  part.name = "any_hit_collector";
+  part.title = "any-hit collector";
+  part.statistics = {"gpu.rt.any_hit"};
+  part.keys = {"rt.any_hit"};
+  part.stalls = {{"any_hit", "any-hit shaders"}};
+  return part;
+}
+
 }  // namespace grtx::modules

@@ -121,4 +121,23 @@ void AnyHitUnit::dump_state(std::ostream& out) const {
   out << name() << ": " << flights_.size() << " hits in heaps, " << evicting_.size() << " to be stored\n";
 }
 
+// An entry of a heap is three of the 32 words that an access of the register file moves. A step, read, comparison and
+// write, takes two cycles.
+PartInfo part_info(const AnyHitUnitConfig&) {
+  constexpr double kOfARow = static_cast<double>(HitHeap::kEntryWords) / kMaxLanes;
+  PartInfo part;
+  part.name = "any_hit_unit";
+  part.title = "any-hit unit";
+  part.statistics = {"gpu.rt.any_hit.unit."};
+  part.keys = {"rt.any_hit_unit."};
+  part.energy = {
+      {"rt.any_hit_unit",
+       {"gpu.rt.any_hit.unit.busy_cycles", "gpu.simt.heap_cycles"},
+       0.5,
+       {uses("fp_compare", 32), reads("simt", "register_file", kOfARow), writes("simt", "register_file", kOfARow)},
+       "steps of heaps: an entry read, compared and written",
+       true}};
+  return part;
+}
+
 }  // namespace grtx::modules

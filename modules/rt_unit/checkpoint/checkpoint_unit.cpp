@@ -268,4 +268,26 @@ void CheckpointUnit::dump_state(std::ostream& out) const {
       << writes_.size() << " sectors to write, " << outstanding_ << " requests outstanding\n";
 }
 
+PartInfo part_info(const CheckpointConfig& config) {
+  PartInfo part;
+  part.name = "checkpoint_unit";
+  part.title = "checkpoint unit";
+  part.statistics = {"gpu.rt.checkpoint.", "gpu.rt.replay_"};
+  part.keys = {"rt.checkpoint."};
+  std::vector<EnergyTerm> terms = {uses("fp_compare", 32, 2.0), uses("int_add", 64)};
+  if (!std::has_single_bit(config.entry_bytes)) terms.push_back(uses("mul_constant", 16));
+  for (const EnergyTerm& term : {uses("increment", 16), uses("int_compare", 16),
+                                 writes("checkpoint_unit", "open_sectors"), reads("checkpoint_unit", "bin_pointers"),
+                                 writes("checkpoint_unit", "bin_pointers"), reads("checkpoint_unit", "bin_read")}) {
+    terms.push_back(term);
+  }
+  part.energy = {{"rt.checkpoint_unit",
+                  {"gpu.rt.checkpoint.entries_written", "gpu.rt.checkpoint.entries_read"},
+                  1.0,
+                  terms,
+                  "entries written and read"}};
+  part.stalls = {{"checkpoint", "checkpoint entries"}};
+  return part;
+}
+
 }  // namespace grtx::modules

@@ -166,4 +166,62 @@ DataPath ray_transform_path(bool coded) {
   return path;
 }
 
+namespace {
+
+/// name: of the module. kind: of the keys and the bound.
+PartInfo unit_info(const IntersectionConfig& config, const std::string& name, const std::string& kind,
+                   const std::string& unit, const std::string& tests, const std::vector<std::string>& critical_path) {
+  PartInfo part;
+  part.name = name;
+  part.title = unit + " unit";
+  part.statistics = {"gpu.rt." + name + "."};
+  part.keys = {"rt." + kind + "."};
+  EnergyTerm test;
+  test.of = EnergyTerm::Of::test;
+  test.module = name;
+  test.pipelines = config.count;
+  test.interval = config.interval;
+  part.energy = {{"rt." + name, {"gpu.rt." + name + ".tests"}, 1.0, {test}, tests}};
+  // A test takes a pipeline for `interval` cycles, but nothing waits after the last.
+  part.bounds = {{"unit." + kind,
+                  {"gpu.rt." + name + ".busy_cycles"},
+                  config.count,
+                  config.interval - 1,
+                  false,
+                  "busiest " + unit + " units",
+                  "the " + unit + " units"}};
+  part.pipelines = {"rt." + kind + ".count", config.latency, critical_path};
+  return part;
+}
+
+}  // namespace
+
+// Subtract, multiply, swap, two min/max, compare; without the sort of children and without reciprocals.
+PartInfo ray_box_info(const IntersectionConfig& config) {
+  PartInfo part = unit_info(config, "ray_box", "box", "ray-box", "node tests, sort included",
+                            {"add", "mul", "min_max", "min_max", "min_max", "less"});
+  part.bounds[0].description += ": tests x interval / count";
+  part.stalls = {{"unit", "intersection units"}};
+  return part;
+}
+// Moeller-Trumbore.
+PartInfo ray_triangle_info(const IntersectionConfig& config) {
+  return unit_info(config, "ray_triangle", "triangle", "ray-triangle", "triangle tests",
+                   {"add", "mul", "add", "mul", "add", "add"});
+}
+PartInfo ray_sphere_info(const IntersectionConfig& config) {
+  return unit_info(config, "ray_sphere", "sphere", "ray-sphere", "sphere tests", {"mul", "add", "add", "mul", "add"});
+}
+PartInfo ray_gaussian_info(const IntersectionConfig& config) {
+  PartInfo part = unit_info(config, "ray_gaussian", "gaussian", "ray-Gaussian", "Gaussian tests",
+                            {"mul", "add", "add", "mul", "mul", "add", "mul", "add", "mul", "less"});
+  part.energy[0].off_by_default = true;
+  return part;
+}
+PartInfo ray_transform_info(const IntersectionConfig& config) {
+  PartInfo part = unit_info(config, "ray_transform", "transform", "ray-transform", "transforms", {"mul", "add", "add"});
+  part.bounds[0].words = "the transform units";
+  return part;
+}
+
 }  // namespace grtx::modules

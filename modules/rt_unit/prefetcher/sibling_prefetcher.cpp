@@ -82,4 +82,13 @@ void SiblingPrefetcher::dump_state(std::ostream& out) const {
   out << name() << ": " << queue_.size() << " nodes to prefetch, " << outstanding_ << " requests outstanding\n";
 }
 
+PartInfo part_info(const PrefetcherConfig&) {
+  PartInfo part;
+  part.name = "sibling_prefetcher";
+  part.title = "prefetchers";
+  part.statistics = {"gpu.rt.prefetch."};
+  part.keys = {"rt.prefetch."};
+  return part;
+}
+
 }  // namespace grtx::modules

@@ -255,4 +255,20 @@ Inventory RtScheduler::inventory() const {
   return inventory;
 }
 
+PartInfo part_info(const RtSchedulerConfig&) {
+  PartInfo part;
+  part.name = "rt_scheduler";
+  part.title = "RT scheduler and warp buffer";
+  part.statistics = {"gpu.rt."};
+  part.keys = {"rt."};
+  part.bounds = {{"issue",
+                  {"gpu.rt.selections"},
+                  1,
+                  0,
+                  false,
+                  "cycles in which the busiest RT unit scheduled a warp",
+                  "the issue of the RT units, a warp a cycle"}};
+  return part;
+}
+
 }  // namespace grtx::modules

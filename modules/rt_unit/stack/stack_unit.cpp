@@ -118,4 +118,13 @@ void StackUnit::dump_state(std::ostream& out) const {
   out << name() << ": " << queue_.size() << " lanes to spill or fill, " << outstanding_ << " requests outstanding\n";
 }
 
+PartInfo stack_unit_info() {
+  PartInfo part;
+  part.name = "stack_unit";
+  part.title = "stack unit";
+  part.statistics = {"gpu.rt.stack."};
+  part.stalls = {{"stack", "stack entries"}};
+  return part;
+}
+
 }  // namespace grtx::modules

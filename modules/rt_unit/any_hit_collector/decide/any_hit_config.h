@@ -7,6 +7,7 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/any_hit_unit/decide/any_hit_unit_config.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -17,6 +18,8 @@ struct AnyHitCollectorConfig {
              "an any-hit batch is sent this long after its first lane began to wait", kOurs);
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const AnyHitCollectorConfig& config);
 
 struct AnyHitCounters {
   std::uint64_t batches = 0;

@@ -6,6 +6,8 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/hit_heap.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -19,6 +21,8 @@ struct AnyHitUnitConfig : HitHeap {
         .came_later();
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const AnyHitUnitConfig& config);
 
 /// Counters of an any-hit unit; 0 if shaders handle the hits.
 struct AnyHitUnitCounters {

@@ -10,6 +10,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/traffic_charging.h"
 #include "grtx/modules/rt_unit/decide/unit_implementation.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -48,6 +49,8 @@ struct CheckpointConfig {
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const CheckpointConfig& config);
 
 struct CheckpointCounters {
   std::uint64_t entries_written = 0, entries_read = 0, sectors_written = 0, sectors_read = 0;

@@ -9,6 +9,7 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -24,6 +25,12 @@ struct IntersectionConfig {
         later;
   }
 };
+/// What the five units bring to the table of all parts.
+PartInfo ray_box_info(const IntersectionConfig& config);
+PartInfo ray_triangle_info(const IntersectionConfig& config);
+PartInfo ray_sphere_info(const IntersectionConfig& config);
+PartInfo ray_gaussian_info(const IntersectionConfig& config);
+PartInfo ray_transform_info(const IntersectionConfig& config);
 
 // Defaults of the five units: number of pipelines, latency and interval (cycles between two starts of a pipeline).
 inline constexpr IntersectionConfig kRayBoxUnit{4, 13, 1};

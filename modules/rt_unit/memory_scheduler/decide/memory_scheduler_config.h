@@ -8,8 +8,10 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -33,6 +35,8 @@ struct MemorySchedulerConfig {
     traffic.parameters(list);
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const MemorySchedulerConfig& config);
 
 struct MemorySchedulerCounters {
   std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits

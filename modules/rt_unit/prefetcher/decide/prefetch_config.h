@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -32,5 +33,7 @@ struct PrefetcherConfig {
         .came_later();
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const PrefetcherConfig& config);
 
 }  // namespace grtx::modules

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 #include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
@@ -19,6 +20,8 @@ struct RtSchedulerConfig {
     list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const RtSchedulerConfig& config);
 
 struct RtSchedulerCounters {
   std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;

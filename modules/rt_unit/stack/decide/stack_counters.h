@@ -6,6 +6,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -21,5 +22,7 @@ struct StackCounters {
   void add(const StackCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
+/// What the part brings to the table of all parts.
+PartInfo stack_unit_info();
 
 }  // namespace grtx::modules

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 
 namespace grtx::modules {
@@ -34,6 +35,8 @@ struct WarpBufferConfig {
         "must be at least 2 with rt.warp_buffer.spill");
   }
 };
+/// What the part brings to the table of all parts.
+PartInfo part_info(const WarpBufferConfig& config);
 
 /// Counters of a warp buffer.
 struct WarpBufferCounters {

@@ -8,6 +8,7 @@
 
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
 
@@ -35,6 +36,8 @@ struct WarpStackConfig {
         .came_later();
   }
 };
+/// What the part brings to the table of all parts, if it is used or not.
+PartInfo part_info(const WarpStackConfig& config, bool used);
 
 /// Counters of warps that walk together; 0 if each lane has a stack.
 struct WarpWalkCounters {
