@@ -16,7 +16,7 @@ import sys
 
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 LIST = "docs/api/public_headers.txt"
-MOST = 146  # of headers that are installed: a third of those that were once
+MOST = 148  # of headers that are installed: a third of those that were once
 LIBRARIES = ("base", "traces", "frontend", "modules", "rtl_tlm", "explore", "report", "experiment")
 USERS = ("examples/*", "tests/package/outside/*", "docs/guide/*.md", "docs/add-a-module.md")
 
