@@ -34,7 +34,6 @@ std::vector<PartInfo> part_table(const RtUnitConfig& c, const OwnKeys& own) {
       with_idle(part_info(c.warp_stack, c.walks()), !c.walks(), "rt.warp_stack.", traversal),
       with_idle(stack_unit_info(), c.walks(), "rt.warp_buffer.stack_entries", traversal),
       part_info(c.memory),
-      with_idle(part_info(c.prefetcher), c.walks(), "rt.prefetch.", traversal),
       ray_box_info(c.ray_box),
       ray_triangle_info(c.ray_triangle),
       ray_sphere_info(c.ray_sphere),
@@ -43,6 +42,7 @@ std::vector<PartInfo> part_table(const RtUnitConfig& c, const OwnKeys& own) {
       with_idle(part_info(c.any_hit_unit), !c.any_hit_unit.enabled, "rt.any_hit_unit.", heaps),
       with_idle(part_info(c.any_hit), c.any_hit_unit.enabled, "rt.any_hit.timeout", heaps),
       part_info(c.checkpoint),
+      with_idle(part_info(c.prefetcher), c.walks(), "rt.prefetch.", traversal),
   };
   for (const auto& part : added()) parts.push_back(part(own));
   return parts;

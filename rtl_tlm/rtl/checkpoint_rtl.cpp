@@ -273,6 +273,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         << model_.edges() << " clock edges\n";
   }
 
+  std::size_t lanes() const override { return rays_.size(); }
   std::size_t lanes_submitting() const override { return model_->submitted_level; }
   std::size_t lanes_reading() const override { return model_->reads_level; }
   std::size_t writes_queued() const override { return model_->writes_level; }

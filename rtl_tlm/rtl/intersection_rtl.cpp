@@ -251,6 +251,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   }
   std::uint64_t progress() const override { return counters_.operations; }
   IntersectionCounters counters() const override { return counters_; }
+  std::size_t lanes() const override { return lanes_.size(); }
   Inventory inventory() const override { return intersection_inventory(name(), config_, path_, lanes_.size()); }
   void dump_state(std::ostream& out) const override {
     out << name() << " (RTL): " << queued() << " queued, " << in_flight() << " in flight, " << model_.edges()

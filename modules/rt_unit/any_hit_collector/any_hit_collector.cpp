@@ -95,6 +95,35 @@ Cycle AnyHitCollector::earliest(Cycle now) const {
   return next == kNever ? kNever : std::max(next, now + 1);
 }
 
+std::uint64_t AnyHitCollector::lanes_in(LaneState state) const {
+  std::uint64_t lanes = 0;
+  for_each_bit(buffer_->occupied(), [&](unsigned entry) {
+    lanes += static_cast<unsigned>(std::popcount(buffer_->warp(entry).in_state(state)));
+  });
+  return lanes;
+}
+
+Cycle AnyHitCollector::longest_wait(Cycle now) const {
+  Cycle longest = 0;
+  for_each_bit(buffer_->occupied(), [&](unsigned entry) {
+    const Warp& warp = buffer_->warp(entry);
+    if (warp.in_state(LaneState::waiting_any_hit) != 0) longest = std::max(longest, now - warp.any_hit_since);
+  });
+  return longest;
+}
+
+std::vector<UnitProbe> AnyHitCollector::probes() const {
+  const auto width = static_cast<unsigned>(std::bit_width(entries_ * kMaxLanes));
+  return {{"lanes_waiting", width, [this] { return lanes_in(LaneState::waiting_any_hit); }},
+          {"lanes_at_shader", width, [this] { return lanes_in(LaneState::in_any_hit); }},
+          {"timer",
+           kLevelBits,
+           {},
+           [this](Cycle now) { return std::min<Cycle>(longest_wait(now), (1u << kLevelBits) - 1); }},
+          {"batches", kCounterBits, [this] { return counters_.batches; }},
+          {"timeouts", kCounterBits, [this] { return counters_.timeouts; }}};
+}
+
 Inventory AnyHitCollector::inventory() const {
   Inventory inventory{name(), {}, {}};
   unsigned bits = 1;

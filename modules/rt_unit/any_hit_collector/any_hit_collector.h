@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <iosfwd>
 #include <systemc>
+#include <vector>
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
 #include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
@@ -18,7 +20,7 @@
 
 namespace grtx::modules {
 
-class AnyHitCollector final : public AnyHitModule {
+class AnyHitCollector final : public AnyHitModule, public Probed {
  public:
   using Config = AnyHitCollectorConfig;
   using Counters = AnyHitCounters;
@@ -37,6 +39,7 @@ class AnyHitCollector final : public AnyHitModule {
   bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.batches; }
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override {
     candidates_ = 0;
@@ -47,6 +50,8 @@ class AnyHitCollector final : public AnyHitModule {
   void end_of_elaboration() override;
   void fire_oldest(Cycle now);
   Cycle earliest(Cycle now) const;
+  std::uint64_t lanes_in(LaneState state) const;
+  Cycle longest_wait(Cycle now) const;
   Cycle due(const Warp& warp) const {
     const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();
     return all ? 0 : warp.any_hit_since + config_.timeout;

@@ -99,6 +99,12 @@ Cycle AnyHitUnit::next_due(Cycle now) const {
   return flights_.empty() ? kNever : std::max(flights_.top().due, now + 1);
 }
 
+std::vector<UnitProbe> AnyHitUnit::probes() const {
+  return {{"hits_held", static_cast<unsigned>(std::bit_width(fill_.size())), [this] { return held(); }},
+          {"hits", kCounterBits, [this] { return counters_.unit.hits; }, {}, true},
+          {"entered", kCounterBits, [this] { return counters_.unit.entered; }, {}, true}};
+}
+
 Inventory AnyHitUnit::inventory() const {
   // The heaps themselves are registers of the threads: simt.payload_registers.
   Inventory inventory{name(), {}, {}};

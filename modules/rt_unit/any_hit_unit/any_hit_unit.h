@@ -15,6 +15,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
@@ -24,7 +25,7 @@
 
 namespace grtx::modules {
 
-class AnyHitUnit final : public AnyHitModule {
+class AnyHitUnit final : public AnyHitModule, public Probed {
  public:
   using Config = AnyHitUnitConfig;
 
@@ -43,6 +44,7 @@ class AnyHitUnit final : public AnyHitModule {
   bool idle() const override { return held() == 0; }
   std::uint64_t progress() const override { return counters_.unit.answers; }
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;
 

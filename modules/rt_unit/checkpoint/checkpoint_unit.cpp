@@ -213,6 +213,16 @@ void CheckpointUnit::accept(Cycle) {
   if (!submitted_.empty()) ++counters_.blocked_cycles;
 }
 
+std::vector<UnitProbe> CheckpointState::probes() const {
+  const auto width = static_cast<unsigned>(std::bit_width(lanes()));
+  return {{"lanes_submitting", width, [this] { return lanes_submitting(); }},
+          {"lanes_reading", width, [this] { return lanes_reading(); }},
+          {"writes_queued", kLevelBits, [this] { return writes_queued(); }},
+          {"outstanding", kLevelBits, [this] { return outstanding(); }},
+          {"entries_written", kCounterBits, [this] { return counters().entries_written; }},
+          {"entries_read", kCounterBits, [this] { return counters().entries_read; }}};
+}
+
 Inventory CheckpointUnit::inventory() const { return checkpoint_inventory(name(), config_, lanes_.size(), header_); }
 
 Inventory checkpoint_inventory(const char* name, const CheckpointConfig& config, std::uint64_t lanes,

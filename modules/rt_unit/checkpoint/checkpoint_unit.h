@@ -15,6 +15,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -25,8 +26,9 @@
 namespace grtx::modules {
 
 /// State of the project's checkpoint units (SystemC and RTL) after a cycle, for observers.
-class CheckpointState {
+class CheckpointState : public Probed {
  public:
+  virtual std::size_t lanes() const = 0;  ///< of the warp buffer
   virtual std::size_t lanes_submitting() const = 0;
   virtual std::size_t lanes_reading() const = 0;                  ///< lanes with sectors to request
   virtual std::size_t writes_queued() const = 0;                  ///< sectors
@@ -34,6 +36,7 @@ class CheckpointState {
   virtual std::uint32_t source_offset(LaneId id) const = 0;       ///< entries read in the round
   virtual std::uint32_t destination_offset(LaneId id) const = 0;  ///< entries written in the round
   virtual CheckpointCounters counters() const = 0;
+  std::vector<UnitProbe> probes() const final;
 
  protected:
   ~CheckpointState() = default;
@@ -70,6 +73,7 @@ class CheckpointUnit final : public CheckpointModule, public CheckpointState {
   std::uint64_t progress() const override {
     return counters_.sectors_read + counters_.sectors_written + counters_.acknowledged + counters_.returned;
   }
+  std::size_t lanes() const override { return lanes_.size(); }
   std::size_t lanes_submitting() const override { return submitted_.size(); }
   std::size_t lanes_reading() const override { return reads_.size(); }
   std::size_t writes_queued() const override { return writes_.size(); }

@@ -2,6 +2,7 @@
 #include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 
 #include <algorithm>
+#include <bit>
 #include <ostream>
 #include <string>
 
@@ -81,6 +82,19 @@ void IntersectionUnit::start_queued(Cycle now) {
     earliest = std::min(earliest, free_from);
   }
   next_free_ = earliest;
+}
+
+std::vector<UnitProbe> IntersectionState::probes() const {
+  const auto width = static_cast<unsigned>(std::bit_width(lanes()));
+  return {{"state",
+           2,
+           {},
+           [this](Cycle now) { return state_of(queued() != 0, !idle() || busy_pipelines(now) != 0); },
+           false,
+           true},
+          {"busy", kLevelBits, {}, [this](Cycle now) { return busy_pipelines(now); }},
+          {"queued", width, [this] { return queued(); }},
+          {"in_flight", width, [this] { return in_flight(); }}};
 }
 
 Inventory IntersectionUnit::inventory() const { return intersection_inventory(name(), config_, path_, lanes_); }

@@ -13,19 +13,22 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/rt_unit/intersection/decide/intersection_config.h"
 #include "grtx/modules/rt_unit/intersection/intersection_if.h"
 
 namespace grtx::modules {
 
 /// State of the project's intersection units (SystemC and RTL) after a cycle, for observers.
-class IntersectionState {
+class IntersectionState : public Probed {
  public:
+  virtual std::size_t lanes() const = 0;  ///< of the warp buffer
   virtual bool idle() const = 0;
   virtual std::size_t queued() const = 0;     ///< lanes waiting for a pipeline
   virtual std::size_t in_flight() const = 0;  ///< lanes whose result is not due yet
   /// Pipelines that cannot start a test in cycle `now`, or have started one in it.
   virtual unsigned busy_pipelines(Cycle now) const = 0;
+  std::vector<UnitProbe> probes() const final;
 
  protected:
   ~IntersectionState() = default;
@@ -48,6 +51,7 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   void tick(Cycle now) override;
 
   bool idle() const override { return queue_.empty() && flights_.empty(); }
+  std::size_t lanes() const override { return lanes_; }
   std::size_t queued() const override { return queue_.size(); }
   std::size_t in_flight() const override { return flights_.size(); }
   unsigned busy_pipelines(Cycle now) const override {

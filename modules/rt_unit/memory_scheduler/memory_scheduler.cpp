@@ -210,6 +210,12 @@ void MemoryScheduler::complete(Cycle now, LaneId id) {
   fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);
 }
 
+std::vector<UnitProbe> MemoryScheduler::probes() const {
+  return {{"queued", kLevelBits, [this] { return queued(); }},
+          {"outstanding", kLevelBits, [this] { return outstanding(); }},
+          {"node_sectors", kCounterBits, [this] { return counters_.node_sectors(); }, {}, true}};
+}
+
 Inventory MemoryScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
   // A record: lanes, node address (48 bits), kind, sectors still missing.

@@ -17,6 +17,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
@@ -28,7 +29,7 @@
 
 namespace grtx::modules {
 
-class MemoryScheduler final : public NodeFetchModule {
+class MemoryScheduler final : public NodeFetchModule, public Probed {
  public:
   using Config = MemorySchedulerConfig;
   using Counters = MemorySchedulerCounters;
@@ -54,6 +55,7 @@ class MemoryScheduler final : public NodeFetchModule {
   std::uint64_t progress() const override { return counters_.node_sectors() + counters_.fetch_latency.count(); }
   Counters counters() const override { return counters_; }
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;
 

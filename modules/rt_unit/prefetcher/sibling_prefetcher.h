@@ -9,11 +9,13 @@
 #include <cstdint>
 #include <iosfwd>
 #include <systemc>
+#include <vector>
 
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
@@ -23,7 +25,7 @@
 
 namespace grtx::modules {
 
-class SiblingPrefetcher final : public PrefetchModule {
+class SiblingPrefetcher final : public PrefetchModule, public Probed {
  public:
   using Config = PrefetcherConfig;
   using Counters = PrefetchCounters;
@@ -55,6 +57,10 @@ class SiblingPrefetcher final : public PrefetchModule {
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
   Counters counters() const override { return decisions_.counters(); }
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override {
+    return {{"queued", kLevelBits, [this] { return queued(); }},
+            {"outstanding", kLevelBits, [this] { return outstanding(); }}};
+  }
   void dump_state(std::ostream& out) const override;
   void restart() override;
 

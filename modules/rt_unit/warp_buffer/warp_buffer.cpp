@@ -47,6 +47,13 @@ void WarpBuffer::settle(Cycle end) {
   table_.settle(end);
 }
 
+std::vector<UnitProbe> WarpBuffer::probes() const {
+  const unsigned warps = table_.entries();
+  return {{"occupancy", static_cast<unsigned>(std::bit_width(warps)),
+           [this] { return static_cast<unsigned>(std::popcount(table_.occupied())); }},
+          {"ready_warps", warps, [this] { return table_.ready_entries(); }}};
+}
+
 Inventory WarpBuffer::inventory() const {
   const std::uint64_t lanes = std::uint64_t{config_.entries} * kMaxLanes;
   Inventory inventory{name(), {}, {}};

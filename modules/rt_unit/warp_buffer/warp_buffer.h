@@ -9,9 +9,11 @@
 #include <iosfwd>
 #include <string>
 #include <systemc>
+#include <vector>
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_spill.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"
@@ -20,7 +22,7 @@
 
 namespace grtx::modules {
 
-class WarpBuffer final : public WarpBufferModule {
+class WarpBuffer final : public WarpBufferModule, public Probed {
  public:
   using Config = WarpBufferConfig;
   using Counters = WarpBufferCounters;
@@ -42,6 +44,7 @@ class WarpBuffer final : public WarpBufferModule {
   std::uint64_t progress() const override { return table_.counters().calls + table_.counters().warp_latency.count(); }
   Counters counters() const override { return table_.counters(); }
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override { table_ = WarpTable(config_.entries); }
 

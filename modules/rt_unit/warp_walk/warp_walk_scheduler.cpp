@@ -269,6 +269,20 @@ void WarpWalkScheduler::stack_settled(LaneId id) {
   refresh(entry);
 }
 
+// Entries that wait in the RT unit, nodes under way and hits, of all its warps.
+std::vector<UnitProbe> WarpWalkScheduler::probes() const {
+  const auto of_all = [this](auto number) {
+    return [this, number] {
+      std::uint64_t sum = 0;
+      for_each_bit(buffer_->occupied(), [&](unsigned entry) { sum += number(walks_[entry]); });
+      return sum;
+    };
+  };
+  return {{"waiting", kLevelBits, of_all([](const Walk& walk) { return walk.stack.waiting(); })},
+          {"under_way", kLevelBits, of_all([](const Walk& walk) { return walk.stack.under_way(); })},
+          {"hits", kLevelBits, of_all([](const Walk& walk) { return walk.hits; })}};
+}
+
 Inventory WarpWalkScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
   const std::uint64_t n = entries_, slots = n * stacks_.ahead;

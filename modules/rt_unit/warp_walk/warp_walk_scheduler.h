@@ -15,6 +15,7 @@
 
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
@@ -28,7 +29,7 @@ constexpr LaneId walk_test(unsigned entry, unsigned slot, unsigned lane) {
   return static_cast<LaneId>((entry * WarpStackConfig::kMostAhead + slot) * kMaxLanes + lane);
 }
 
-class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if {
+class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, public Probed {
  public:
   using Config = WarpStackConfig;
 
@@ -47,9 +48,8 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if {
   void entries_taken(LaneId) override {}  // no checkpoints
   fetched_node_if* fetched_nodes() override { return this; }
 
-  const WarpStack& stack_of(unsigned entry) const { return walks_[entry].stack; }
-  unsigned hits_of(unsigned entry) const { return walks_[entry].hits; }  ///< of all lanes, not answered
   Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
   void dump_state(std::ostream& out) const override;
   void restart() override;
 
