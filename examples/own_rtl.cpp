@@ -12,7 +12,7 @@
 #include <ostream>
 
 #include "grtx/base/error.h"
-#include "grtx/modules/rt_unit/intersection_if.h"
+#include "grtx/modules/rt_unit/intersection/intersection_if.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/run/simulation.h"

@@ -29,7 +29,7 @@ BELOW = {
 }
 # Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders: the codec of
 # traces, registered policies.
-SOURCES_STAND_ABOVE = {"traces", "modules/cache/decide", "modules/dram/decide", "modules/rt_unit/decide"}
+SOURCES_STAND_ABOVE = {"traces", "modules/cache/decide", "modules/dram/decide", "modules/rt_unit/scheduler/decide"}
 # Folders that nobody sees but the folder around them.
 INSIDE_ALONE = {"traces/codec": "traces"}
 # Arrows that close a circle today, with the reason. It is to stay empty.

@@ -9,6 +9,7 @@
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/technology.h"
 #include "grtx/explore/cost/unit_latency.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 
 namespace grtx::explore {
 namespace {
@@ -133,19 +134,12 @@ MachineCost machine_cost(const sim::GpuConfig& config, const std::string& design
   cost.buffers.resident_warps = config.resident();
   cost.buffers.checkpoint_entry_bytes = config.rt.checkpoint.entry_bytes;
   const Technology& t = technology(options.nm);
-  const auto latency = [&](const std::string& unit, unsigned configured) {
-    if (find(cost.tree, "sm0.rt." + unit) == nullptr) return;
-    for (const OperatorChain& chain : operator_chains()) {
-      if (chain.unit != unit) continue;
-      cost.latencies.push_back({unit, configured, cycles_needed(chain, t.delay.low, config.core_mhz),
-                                cycles_needed(chain, t.delay.high, config.core_mhz)});
-    }
-  };
-  latency("ray_box", config.rt.ray_box.latency);
-  latency("ray_triangle", config.rt.ray_triangle.latency);
-  latency("ray_sphere", config.rt.ray_sphere.latency);
-  latency("ray_gaussian", config.rt.ray_gaussian.latency);
-  latency("ray_transform", config.rt.ray_transform.latency);
+  for (const modules::PartInfo& part : modules::part_table(config.rt, config.own)) {
+    if (!part.pipelines || find(cost.tree, "sm0.rt." + part.name) == nullptr) continue;
+    const std::vector<std::string>& path = part.pipelines->critical_path;
+    cost.latencies.push_back({part.name, part.pipelines->latency, cycles_needed(path, t.delay.low, config.core_mhz),
+                              cycles_needed(path, t.delay.high, config.core_mhz)});
+  }
   return cost;
 }
 

@@ -2,7 +2,6 @@
 #include "grtx/explore/cost/run_energy.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -10,6 +9,7 @@
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/operator_cost.h"
 #include "grtx/explore/cost/technology.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::explore {
@@ -46,14 +46,15 @@ class Prices {
 
   /// Energy of one test: all operators of one pipeline once, and a register per stage. The inventory is the sum over
   /// all pipelines; each uses its operators and registers `interval` times per test.
-  Range test(const std::string& module, const modules::IntersectionConfig& unit) const {
-    const Inventory* inventory = module_of(inventories_, module);
+  Range test(const modules::EnergyTerm& unit) const {
+    const Inventory* inventory = module_of(inventories_, "." + unit.module);
     if (inventory == nullptr) return {};
     Range pj;
     for (const CostItem& item : price(*inventory, options_)) {
-      if (item.kind == CostItemKind::logic) pj += item.operation_pj * (item.count / unit.count * unit.interval);
+      if (item.kind == CostItemKind::logic) pj += item.operation_pj * (item.count / unit.pipelines * unit.interval);
       if (item.name == "pipeline_registers") {
-        pj += kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / unit.count * unit.interval);
+        pj +=
+            kFlipFlopEnergyPj * technology_.energy * (static_cast<double>(item.bits) / unit.pipelines * unit.interval);
       }
     }
     return pj;
@@ -70,6 +71,13 @@ class Prices {
   }
   Range operation(const std::string& name, unsigned width) const {
     return operator_cost(name, width).energy_pj * technology_.energy;
+  }
+  Range term(const modules::EnergyTerm& term) const {
+    using Of = modules::EnergyTerm::Of;
+    const Range pj = term.of == Of::test        ? test(term)
+                     : term.of == Of::operation ? operation(term.item, term.width)
+                                                : access("." + term.module, term.item, term.of == Of::write);
+    return pj * term.times;
   }
 
  private:
@@ -100,53 +108,21 @@ struct Account {
     }
     return found.value_or(0.0);
   }
-  /// Counters of a part that is off by default; missing in a run if they are zero.
-  double if_any(const std::string& name) const {
-    if (!is_declared(name)) throw std::logic_error("no statistic is called " + name);
-    return counted(name).value_or(0.0);
-  }
+  /// Counters of a part that is off by default, or somebody's own; missing in a run if they are zero.
+  double if_any(const std::string& name) const { return counted(name).value_or(0.0); }
   void add(const std::string& name, double actions, const Range& pj, const std::string& basis) {
     parts.push_back({name, actions, in_whole_picojoules(pj * (actions * 1e-3)), basis});
   }
 };
 
-void add_rt_unit(Account& account, const sim::GpuConfig& config) {
-  const Prices& prices = account.prices;
-  account.add("rt.ray_box", account.value("gpu.rt.ray_box.tests"), prices.test(".ray_box", config.rt.ray_box),
-              "node tests, sort included");
-  account.add("rt.ray_triangle", account.value("gpu.rt.ray_triangle.tests"),
-              prices.test(".ray_triangle", config.rt.ray_triangle), "triangle tests");
-  account.add("rt.ray_sphere", account.value("gpu.rt.ray_sphere.tests"),
-              prices.test(".ray_sphere", config.rt.ray_sphere), "sphere tests");
-  account.add("rt.ray_gaussian", account.if_any("gpu.rt.ray_gaussian.tests"),
-              prices.test(".ray_gaussian", config.rt.ray_gaussian), "Gaussian tests");
-  account.add("rt.ray_transform", account.value("gpu.rt.ray_transform.tests"),
-              prices.test(".ray_transform", config.rt.ray_transform), "transforms");
-  const double events = account.value("gpu.rt.lanes_handled");
-  account.add("rt.warp_buffer", events,
-              prices.access(".warp_buffer", "ray", false) + prices.access(".warp_buffer", "stack", false) +
-                  prices.access(".warp_buffer", "stack", true),
-              "lane steps: a ray is read, a stack entry read and written");
-  if (const double walked = account.if_any("gpu.rt.walk.entries"); walked > 0) {
-    const auto both = [&](const char* memory) {
-      return prices.access(".warp_walk_scheduler", memory, false) + prices.access(".warp_walk_scheduler", memory, true);
-    };
-    account.add("rt.warp_stack", walked, both("stack") + both("nodes"),
-                "entries of warps: each and its node, in and out");
-    account.add("rt.warp_hits", account.value("gpu.rt.any_hit_calls"), both("hits"),
-                "hits of lanes, in and out of their queues");
+void add_action(Account& account, const modules::EnergyAction& action) {
+  double actions = 0.0;
+  for (const std::string& name : action.statistics) {
+    actions += action.off_by_default ? account.if_any(name) : account.value(name);
   }
-  const double entries =
-      account.value("gpu.rt.checkpoint.entries_written") + account.value("gpu.rt.checkpoint.entries_read");
-  const bool multiplies = !std::has_single_bit(config.rt.checkpoint.entry_bytes);
-  account.add("rt.checkpoint_unit", entries,
-              prices.operation("fp_compare", 32) * 2.0 + prices.operation("int_add", 64) +
-                  (multiplies ? prices.operation("mul_constant", 16) : Range{}) + prices.operation("increment", 16) +
-                  prices.operation("int_compare", 16) + prices.access(".checkpoint_unit", "open_sectors", true) +
-                  prices.access(".checkpoint_unit", "bin_pointers", false) +
-                  prices.access(".checkpoint_unit", "bin_pointers", true) +
-                  prices.access(".checkpoint_unit", "bin_read", false),
-              "entries written and read");
+  Range pj;
+  for (const modules::EnergyTerm& term : action.terms) pj += account.prices.term(term);
+  account.add(action.name, actions * action.factor, pj, action.basis);
 }
 
 void add_shaders(Account& account) {
@@ -156,16 +132,25 @@ void add_shaders(Account& account) {
               prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
                   prices.access(".simt", "register_file", true),
               "warp instructions, 32 lanes");
-  // An entry of a heap is three of the 32 words that an access of the register file moves. A step, read, comparison and
-  // write, takes two cycles.
-  const double heap_steps =
-      (account.if_any("gpu.rt.any_hit.unit.busy_cycles") + account.if_any("gpu.simt.heap_cycles")) / 2;
-  const double of_a_row = static_cast<double>(modules::HitHeap::kEntryWords) / modules::kMaxLanes;
-  account.add(
-      "rt.any_hit_unit", heap_steps,
-      prices.operation("fp_compare", 32) +
-          (prices.access(".simt", "register_file", false) + prices.access(".simt", "register_file", true)) * of_a_row,
-      "steps of heaps: an entry read, compared and written");
+}
+
+/// Where an action is listed: tests first, then the RT unit's memories, behind the SIMT core what is in its registers.
+int place_of(const modules::EnergyAction& action) {
+  const auto any = [&](const auto& is) { return std::any_of(action.terms.begin(), action.terms.end(), is); };
+  if (any([](const modules::EnergyTerm& term) { return term.of == modules::EnergyTerm::Of::test; })) return 0;
+  return any([](const modules::EnergyTerm& term) { return term.module == "simt"; }) ? 2 : 1;
+}
+
+void add_rt_unit_and_shaders(Account& account, const sim::GpuConfig& config) {
+  const std::vector<modules::PartInfo> parts = modules::part_table(config.rt, config.own);
+  for (int place = 0; place < 3; ++place) {
+    if (place == 2) add_shaders(account);
+    for (const modules::PartInfo& part : parts) {
+      for (const modules::EnergyAction& action : part.energy) {
+        if (place_of(action) == place) add_action(account, action);
+      }
+    }
+  }
 }
 
 void add_memory(Account& account, const CostOptions& options, const EnergyOptions& energy) {
@@ -192,8 +177,7 @@ std::vector<EnergyPart> run_energy(const RunStatistics& counted, const sim::GpuC
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
                                    const EnergyOptions& energy, const std::string& statistics) {
   Account account{counted, statistics, Prices(inventories, options), {}};
-  add_rt_unit(account, config);
-  add_shaders(account);
+  add_rt_unit_and_shaders(account, config);
   add_memory(account, options, energy);
   // User-defined units compute their own energy; the run's statistics hold the sum.
   if (const double own = counted("gpu.energy_nj.own").value_or(0.0); own > 0.0) {

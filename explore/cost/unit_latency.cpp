@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
+#include <stdexcept>
 
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/operator_cost.h"
@@ -11,29 +13,23 @@
 namespace grtx::explore {
 namespace {
 
-constexpr double kAdd = 3.37, kMul = 2.86, kMinMax = 0.71, kLess = 0.50;
+double delay_ns(const std::string& name) {
+  static const std::map<std::string, double> delays = {{"add", 3.37}, {"mul", 2.86}, {"min_max", 0.71}, {"less", 0.50}};
+  const auto found = delays.find(name);
+  if (found == delays.end()) throw std::logic_error("no operator of a critical path is called " + name);
+  return found->second;
+}
 
 }  // namespace
 
-const std::vector<OperatorChain>& operator_chains() {
-  static const std::vector<OperatorChain> chains = {
-      {"ray_box", {kAdd, kMul, kMinMax, kMinMax, kMinMax, kLess}},
-      {"ray_triangle", {kAdd, kMul, kAdd, kMul, kAdd, kAdd}},
-      {"ray_sphere", {kMul, kAdd, kAdd, kMul, kAdd}},
-      {"ray_gaussian", {kMul, kAdd, kAdd, kMul, kMul, kAdd, kMul, kAdd, kMul, kLess}},
-      {"ray_transform", {kMul, kAdd, kAdd}},
-  };
-  return chains;
-}
-
-unsigned cycles_needed(const OperatorChain& chain, double delay_factor, double clock_mhz) {
+unsigned cycles_needed(const std::vector<std::string>& critical_path, double delay_factor, double clock_mhz) {
   const double logic_ns = 1e3 / clock_mhz - kFlipFlopDelayNs;
   if (!(logic_ns > 0.0)) {
     throw Error("gpu.core_mhz", fmt::format("{:g}", clock_mhz), "leaves no time beside a register's 0.1 ns");
   }
   unsigned cycles = 0;
-  for (const double delay : chain.delays_ns) {
-    cycles += static_cast<unsigned>(std::ceil(delay * delay_factor / logic_ns));
+  for (const std::string& name : critical_path) {
+    cycles += static_cast<unsigned>(std::ceil(delay_ns(name) * delay_factor / logic_ns));
   }
   return cycles;
 }

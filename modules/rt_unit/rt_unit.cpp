@@ -8,16 +8,17 @@
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/any_hit_unit.h"
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/delayed_hits.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/memory_scheduler.h"
-#include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/stack_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
-#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
+#include "grtx/modules/rt_unit/any_hit_collector/any_hit_collector.h"
+#include "grtx/modules/rt_unit/any_hit_unit/any_hit_unit.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/delayed_hits/delayed_hits.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
+#include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
+#include "grtx/modules/rt_unit/prefetcher/sibling_prefetcher.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
+#include "grtx/modules/rt_unit/stack/stack_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
+#include "grtx/modules/rt_unit/warp_walk/warp_walk_scheduler.h"
 
 namespace grtx::modules {
 
@@ -80,6 +81,15 @@ void RtUnitConfig::parameters(ParameterList& list) {
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
     unit.add("implementation", transform_implementation, kUnitImplementations, kOurs).came_later();
   });
+}
+
+std::vector<RtL1Client> RtUnitConfig::l1_clients(const traces::Header& header) const {
+  std::vector<RtL1Client> clients;
+  if (!memory.by_shader) clients.push_back({"rt_node", memory.sectors_per_cycle, true});
+  if (header.checkpoint) clients.push_back({"rt_checkpoint"});
+  if (has_prefetcher(header)) clients.push_back({"rt_prefetch"});
+  if (warp_buffer.spill) clients.push_back({"rt_stack"});
+  return clients;
 }
 
 RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, const traces::Header& header,
@@ -149,11 +159,9 @@ void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& hea
   const unsigned entries = config_.warp_buffer.entries;
   if (config_.walks()) {
     require_walkable(header);
-    auto walk = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
+    scheduler_ = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
       return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header);
     });
-    walk_ = walk.get();
-    scheduler_ = std::move(walk);
     return;
   }
   scheduler_ = made(parts.rt_scheduler, "rt_scheduler", context_, [&](const char* name) {
@@ -205,9 +213,9 @@ void RtUnit::bind_parts() {
   scheduler_->any_hit.bind(*any_hit_);
 
   memory_->warp_buffer.bind(*warp_buffer_);
-  if (walk_ != nullptr) {
-    memory_->fetched_node.bind(*walk_);
-    walk_->node_test.bind(dispatch_);
+  if (fetched_node_if* const walker = scheduler_->fetched_nodes()) {
+    memory_->fetched_node.bind(*walker);
+    scheduler_->node_test.bind(dispatch_);
   } else {
     memory_->fetched_node.bind(dispatch_);
   }

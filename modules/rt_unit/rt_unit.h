@@ -21,7 +21,7 @@
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/rt_unit/node_dispatch.h"
+#include "grtx/modules/rt_unit/node_dispatch/node_dispatch.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 #include "grtx/traces/header.h"
@@ -76,7 +76,6 @@ class RtUnit final : public RtUnitModule {
   RtUnitContext context_;
   std::unique_ptr<WarpBufferModule> warp_buffer_;
   std::unique_ptr<RtSchedulerModule> scheduler_;
-  WarpWalkModule* walk_ = nullptr;  ///< the scheduler, if warps walk together
   std::unique_ptr<NodeFetchModule> memory_;
   NodeDispatch dispatch_;
   std::unique_ptr<AnyHitModule> any_hit_;

@@ -2,94 +2,31 @@
 // Configuration of an RT unit and of its parts, with the keys by which people set them.
 #pragma once
 
-#include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/rt_unit/decide/checkpoint_config.h"
-#include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
+#include "grtx/modules/rt_unit/any_hit_unit/decide/any_hit_unit_config.h"
+#include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/decide/unit_implementation.h"
-#include "grtx/modules/rt_unit/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/decide/warp_stack_config.h"
-#include "grtx/modules/rt_unit/intersection_config.h"
+#include "grtx/modules/rt_unit/intersection/decide/intersection_config.h"
+#include "grtx/modules/rt_unit/memory_scheduler/decide/memory_scheduler_config.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/scheduler/decide/rt_scheduler_config.h"
+#include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"
+#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {
 
-/// Stack entries per lane without spilling: a depth-first walk of a 6-wide tree of 28 levels needs at most 28 * 5 =
-/// 140.
-inline constexpr unsigned kUnspilledStackEntries = 140;
-
-struct WarpBufferConfig {
-  unsigned entries = 8;
-  unsigned stack_entries = 8;
-  bool spill = true;  ///< needs the StackUnit
-  unsigned on_chip_entries() const { return spill ? stack_entries : std::max(stack_entries, kUnspilledStackEntries); }
-  void parameters(ParameterList& list) {
-    list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
-    list.add("stack_entries", stack_entries, {1, 1024}, "entries",
-             "traversal stack of a lane in the warp buffer; deeper ones spill", kOurs);
-    list.add("spill", spill,
-             "stack entries beyond the warp buffer are written to memory and read back; else a stack has 140 entries "
-             "there",
-             kOurs);
-    list.rule(
-        "stack_entries", [this] { return !spill || stack_entries >= 2; },
-        "must be at least 2 with rt.warp_buffer.spill");
-  }
-};
-
-struct RtSchedulerConfig {
-  std::string policy = "oldest_first";  ///< name of a WarpSelection
-  void parameters(ParameterList& list) {
-    list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
-  }
-};
-
-struct MemorySchedulerConfig {
-  unsigned queue = 64;  ///< a warp is scheduled only while kMaxLanes (32) places are free
-  bool merge_in_flight = true;
-  bool by_shader = false;
-  unsigned sectors_per_cycle = 1;
-  NodeTrafficConfig traffic;
-  void parameters(ParameterList& list) {
-    list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
-    list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
-             from_public("Vulkan-Sim merges within one cycle only"));
-    list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
-             from_paper("GRTX, Section IV: the RT unit does"));
-    list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim)
-        .came_later();
-    list.rule(
-        "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
-    traffic.parameters(list);
-  }
-};
-
-struct AnyHitCollectorConfig {
-  std::uint64_t timeout = 64;
-  void parameters(ParameterList& list) {
-    list.add("timeout", timeout, {0, 1e6}, "cycles",
-             "an any-hit batch is sent this long after its first lane began to wait", kOurs);
-  }
-};
-
-struct AnyHitUnitConfig : HitHeap {
-  unsigned count = 32;
-  void parameters(ParameterList& list) {
-    HitHeap::parameters(list);
-    list.add("count", count, {1, kMaxLanes}, "heaps",
-             "heap logic of an RT unit: lane l of each warp uses number l mod count",
-             assumed("this project: one for each lane; GauTracer does not say"))
-        .came_later();
-  }
+/// A port of an RT unit at the L1.
+struct RtL1Client {
+  std::string name;    ///< rt_node, rt_checkpoint, ...
+  unsigned width = 1;  ///< sectors a cycle
+  bool first = false;  ///< stands before the SIMT core's port
 };
 
 struct RtUnitConfig {
@@ -144,6 +81,8 @@ struct RtUnitConfig {
     heap.alpha = tests_gaussians(header);
     return heap;
   }
+  /// The L1's clients of an RT unit for a trace with this header, in their order.
+  std::vector<RtL1Client> l1_clients(const traces::Header& header) const;
   void parameters(ParameterList& list);
 };
 

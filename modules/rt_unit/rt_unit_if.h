@@ -45,6 +45,21 @@ class RtUnitModule : public ClockedModule {
   OptionalLinkOut<MemoryRequest> stack_request{"stack_request"};
   OptionalLinkIn<MemoryResponse> stack_response{"stack_response"};
 
+  /// Its ports at the L1, under the names of RtUnitConfig::l1_clients().
+  struct L1Port {
+    const char* client;
+    OptionalLinkOut<MemoryRequest>& request;
+    OptionalLinkIn<MemoryResponse>& response;
+  };
+  std::vector<L1Port> l1_ports() {
+    std::vector<L1Port> ports;
+    if (fetches_nodes()) ports.push_back({"rt_node", node_request, node_response});
+    if (has_checkpoint()) ports.push_back({"rt_checkpoint", checkpoint_request, checkpoint_response});
+    if (has_prefetcher()) ports.push_back({"rt_prefetch", prefetch_request, prefetch_response});
+    if (has_stack()) ports.push_back({"rt_stack", stack_request, stack_response});
+    return ports;
+  }
+
   virtual bool has_checkpoint() const = 0;
   virtual bool has_prefetcher() const = 0;
   virtual bool has_stack() const = 0;

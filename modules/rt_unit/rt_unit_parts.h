@@ -7,14 +7,14 @@
 #include <memory>
 
 #include "grtx/modules/messages/memory_map.h"
-#include "grtx/modules/rt_unit/any_hit_if.h"
-#include "grtx/modules/rt_unit/checkpoint_if.h"
-#include "grtx/modules/rt_unit/intersection_if.h"
-#include "grtx/modules/rt_unit/node_fetch_if.h"
-#include "grtx/modules/rt_unit/prefetch_if.h"
-#include "grtx/modules/rt_unit/scheduler_if.h"
-#include "grtx/modules/rt_unit/stack_if.h"
-#include "grtx/modules/rt_unit/warp_buffer_if.h"
+#include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_if.h"
+#include "grtx/modules/rt_unit/intersection/intersection_if.h"
+#include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
+#include "grtx/modules/rt_unit/prefetcher/prefetch_if.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/stack/stack_if.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer_if.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {
@@ -35,8 +35,8 @@ struct RtUnitParts {
   using Factory = std::function<std::unique_ptr<Part>(const char* name, const RtUnitContext& rt)>;
 
   Factory<WarpBufferModule> warp_buffer;
-  Factory<RtSchedulerModule> rt_scheduler;      ///< rt.traversal = lane
-  Factory<WarpWalkModule> warp_walk_scheduler;  ///< rt.traversal = warp
+  Factory<RtSchedulerModule> rt_scheduler;         ///< rt.traversal = lane
+  Factory<RtSchedulerModule> warp_walk_scheduler;  ///< rt.traversal = warp
   Factory<NodeFetchModule> memory_scheduler;
   Factory<IntersectionModule> ray_box;
   Factory<IntersectionModule> ray_triangle;

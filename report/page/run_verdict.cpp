@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/run_traffic.h"
 #include "grtx/report/page/sections.h"
@@ -16,38 +17,30 @@ namespace {
 
 /// Readable name of a lower bound.
 std::string words_of_bound(std::string_view bound) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 14> kWords = {
-      {{"rt_port", "the port of the RT units to the L1"},
-       {"l1_port", "the ports of the L1"},
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> kWords = {
+      {{"l1_port", "the ports of the L1"},
        {"l1_miss_port", "the port of the L1 to its misses"},
        {"l2_port", "the ports of the L2"},
        {"dram_bandwidth", "the bandwidth of the DRAM"},
-       {"issue", "the issue of the RT units, a warp a cycle"},
        {"simt_issue", "the issue of shader instructions"},
-       {"unit.box", "the ray-box units"},
-       {"unit.triangle", "the ray-triangle units"},
-       {"unit.sphere", "the ray-sphere units"},
-       {"unit.gaussian", "the ray-Gaussian units"},
-       {"unit.transform", "the transform units"},
        {"longest_ray", "the longest ray"},
        {"longest_warp", "the longest warp"}}};
   for (const auto& [name, words] : kWords) {
     if (bound == name) return words;
   }
+  for (const modules::PartInfo& part : modules::part_table({}, {})) {
+    for (const modules::PartBound& of : part.bounds) {
+      if (bound == of.name) return of.words;
+    }
+  }
   return std::string(bound);
 }
 
 std::string words_of_stall(std::string_view stall) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 8> kWords = {{{"memory", "nodes under way"},
-                                                                               {"queue_full", "their port to the L1"},
-                                                                               {"checkpoint", "checkpoint entries"},
-                                                                               {"any_hit", "any-hit shaders"},
-                                                                               {"unit", "intersection units"},
-                                                                               {"stack", "stack entries"},
-                                                                               {"retire", "the end of a warp's rays"},
-                                                                               {"empty", "a warp"}}};
-  for (const auto& [name, words] : kWords) {
-    if (stall == name) return words;
+  for (const modules::PartInfo& part : modules::part_table({}, {})) {
+    for (const modules::StallWords& of : part.stalls) {
+      if (stall == of.stall) return of.words;
+    }
   }
   return std::string(stall);
 }

@@ -14,7 +14,7 @@
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/modules/noc/crossbar.h"
-#include "grtx/modules/rt_unit/decide/stack_entry.h"
+#include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {

@@ -11,6 +11,7 @@
 #include "grtx/modules/cache/l2_slice_if.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/noc/crossbar_if.h"
+#include "grtx/modules/rt_unit/node_port/node_port_if.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/simt/simt_core_if.h"
 #include "grtx/modules/simt/work_distributor.h"
@@ -30,6 +31,8 @@ struct SmParts {
                                                        modules::ClockDomain& clock, unsigned sm)>
       rt_unit;
   modules::RtUnitParts rt_parts;  ///< parts of our own RT unit
+  /// Between the node port of each RT unit and the L1; without a factory there is no such unit.
+  std::function<std::unique_ptr<modules::NodePortModule>(const char* name, modules::ClockDomain& clock)> node_port;
   std::function<std::unique_ptr<modules::L1CacheModule>(const char* name, const modules::L1CacheConfig& config,
                                                         modules::ClockDomain& clock)>
       l1_cache;
@@ -62,10 +65,11 @@ GpuParts with_registered_parts(GpuParts parts, const GpuConfig& config);
 template <typename F>
 void for_each_factory(GpuParts& parts, F&& f) {
   auto& [sm, work_distributor, crossbar, l2_slice] = parts;
-  auto& [simt_core, rt_unit, rt_parts, l1_cache] = sm;
+  auto& [simt_core, rt_unit, rt_parts, node_port, l1_cache] = sm;
   f("simt_core", simt_core);
   f("rt_unit", rt_unit);
   modules::for_each_factory(rt_parts, f);
+  f("node_port", node_port);
   f("l1_cache", l1_cache);
   f("work_distributor", work_distributor);
   f("crossbar", crossbar);

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <map>
 
+#include "grtx/modules/rt_unit/rt_unit_table.h"
+
 namespace grtx::sim {
 
 std::vector<IdleKey> idle_keys(const GpuConfig& config) {
@@ -15,6 +17,7 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config) {
   const bool by_file = std::find(with_file.begin(), with_file.end(), config.dram_model) != with_file.end();
   const std::string& scheduling = config.dram.channel.scheduling;
   const nlohmann::ordered_json values = config_json(config), defaults = config_json(GpuConfig{});
+  const std::vector<modules::PartInfo> parts = modules::part_table(config.rt, config.own);
   GpuConfig copy = config;
   std::vector<IdleKey> idle;
   for (const modules::Parameter& parameter : config_keys(copy)) {
@@ -23,16 +26,10 @@ std::vector<IdleKey> idle_keys(const GpuConfig& config) {
     if (key == "l1.write_back_buffer" && config.l1.private_writes.policy == modules::WritePolicy::write_through) {
       idle.push_back({key, "l1.private_writes = write_through"});
     }
-    if (config.rt.any_hit_unit.enabled ? key == "rt.any_hit.timeout" : key.starts_with("rt.any_hit_unit.")) {
-      idle.push_back(
-          {key, std::string("rt.any_hit_unit.enabled = ") + (config.rt.any_hit_unit.enabled ? "true" : "false")});
-    }
-    const bool of_lanes = key == "rt.warp_buffer.stack_entries" || key.starts_with("rt.prefetch.");
-    if (config.rt.walks() ? of_lanes : key.starts_with("rt.warp_stack.")) {
-      idle.push_back({key, std::string("rt.traversal = ") + std::string(name_of(config.rt.traversal))});
-    }
-    if (key.starts_with("rt.gaussian.") && !config.rt.gaussian_unit) {
-      idle.push_back({key, "rt.gaussian.enabled = false"});
+    for (const modules::PartInfo& part : parts) {
+      for (const modules::PartIdleKeys& keys : part.idle_keys) {
+        if (keys.key.ends_with('.') ? key.starts_with(keys.key) : key == keys.key) idle.push_back({key, keys.because});
+      }
     }
     if (!key.starts_with("dram.")) continue;
     const bool of_simulators = key.starts_with("dram.simulator.");

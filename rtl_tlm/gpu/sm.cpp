@@ -7,6 +7,7 @@
 #include <ostream>
 #include <utility>
 
+#include "grtx/base/error.h"
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/kernel/factory.h"
 #include "grtx/modules/kernel/link_inventory.h"
@@ -36,6 +37,14 @@ void connect(Link<T>& link, From& from, To& to) {
 
 /// Names of the first RT unit's parts carry no number: most SMs have one.
 std::string numbered(const std::string& name, unsigned unit) { return unit == 0 ? name : name + std::to_string(unit); }
+
+/// What makes the units at the node ports: a factory, or a unit of the project that the configuration asks for.
+decltype(SmParts::node_port) node_port_of(const SmConfig& config, const SmParts& parts) {
+  if (parts.node_port && config.rt.memory.by_shader) {
+    throw Error("parts", "node_port", "needs rt.memory.by_shader = false: the RT unit has no node port");
+  }
+  return parts.node_port;
+}
 
 }  // namespace
 
@@ -71,6 +80,14 @@ Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces
               ? modules::not_null(parts.rt_unit(unit.c_str(), config.rt, header, map, clock, config.index), "rt_unit")
               : std::make_unique<modules::RtUnit>(unit.c_str(), config.rt, header, map, clock, config.index, rt_parts);
     });
+  }
+  if (const auto make = node_port_of(config, parts)) {
+    node_ports_.resize(units);
+    for (unsigned u = 0; u < units; ++u) {
+      builders.push_back([&, u, make] {
+        node_ports_[u] = modules::not_null(make(numbered("node_port", u).c_str(), clock), "node_port");
+      });
+    }
   }
   builders.push_back([&] { l1_ = modules::made<modules::L1Cache>(parts.l1_cache, "l1_cache", "l1d", l1, clock); });
   construct(std::move(builders), order);
@@ -108,19 +125,19 @@ void Sm::make_rt_links(const SmConfig& config) {
 
 Sm::L1Clients Sm::l1_clients(const SmConfig& config, const traces::Header& header) {
   L1Clients clients;
-  const auto add = [&clients](const std::string& client, unsigned width = 1) {
+  const auto add = [&clients](const std::string& client, unsigned width) {
     clients.names.push_back(client);
     clients.widths.push_back(width);
   };
+  const std::vector<modules::RtL1Client> of_rt = config.rt.l1_clients(header);
+  const auto second = std::find_if_not(of_rt.begin(), of_rt.end(), [](const auto& client) { return client.first; });
   for (unsigned u = 0; u < config.rt_units; ++u) {
-    if (!config.rt.memory.by_shader) add(numbered("rt_node", u), config.rt.memory.sectors_per_cycle);
+    for (auto client = of_rt.begin(); client != second; ++client) add(numbered(client->name, u), client->width);
     if (u == 0) {
       clients.simt = static_cast<std::uint8_t>(clients.names.size());
       add("simt", config.simt.sectors_per_cycle);
     }
-    if (header.checkpoint) add(numbered("rt_checkpoint", u));
-    if (config.rt.has_prefetcher(header)) add(numbered("rt_prefetch", u));
-    if (config.rt.warp_buffer.spill) add(numbered("rt_stack", u));
+    for (auto client = second; client != of_rt.end(); ++client) add(numbered(client->name, u), client->width);
   }
   return clients;
 }
@@ -144,21 +161,40 @@ void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
     connect(*links.node_fetch, rt.node_fetch, simt_->node_fetch);
     connect(*links.node_fetch_done, simt_->node_fetch_done, rt.node_fetch_done);
   }
-  const auto client = [&](const char* name, auto& request, auto& response) {
-    const auto found = std::find(clients.begin(), clients.end(), numbered(name, u));
+  for (const modules::RtUnitModule::L1Port& port : rt.l1_ports()) {
+    const auto found = std::find(clients.begin(), clients.end(), numbered(port.client, u));
     const auto i = static_cast<std::size_t>(found - clients.begin());
-    request.bind(*requests_.at(i));
-    response.bind(*responses_.at(i));
-  };
-  if (rt.fetches_nodes()) client("rt_node", rt.node_request, rt.node_response);
-  if (rt.has_checkpoint()) client("rt_checkpoint", rt.checkpoint_request, rt.checkpoint_response);
-  if (rt.has_prefetcher()) client("rt_prefetch", rt.prefetch_request, rt.prefetch_response);
-  if (rt.has_stack()) client("rt_stack", rt.stack_request, rt.stack_response);
+    if (!node_ports_.empty() && &port.request == &rt.node_request) {
+      bind_node_port(u, port, i);
+    } else {
+      port.request.bind(*requests_.at(i));
+      port.response.bind(*responses_.at(i));
+    }
+  }
+}
+
+void Sm::bind_node_port(unsigned u, const modules::RtUnitModule::L1Port& port, std::size_t client) {
+  const Link<MemoryRequest>& at_l1 = *requests_.at(client);
+  const auto name_of = [&](const char* link) { return numbered(link, u); };
+  node_requests_.push_back(link<MemoryRequest>(name_of("node_port_request"), at_l1.latency(), at_l1.capacity()));
+  node_responses_.push_back(link<MemoryResponse>(name_of("node_port_response"), at_l1.latency(), at_l1.capacity()));
+  modules::NodePortModule& unit = *node_ports_[u];
+  connect(*node_requests_.back(), port.request, unit.request);
+  connect(*node_responses_.back(), unit.response, port.response);
+  unit.to_l1.bind(*requests_.at(client));
+  unit.from_l1.bind(*responses_.at(client));
+}
+
+modules::L1Counters Sm::l1_counters() const {
+  modules::L1Counters counters = l1_->counters();
+  for (const auto& unit : node_ports_) unit->count(counters.own);
+  return counters;
 }
 
 bool Sm::idle() const {
   bool idle = simt_->idle() && l1_->idle();
   for (const auto& rt : rt_) idle = idle && rt->idle();
+  for (const auto& unit : node_ports_) idle = idle && unit->idle();
   for_each_link([&](const auto& link) { idle = idle && link.empty(); });
   return idle;
 }
@@ -168,6 +204,7 @@ std::uint64_t Sm::progress() const {
   const auto phases = simt_->counters().phases;
   sum += std::accumulate(phases.begin(), phases.end(), std::uint64_t{0});
   for (const auto& rt : rt_) sum += rt->progress();
+  for (const auto& unit : node_ports_) sum += unit->progress();
   for_each_link([&](const auto& link) { sum += link.pushed(); });
   return sum;
 }
@@ -177,11 +214,13 @@ std::vector<modules::Inventory> Sm::inventory() const {
   for (const auto& rt : rt_) {
     for (modules::Inventory& part : rt->inventory()) parts.push_back(std::move(part));
   }
+  for (const auto& unit : node_ports_) parts.push_back(unit->inventory());
   parts.push_back(simt_->inventory());
   parts.push_back(l1_->inventory());
   modules::Inventory ports{std::string(name()) + ".l1_ports", {}, {}};
-  for (const auto& [what, entries] : {std::pair("requests", modules::total_capacity(requests_)),
-                                      std::pair("responses", modules::total_capacity(responses_))}) {
+  for (const auto& [what, entries] :
+       {std::pair("requests", modules::total_capacity(requests_) + modules::total_capacity(node_requests_)),
+        std::pair("responses", modules::total_capacity(responses_) + modules::total_capacity(node_responses_))}) {
     ports.storage.push_back(
         {what, modules::StorageKind::flip_flop, entries * modules::kPacketBits, 1, 1, false, modules::kPacketBits});
   }
@@ -194,6 +233,7 @@ void Sm::dump_state(std::ostream& out) const {
   for_each_link([&](const auto& link) { dump_link(out, link); });
   simt_->dump_state(out);
   for (const auto& rt : rt_) rt->dump_state(out);
+  for (const auto& unit : node_ports_) unit->dump_state(out);
   l1_->dump_state(out);
 }
 

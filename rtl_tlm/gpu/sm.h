@@ -68,8 +68,8 @@ class Sm final : public sc_core::sc_module {
   const std::vector<std::unique_ptr<modules::RtUnitModule>>& rt_units() const { return rt_; }
   const modules::L1CacheModule& l1() const { return *l1_; }
   modules::L1CacheModule& l1() { return *l1_; }
-  /// Counts of the L1; `own` has, by name, those of a user-supplied one.
-  modules::L1Counters l1_counters() const { return l1_->counters(); }
+  /// Counts of the L1; `own` has, by name, those of a user-supplied one and of units at the node ports.
+  modules::L1Counters l1_counters() const;
 
   /// Calls f(link) for each link inside the SM, whatever it carries.
   template <typename F>
@@ -84,6 +84,8 @@ class Sm final : public sc_core::sc_module {
     }
     for (const auto& request : requests_) f(*request);
     for (const auto& response : responses_) f(*response);
+    for (const auto& request : node_requests_) f(*request);
+    for (const auto& response : node_responses_) f(*response);
   }
   /// True if nothing is inside, links included.
   bool idle() const;
@@ -107,6 +109,7 @@ class Sm final : public sc_core::sc_module {
   void make_l1_links(const SmConfig& config, const L1Clients& clients);
   /// clients: names of the L1's ports.
   void bind_rt_unit(unsigned unit, const std::vector<std::string>& clients);
+  void bind_node_port(unsigned unit, const modules::RtUnitModule::L1Port& port, std::size_t client);
 
   /// Between the SIMT core and one RT unit; the last two exist when the shader cores fetch the nodes.
   struct RtLinks {
@@ -118,11 +121,14 @@ class Sm final : public sc_core::sc_module {
     LinkPointer<modules::NodeFetchDone> node_fetch_done;
   };
 
-  std::vector<RtLinks> rt_links_;                                ///< by RT unit
-  std::vector<LinkPointer<modules::MemoryRequest>> requests_;    ///< by client of the L1
-  std::vector<LinkPointer<modules::MemoryResponse>> responses_;  ///< by client of the L1
+  std::vector<RtLinks> rt_links_;                                     ///< by RT unit
+  std::vector<LinkPointer<modules::MemoryRequest>> requests_;         ///< by client of the L1
+  std::vector<LinkPointer<modules::MemoryResponse>> responses_;       ///< by client of the L1
+  std::vector<LinkPointer<modules::MemoryRequest>> node_requests_;    ///< to units at the node ports, by RT unit
+  std::vector<LinkPointer<modules::MemoryResponse>> node_responses_;  ///< from units at the node ports, by RT unit
   std::unique_ptr<modules::SimtCoreModule> simt_;
   std::vector<std::unique_ptr<modules::RtUnitModule>> rt_;
+  std::vector<std::unique_ptr<modules::NodePortModule>> node_ports_;  ///< by RT unit; empty: none
   std::unique_ptr<modules::L1CacheModule> l1_;
 };
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/modules/rt_unit/rt_scheduler.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 
 namespace grtx::sim {
 

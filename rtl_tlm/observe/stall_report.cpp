@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 
 namespace grtx::sim {
 namespace {
@@ -62,13 +63,14 @@ void add_units(const Json& document, std::vector<StallSection>& sections) {
   const Json config = document.value("config", Json::object());
   const double cycles = number(stats, "gpu.cycles");
   StallSection section{"gpu.rt: taken pipelines of the intersection units", "% of all their cycles", 100.0, {}};
-  for (const std::string unit : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
-    const auto count = config.find("rt." + unit.substr(4) + ".count");
+  for (const modules::PartInfo& part : modules::part_table({}, {})) {
+    if (!part.pipelines) continue;
+    const std::string unit = "gpu.rt." + part.name;
+    const auto count = config.find(part.pipelines->count_key);
     const auto sms = config.find("gpu.sms");
-    if (count == config.end() || sms == config.end() || number(stats, "gpu.rt." + unit + ".operations") == 0.0)
-      continue;
+    if (count == config.end() || sms == config.end() || number(stats, unit + ".operations") == 0.0) continue;
     const double all = cycles * count->get<double>() * sms->get<double>();
-    if (all > 0.0) section.bars.push_back({unit, 100.0 * number(stats, "gpu.rt." + unit + ".busy_cycles") / all});
+    if (all > 0.0) section.bars.push_back({part.name, 100.0 * number(stats, unit + ".busy_cycles") / all});
   }
   if (!section.bars.empty()) sections.push_back(section);
 }

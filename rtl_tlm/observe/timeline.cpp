@@ -8,9 +8,10 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
-#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/modules/simt/simt_counters.h"
 
@@ -18,7 +19,7 @@ namespace grtx::sim {
 namespace {
 
 template <typename T>
-const T* part(const modules::RtUnitModule& rt, const char* name) {
+const T* part(const modules::RtUnitModule& rt, const std::string& name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
 }
 
@@ -46,17 +47,16 @@ Timeline::Timeline(const TimelineOptions& options, Gpu& gpu, const MemorySystem&
       // The parts of the first RT unit carry no number: most SMs have one.
       const std::string prefix = tracks.rt_units.size() == 1 ? "" : std::string(rt->basename()) + ".";
       unit_of.rt = rt.get();
-      const auto* const walk = part<modules::WarpWalkScheduler>(*rt, "warp_walk_scheduler");
-      unit_of.scheduler = part<modules::RtScheduler>(*rt, "rt_scheduler");
-      if (walk != nullptr) unit_of.scheduler = walk;
-      unit_of.buffer = part<modules::WarpBuffer>(*rt, "warp_buffer");
-      unit_of.scheduler_track.track =
-          writer_.track(tracks.process, prefix + (walk != nullptr ? "warp_walk_scheduler" : "rt_scheduler"));
-      for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
-        const auto* unit = part<modules::IntersectionState>(*rt, name);
+      for (const modules::PartInfo& of : modules::part_table({}, {})) {
+        if (const auto* scheduler = part<modules::RtSchedulerState>(*rt, of.name)) {
+          unit_of.scheduler = scheduler;
+          unit_of.scheduler_track.track = writer_.track(tracks.process, prefix + of.name);
+        }
+        if (const auto* buffer = part<modules::WarpBuffer>(*rt, of.name)) unit_of.buffer = buffer;
+        const auto* unit = part<modules::IntersectionState>(*rt, of.name);
         if (unit == nullptr) continue;
         unit_of.units.push_back(unit);
-        unit_of.unit_tracks.push_back({writer_.track(tracks.process, prefix + name), kNothing, ""});
+        unit_of.unit_tracks.push_back({writer_.track(tracks.process, prefix + of.name), kNothing, ""});
       }
     }
     tracks.l1.track = writer_.track(tracks.process, "l1d");

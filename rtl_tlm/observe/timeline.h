@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "grtx/modules/cache/l1_cache.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"

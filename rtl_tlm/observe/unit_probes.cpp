@@ -1,129 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/rtl_tlm/observe/unit_probes.h"
 
+#include "grtx/rtl_tlm/observe/unit_probes.h"
 #include <bit>
 #include <stdexcept>
-
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/any_hit_unit.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/memory_scheduler.h"
-#include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/observe/wave_enumerations.h"
 
 namespace grtx::sim {
 namespace {
 
-using modules::LaneState;
-
-constexpr unsigned kCounterBits = 48;
-constexpr unsigned kLevelBits = 16;
+using modules::kCounterBits;
+using modules::kLevelBits;
+using modules::state_of;
 
 /// A part of the RT unit by its name, or nullptr when this configuration does not elaborate it.
 template <typename T>
-const T* elaborated_part(const modules::RtUnitModule& rt, const char* name) {
+const T* elaborated_part(const modules::RtUnitModule& rt, const std::string& name) {
   return dynamic_cast<const T*>(sc_core::sc_find_object((std::string(rt.name()) + "." + name).c_str()));
-}
-
-std::uint64_t state_of(bool waiting, bool busy) {
-  return static_cast<std::uint64_t>(waiting ? UnitState::waiting : busy ? UnitState::busy : UnitState::idle);
 }
 
 }  // namespace
 
+Wire add_probe(Wires& wires, const std::string& unit, const modules::UnitProbe& probe) {
+  return wires.add(unit + "." + probe.name, probe.width, probe.detail ? WaveLevel::signals : WaveLevel::units,
+                   probe.is_state ? &unit_states() : nullptr);
+}
+
 RtUnitProbe::RtUnitProbe(Wires& wires, const std::string& scope, const modules::RtUnitModule& rt,
                          const traces::Header& header)
-    : rt_(rt),
-      buffer_(elaborated_part<modules::WarpBuffer>(rt, "warp_buffer")),
-      walk_(elaborated_part<modules::WarpWalkScheduler>(rt, "warp_walk_scheduler")),
-      scheduler_(elaborated_part<modules::RtScheduler>(rt, "rt_scheduler")),
-      memory_(elaborated_part<modules::MemoryScheduler>(rt, "memory_scheduler")),
-      any_hit_(elaborated_part<modules::AnyHitCollector>(rt, "any_hit_collector")),
-      any_hit_unit_(elaborated_part<modules::AnyHitUnit>(rt, "any_hit_unit")),
-      checkpoint_(elaborated_part<modules::CheckpointState>(rt, "checkpoint_unit")),
-      prefetcher_(elaborated_part<modules::SiblingPrefetcher>(rt, "sibling_prefetcher")) {
+    : rt_(rt) {
   const std::size_t before = wires.selected();
-  if (buffer_ != nullptr) warps_of_ = &buffer_->warps();
-  const unsigned warps = warps_of_ != nullptr ? warps_of_->entries() : 64;
-  const unsigned lanes = width_for(std::uint64_t{warps} * modules::kMaxLanes);
-  const auto add = [&](const char* name, unsigned width, const Enumeration* enumeration = nullptr) {
-    return wires.add(scope + "." + name, width, WaveLevel::units, enumeration);
-  };
-  if (walk_ != nullptr) scheduler_ = walk_;
-  if (scheduler_ != nullptr) {
-    const std::string prefix = walk_ != nullptr ? "warp_walk_scheduler." : "rt_scheduler.";
-    issue_ = add((prefix + "issue").c_str(), 1);
-    stall_ = add((prefix + "stall_reason").c_str(), width_for(modules::kStalls), &stall_reasons());
+  const std::vector<modules::PartInfo> parts = modules::part_table({}, {});
+  for (const modules::PartInfo& part : parts) {
+    const auto* scheduler = elaborated_part<modules::RtSchedulerState>(rt, part.name);
+    if (scheduler == nullptr) continue;
+    scheduler_ = scheduler;
+    const std::string unit = scope + "." + part.name;
+    issue_ = wires.add(unit + ".issue", 1);
+    stall_ = wires.add(unit + ".stall_reason", width_for(modules::kStalls), WaveLevel::units, &stall_reasons());
+    add_probes(wires, unit, elaborated_part<modules::Probed>(rt, part.name));
   }
-  if (walk_ != nullptr) {
-    walk_waiting_ = add("warp_walk_scheduler.waiting", kLevelBits);
-    walk_under_way_ = add("warp_walk_scheduler.under_way", kLevelBits);
-    walk_hits_ = add("warp_walk_scheduler.hits", kLevelBits);
+  for (const modules::PartInfo& part : parts) {
+    add_probes(wires, scope + "." + part.name, elaborated_part<modules::Probed>(rt, part.name));
   }
-  if (warps_of_ != nullptr) {
-    occupancy_ = add("warp_buffer.occupancy", width_for(warps));
-    ready_ = add("warp_buffer.ready_warps", warps);
-  }
-  if (memory_ != nullptr) {
-    memory_queue_ = add("memory_scheduler.queued", kLevelBits);
-    memory_outstanding_ = add("memory_scheduler.outstanding", kLevelBits);
-    fetches_ = wires.add(scope + ".memory_scheduler.node_sectors", kCounterBits, WaveLevel::signals);
-  }
-  for (const char* name : {"ray_box", "ray_triangle", "ray_sphere", "ray_gaussian", "ray_transform"}) {
-    Unit unit;
-    unit.unit = elaborated_part<modules::IntersectionState>(rt, name);
-    if (unit.unit == nullptr) continue;
-    const std::string prefix = std::string(name) + ".";
-    unit.state = add((prefix + "state").c_str(), 2, &unit_states());
-    unit.busy = add((prefix + "busy").c_str(), kLevelBits);
-    unit.queued = add((prefix + "queued").c_str(), lanes);
-    unit.in_flight = add((prefix + "in_flight").c_str(), lanes);
-    units_.push_back(unit);
-  }
-  if (any_hit_unit_ != nullptr) {
-    heap_hits_ = add("any_hit_unit.hits_held", lanes);
-    heap_handled_ = wires.add(scope + ".any_hit_unit.hits", kCounterBits, WaveLevel::signals);
-    heap_entered_ = wires.add(scope + ".any_hit_unit.entered", kCounterBits, WaveLevel::signals);
-  }
-  if (any_hit_ != nullptr) {
-    any_hit_waiting_ = add("any_hit_collector.lanes_waiting", lanes);
-    any_hit_at_shader_ = add("any_hit_collector.lanes_at_shader", lanes);
-    any_hit_timer_ = add("any_hit_collector.timer", kLevelBits);
-    any_hit_batches_ = add("any_hit_collector.batches", kCounterBits);
-    any_hit_timeouts_ = add("any_hit_collector.timeouts", kCounterBits);
-  }
-  if (checkpoint_ != nullptr) {
-    ckpt_submitting_ = add("checkpoint_unit.lanes_submitting", lanes);
-    ckpt_reading_ = add("checkpoint_unit.lanes_reading", lanes);
-    ckpt_writes_ = add("checkpoint_unit.writes_queued", kLevelBits);
-    ckpt_outstanding_ = add("checkpoint_unit.outstanding", kLevelBits);
-    ckpt_written_ = add("checkpoint_unit.entries_written", kCounterBits);
-    ckpt_read_ = add("checkpoint_unit.entries_read", kCounterBits);
-  }
-  for (const char* name : {"ray_box", "ray_transform", "checkpoint_unit"}) {
+  const modules::WarpBuffer* buffer = nullptr;
+  const modules::CheckpointState* checkpoint = nullptr;
+  for (const modules::PartInfo& part : parts) {
+    if (const auto* found = elaborated_part<modules::WarpBuffer>(rt, part.name)) buffer = found;
+    if (const auto* found = elaborated_part<modules::CheckpointState>(rt, part.name)) checkpoint = found;
     Rtl rtl;
-    rtl.block = elaborated_part<RtlSignals>(rt, name);
+    rtl.block = elaborated_part<RtlSignals>(rt, part.name);
     if (rtl.block == nullptr) continue;
     for (const RtlSignal& signal : rtl.block->rtl_signals()) {
-      const std::string wire = scope + "." + name + ".rtl." + signal.name;
+      const std::string wire = scope + "." + part.name + ".rtl." + signal.name;
       rtl.signals.push_back(wires.add(wire, signal.width, WaveLevel::signals));
     }
     rtl_.push_back(std::move(rtl));
   }
-  if (prefetcher_ != nullptr) {
-    prefetch_queue_ = add("sibling_prefetcher.queued", kLevelBits);
-    prefetch_outstanding_ = add("sibling_prefetcher.outstanding", kLevelBits);
-  }
-  if (warps_of_ != nullptr) {
-    for (unsigned entry = 0; entry < warps; ++entry) {
-      warps_.emplace_back(wires, scope + ".warp_buffer", *warps_of_, entry, checkpoint_, header);
-    }
+  for (unsigned entry = 0; buffer != nullptr && entry < buffer->warps().entries(); ++entry) {
+    warps_.emplace_back(wires, scope + ".warp_buffer", buffer->warps(), entry, checkpoint, header);
   }
   selected_ = wires.selected() != before;
+}
+
+void RtUnitProbe::add_probes(Wires& wires, const std::string& unit, const modules::Probed* part) {
+  if (part == nullptr || !parts_.insert(part).second) return;
+  for (modules::UnitProbe& probe : part->probes()) {
+    const std::size_t before = wires.selected();
+    const Wire wire = add_probe(wires, unit, probe);
+    if (wires.selected() != before) probes_.emplace_back(std::move(probe), wire);
+  }
 }
 
 void RtUnitProbe::sample(Cycle now) {
@@ -133,79 +84,11 @@ void RtUnitProbe::sample(Cycle now) {
     issue_.set(stall == 0);
     stall_.set(stall);
   }
-  if (walk_ != nullptr && warps_of_ != nullptr) sample_walk();
-  if (warps_of_ != nullptr) {
-    occupancy_.set(static_cast<unsigned>(std::popcount(warps_of_->occupied())));
-    ready_.set(warps_of_->ready_entries());
-  }
-  if (memory_ != nullptr) {
-    memory_queue_.set(memory_->queued());
-    memory_outstanding_.set(memory_->outstanding());
-    fetches_.set(memory_->counters().node_sectors());
-  }
-  for (Unit& unit : units_) {
-    const unsigned busy = unit.unit->busy_pipelines(now);
-    unit.state.set(state_of(unit.unit->queued() != 0, !unit.unit->idle() || busy != 0));
-    unit.busy.set(busy);
-    unit.queued.set(unit.unit->queued());
-    unit.in_flight.set(unit.unit->in_flight());
-  }
-  if (any_hit_unit_ != nullptr) {
-    const modules::AnyHitUnitCounters counters = any_hit_unit_->counters().unit;
-    heap_hits_.set(any_hit_unit_->held());
-    heap_handled_.set(counters.hits);
-    heap_entered_.set(counters.entered);
-  }
-  if (any_hit_ != nullptr) {
-    if (warps_of_ != nullptr) sample_any_hit(now);
-    any_hit_batches_.set(any_hit_->counters().batches);
-    any_hit_timeouts_.set(any_hit_->counters().timeouts);
-  }
-  if (checkpoint_ != nullptr) {
-    ckpt_submitting_.set(checkpoint_->lanes_submitting());
-    ckpt_reading_.set(checkpoint_->lanes_reading());
-    ckpt_writes_.set(checkpoint_->writes_queued());
-    ckpt_outstanding_.set(checkpoint_->outstanding());
-    ckpt_written_.set(checkpoint_->counters().entries_written);
-    ckpt_read_.set(checkpoint_->counters().entries_read);
-  }
+  for (auto& [probe, wire] : probes_) wire.set(probe.at(now));
   for (Rtl& rtl : rtl_) {
     for (std::size_t i = 0; i < rtl.signals.size(); ++i) rtl.signals[i].set(rtl.block->rtl_value(i, now));
   }
-  if (prefetcher_ != nullptr) {
-    prefetch_queue_.set(prefetcher_->queued());
-    prefetch_outstanding_.set(prefetcher_->outstanding());
-  }
   for (WarpProbe& warp : warps_) warp.sample();
-}
-
-// Entries that wait in the RT unit, nodes under way and hits of all its warps.
-void RtUnitProbe::sample_walk() {
-  std::uint64_t waiting = 0, under_way = 0, hits = 0;
-  modules::for_each_bit(warps_of_->occupied(), [&](unsigned entry) {
-    waiting += walk_->stack_of(entry).waiting();
-    under_way += walk_->stack_of(entry).under_way();
-    hits += walk_->hits_of(entry);
-  });
-  walk_waiting_.set(waiting);
-  walk_under_way_.set(under_way);
-  walk_hits_.set(hits);
-}
-
-void RtUnitProbe::sample_any_hit(Cycle now) {
-  unsigned waiting = 0;
-  unsigned at_shader = 0;
-  Cycle timer = 0;
-  modules::for_each_bit(warps_of_->occupied(), [&](unsigned entry) {
-    const modules::Warp& warp = warps_of_->warp(entry);
-    const LaneMask lanes = warp.in_state(LaneState::waiting_any_hit);
-    waiting += static_cast<unsigned>(std::popcount(lanes));
-    at_shader += static_cast<unsigned>(std::popcount(warp.in_state(LaneState::in_any_hit)));
-    if (lanes != 0) timer = std::max(timer, now - warp.any_hit_since);
-  });
-  any_hit_waiting_.set(waiting);
-  any_hit_at_shader_.set(at_shader);
-  any_hit_timer_.set(std::min<Cycle>(timer, (1u << kLevelBits) - 1));
 }
 
 SimtProbe::SimtProbe(Wires& wires, const std::string& scope, const modules::SimtCore& simt) : simt_(simt) {

@@ -5,18 +5,15 @@
 
 #include <array>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/any_hit_collector.h"
-#include "grtx/modules/rt_unit/any_hit_unit.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
-#include "grtx/modules/rt_unit/memory_scheduler.h"
-#include "grtx/modules/rt_unit/sibling_prefetcher.h"
-#include "grtx/modules/rt_unit/warp_buffer.h"
-#include "grtx/modules/rt_unit/warp_walk_scheduler.h"
+#include "grtx/modules/kernel/unit_probe.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 #include "grtx/modules/simt/simt_core.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
@@ -28,45 +25,32 @@ namespace grtx::sim {
 
 class RtUnitProbe {
  public:
-  /// User-supplied parts of the unit have no signals.
+  /// Signals of the parts in the table, as far as they are Probed, and of the warps in our own warp buffer.
   RtUnitProbe(Wires& wires, const std::string& scope, const modules::RtUnitModule& rt, const traces::Header& header);
   void sample(Cycle now);
+  bool shows(const modules::Probed& part) const { return parts_.contains(&part); }
 
  private:
-  void sample_any_hit(Cycle now);
-  void sample_walk();
-
-  struct Unit {
-    const modules::IntersectionState* unit = nullptr;
-    Wire state, busy, queued, in_flight;
-  };
   /// Signals of a unit that is a Verilated block.
   struct Rtl {
     const RtlSignals* block = nullptr;
     std::vector<Wire> signals;
   };
+  void add_probes(Wires& wires, const std::string& unit, const modules::Probed* part);
+
   const modules::RtUnitModule& rt_;
-  const modules::WarpBuffer* buffer_;
-  const modules::WarpWalkScheduler* walk_;
-  const modules::RtSchedulerState* scheduler_;
-  const modules::MemoryScheduler* memory_;
-  const modules::AnyHitCollector* any_hit_;
-  const modules::AnyHitUnit* any_hit_unit_;
-  const modules::CheckpointState* checkpoint_;
-  const modules::SiblingPrefetcher* prefetcher_;
-  const modules::WarpTable* warps_of_ = nullptr;
+  const modules::RtSchedulerState* scheduler_ = nullptr;
   StallFollower stalls_;
   bool selected_ = false;
-  Wire issue_, stall_, occupancy_, ready_, memory_queue_, memory_outstanding_, fetches_, any_hit_waiting_,
-      any_hit_at_shader_, any_hit_timer_, any_hit_batches_, any_hit_timeouts_;
-  Wire walk_waiting_, walk_under_way_, walk_hits_;
-  Wire heap_hits_, heap_handled_, heap_entered_;
-  Wire ckpt_submitting_, ckpt_reading_, ckpt_writes_, ckpt_outstanding_, ckpt_written_, ckpt_read_;
-  Wire prefetch_queue_, prefetch_outstanding_;
-  std::vector<Unit> units_;
+  Wire issue_, stall_;
+  std::set<const modules::Probed*> parts_;
+  std::vector<std::pair<modules::UnitProbe, Wire>> probes_;
   std::vector<Rtl> rtl_;
   std::vector<WarpProbe> warps_;
 };
+
+/// Adds the wire of a unit's own probe below its name.
+Wire add_probe(Wires& wires, const std::string& unit, const modules::UnitProbe& probe);
 
 class SimtProbe {
  public:

@@ -5,9 +5,9 @@
 #include <array>
 #include <string>
 
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/warp_table.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 #include "grtx/rtl_tlm/observe/wires.h"
 #include "grtx/traces/header.h"
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "grtx/modules/rt_unit/warp_table.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 #include "grtx/modules/simt/simt_counters.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 

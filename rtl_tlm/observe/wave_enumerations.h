@@ -12,8 +12,7 @@ namespace grtx::sim {
 const Enumeration& warp_states();
 /// Action of the RT scheduler: none (a warp was scheduled), or the reason for a stall (StallFollower::look()).
 const Enumeration& stall_reasons();
-/// State of an intersection unit, a cache or a memory.
-enum class UnitState : std::uint8_t { idle, busy, waiting };
+/// State of a unit (modules::UnitState).
 const Enumeration& unit_states();
 /// Kind of the node that a warp fetches or tests.
 enum class NodeSignal : std::uint8_t { none, internal, instance, triangle, procedural };

@@ -68,10 +68,12 @@ Waveform::Waveform(const WaveformOptions& options, Gpu& gpu, const MemorySystem&
 }
 
 void Waveform::add_own_probes(const sc_core::sc_object& object) {
-  if (const auto* const probed = dynamic_cast<const modules::Probed*>(&object)) {
+  const auto* const probed = dynamic_cast<const modules::Probed*>(&object);
+  const auto shown = [probed](const RtUnitProbe& rt) { return rt.shows(*probed); };
+  if (probed != nullptr && std::none_of(rt_units_.begin(), rt_units_.end(), shown)) {
     for (modules::UnitProbe& probe : probed->probes()) {
       const std::size_t before = wires_.selected();
-      const Wire wire = wires_.add(std::string(object.name()) + "." + probe.name, probe.width);
+      const Wire wire = add_probe(wires_, object.name(), probe);
       if (wires_.selected() != before) own_probes_.emplace_back(std::move(probe), wire);
     }
   }
@@ -93,7 +95,7 @@ void Waveform::sample(Cycle now) {
   crossbar_replies_.set(crossbar.reply.packets_in);
   for (unsigned i = 0; i < dram_outstanding_.size(); ++i) dram_outstanding_[i].set(memory_.outstanding(i));
   for (auto& [probe, wire] : memory_probes_) wire.set(probe.value());
-  for (auto& [probe, wire] : own_probes_) wire.set(probe.value());
+  for (auto& [probe, wire] : own_probes_) wire.set(probe.at(now));
   const auto sample_all = [now](auto& probes) {
     for (auto& probe : probes) probe.sample(now);
   };

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "grtx/base/json.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
 
 namespace grtx::sim {
 namespace {
@@ -18,45 +19,38 @@ namespace {
 using nlohmann::ordered_json;
 
 struct UnitNames {
-  const char* unit;
-  std::vector<std::string_view> prefixes;
-  std::vector<std::string_view> keys;  ///< prefixes of its configuration keys
+  std::string unit;
+  std::vector<std::string> prefixes;
+  std::vector<std::string> keys;  ///< prefixes of its configuration keys
 };
 
 /// In the order of the data flow: a warp is launched, its rays traverse the tree, its fetches go to the DRAM. The
 /// longest matching prefix decides a name's unit.
 const std::vector<UnitNames>& units() {
-  static const std::vector<UnitNames> all = {
-      {"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}, {"gpu."}},
-      {"SIMT core", {"gpu.simt."}, {"simt."}},
-      {"RT scheduler and warp buffer", {"gpu.rt."}, {"rt."}},
-      {"stack unit", {"gpu.rt.stack."}, {}},
-      {"memory scheduler", {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."}, {"rt.memory"}},
-      {"prefetchers", {"gpu.rt.prefetch."}, {"rt.prefetch."}},
-      {"ray-box unit", {"gpu.rt.ray_box."}, {"rt.box."}},
-      {"ray-triangle unit", {"gpu.rt.ray_triangle."}, {"rt.triangle."}},
-      {"ray-sphere unit", {"gpu.rt.ray_sphere."}, {"rt.sphere."}},
-      {"ray-transform unit", {"gpu.rt.ray_transform."}, {"rt.transform."}},
-      {"ray-Gaussian unit", {"gpu.rt.ray_gaussian."}, {"rt.gaussian."}},
-      {"any-hit unit", {"gpu.rt.any_hit.unit."}, {"rt.any_hit_unit."}},
-      {"any-hit collector", {"gpu.rt.any_hit"}, {"rt.any_hit"}},
-      {"checkpoint unit", {"gpu.rt.checkpoint.", "gpu.rt.replay_"}, {"rt.checkpoint."}},
-      {"L1 data cache", {"gpu.l1."}, {"l1."}},
-      {"crossbar", {"gpu.crossbar."}, {"crossbar."}},
-      {"L2", {"gpu.l2."}, {"l2."}},
-      {"DRAM", {"gpu.dram."}, {"dram."}},
-      {"whole machine", {""}, {"gpu.core_mhz"}},
-      {"energy", {"gpu.energy_"}, {}},
-      {"lower bounds", {"gpu.bound."}, {}}};
+  static const std::vector<UnitNames> all = [] {
+    std::vector<UnitNames> list = {{"work distributor", {"gpu.distributor.", "gpu.sm", "gpu.frame"}, {"gpu."}},
+                                   {"SIMT core", {"gpu.simt."}, {"simt."}}};
+    for (const modules::PartInfo& part : modules::part_table({}, {})) {
+      if (!part.title.empty()) list.push_back({part.title, part.statistics, part.keys});
+    }
+    list.insert(list.end(), {{"L1 data cache", {"gpu.l1."}, {"l1."}},
+                             {"crossbar", {"gpu.crossbar."}, {"crossbar."}},
+                             {"L2", {"gpu.l2."}, {"l2."}},
+                             {"DRAM", {"gpu.dram."}, {"dram."}},
+                             {"whole machine", {""}, {"gpu.core_mhz"}},
+                             {"energy", {"gpu.energy_"}, {}},
+                             {"lower bounds", {"gpu.bound."}, {}}});
+    return list;
+  }();
   return all;
 }
 
 /// Place of the unit with the longest prefix of `name`; none: no prefix fits.
-std::optional<std::size_t> place_of(const std::string& name, std::vector<std::string_view> UnitNames::*prefixes) {
+std::optional<std::size_t> place_of(const std::string& name, std::vector<std::string> UnitNames::*prefixes) {
   std::optional<std::size_t> place;
   std::size_t longest = 0;
   for (std::size_t i = 0; i < units().size(); ++i) {
-    for (const std::string_view prefix : units()[i].*prefixes) {
+    for (const std::string& prefix : units()[i].*prefixes) {
       if (!name.starts_with(prefix) || prefix.size() < longest) continue;
       longest = prefix.size();
       place = i;
@@ -111,7 +105,7 @@ std::string line_of(const StatisticDifference& difference) {
 StatisticUnit unit_of_statistic(const std::string& statistic) {
   if (statistic.starts_with("gpu.sm") && statistic.find(".rt") != statistic.npos) return unit_of_statistic("gpu.rt.");
   const std::size_t place = *place_of(statistic, &UnitNames::prefixes);  // "" fits all
-  return {place, units()[place].unit};
+  return {place, units()[place].unit.c_str()};
 }
 
 bool is_time(const std::string& statistic, const std::string& unit) {

@@ -21,8 +21,8 @@
 #include "grtx/base/error.h"
 #include "grtx/base/split_mix.h"
 #include "grtx/modules/kernel/link_access.h"
-#include "grtx/modules/rt_unit/checkpoint_unit.h"
-#include "grtx/modules/rt_unit/decide/checkpoint_layout.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
+#include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_layout.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/rtl/rtl_signals.h"
@@ -273,6 +273,7 @@ class CheckpointRtl final : public CheckpointModule, public CheckpointState, pub
         << model_.edges() << " clock edges\n";
   }
 
+  std::size_t lanes() const override { return rays_.size(); }
   std::size_t lanes_submitting() const override { return model_->submitted_level; }
   std::size_t lanes_reading() const override { return model_->reads_level; }
   std::size_t writes_queued() const override { return model_->writes_level; }

@@ -23,7 +23,7 @@
 
 #include "grtx/base/split_mix.h"
 #include "grtx/modules/kernel/ring_queue.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/rtl_tlm/rtl/clocked_model.h"
 #include "grtx/rtl_tlm/rtl/intersection_operands.h"
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
@@ -252,6 +252,7 @@ class IntersectionRtl final : public IntersectionModule, public IntersectionStat
   }
   std::uint64_t progress() const override { return counters_.operations; }
   IntersectionCounters counters() const override { return counters_; }
+  std::size_t lanes() const override { return lanes_.size(); }
   Inventory inventory() const override { return intersection_inventory(name(), config_, path_, lanes_.size()); }
   void dump_state(std::ostream& out) const override {
     out << name() << " (RTL): " << queued() << " queued, " << in_flight() << " in flight, " << model_.edges()

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "grtx/modules/rt_unit/checkpoint_if.h"
+#include "grtx/modules/rt_unit/checkpoint/checkpoint_if.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/rt_unit/rt_unit_parts.h"
 

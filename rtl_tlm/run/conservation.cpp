@@ -8,7 +8,8 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/rt_unit/rt_scheduler.h"
+#include "grtx/modules/rt_unit/rt_unit_table.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 #include "grtx/modules/tlm/at_payload_pool.h"
 
 namespace grtx::sim {
@@ -16,6 +17,13 @@ namespace grtx::sim {
 namespace {
 
 using Equal = std::function<void(const std::string& what, std::uint64_t executed, std::uint64_t expected)>;
+
+/// Node sectors that units at the node ports answered themselves.
+std::uint64_t kept_nodes(const GpuCounters& c) {
+  std::uint64_t kept = 0;
+  for (const modules::PartInfo& part : modules::part_table({}, {})) kept += c.l1.own.of(part.kept_nodes);
+  return kept;
+}
 
 /// Accesses to each memory region, from the unit that makes them down to the DRAM.
 void check_regions(const GpuCounters& c, const Equal& equal) {
@@ -27,7 +35,7 @@ void check_regions(const GpuCounters& c, const Equal& equal) {
   equal("L1 reads of checkpoint entries", checkpoint.reads, c.rt.checkpoint.sectors_read);
   equal("L1 writes of stack entries", stack.writes, c.rt.stack.spills);
   equal("L1 reads of stack entries", stack.reads, c.rt.stack.fills);
-  equal("L1 reads of nodes", c.l1.nodes().reads, c.rt.memory.node_sectors());
+  equal("L1 reads of nodes", c.l1.nodes().reads, c.rt.memory.node_sectors() - kept_nodes(c));
   for (const Region region : {Region::k_buffer, Region::eviction, Region::gaussian, Region::sh, Region::ray}) {
     const std::size_t i = index(region);
     const std::string of = " of region " + std::string(name_at<modules::Region>(i));
@@ -90,7 +98,7 @@ void check_work(const GpuCounters& c, const traces::Totals& totals, std::uint64_
 void check_traffic(const GpuCounters& c, const Equal& equal) {
   const std::uint64_t rt_requests = c.rt.memory.node_sectors() - c.rt.memory.shader_sectors + c.rt.stack.spills +
                                     c.rt.stack.fills + c.rt.checkpoint.sectors_read + c.rt.checkpoint.sectors_written +
-                                    c.rt.prefetch.sectors;
+                                    c.rt.prefetch.sectors - kept_nodes(c);
   equal("L1 accesses", c.l1.accesses(), rt_requests + c.simt.memory.sectors());
   equal("L1 responses", c.l1.responses, c.l1.accesses());
   equal("checkpoint writes acknowledged", c.rt.checkpoint.acknowledged, c.rt.checkpoint.sectors_written);

@@ -7,7 +7,7 @@
 
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
-#include "grtx/modules/rt_unit/decide/warp_stack.h"
+#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack.h"
 
 namespace grtx::sim {
 

@@ -17,8 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/modules/rt_unit/any_hit_unit.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/any_hit_unit/any_hit_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"

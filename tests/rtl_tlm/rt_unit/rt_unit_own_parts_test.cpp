@@ -6,7 +6,7 @@
 #include <ostream>
 #include <utility>
 
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 #include "traces/random_group.h"
 

@@ -2,7 +2,7 @@
 // Short stacks of the RT unit: which sectors move, when, and what that costs a lane. docs/model/stack_unit.md.
 #include <gmock/gmock.h>
 
-#include "grtx/modules/rt_unit/stack_unit.h"
+#include "grtx/modules/rt_unit/stack/stack_unit.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 
 namespace grtx::sim {

@@ -148,6 +148,23 @@ TEST_F(WarpWalk, EntriesBeyondTheStackGoToMemoryAndComeBack) {
   EXPECT_GT(bench.dones[0].cycle, roomy.dones[0].cycle);
 }
 
+// The RT scheduler refused such a trace, the walk took it.
+TEST_F(WarpWalk, EntriesInATraceWithoutCheckpointingWereIgnored) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "an exception crosses SystemC's stacks: see rt_unit_damaged_trace_test.cpp";
+#endif
+  traces::RayGroup group = fan(2, 2);
+  group.rays[1].events[2] = cull_event(11, 1);
+  RtBench bench(small_header(), walking(8));
+  try {
+    bench.run(group);
+    ADD_FAILURE() << "the trace was taken";
+  } catch (const sc_core::sc_report& report) {
+    EXPECT_STREQ(report.get_msg(),
+                 "trace: group 0 lane 1 round 0: writes checkpoint entries although checkpointing is off");
+  }
+}
+
 TEST_F(WarpWalk, TracesThatWarpsCannotWalkAreRefusedByTheKey) {
   const auto refused = [](const traces::Header& header, BenchOptions options) {
     try {

@@ -17,7 +17,7 @@
 #include "grtx/base/error.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/tracer/node_intersection.h"
-#include "grtx/modules/rt_unit/intersection_unit.h"
+#include "grtx/modules/rt_unit/intersection/intersection_unit.h"
 #include "grtx/rtl_tlm/rtl/intersection_operands.h"
 #include "grtx/rtl_tlm/rtl/rtl_units.h"
 #include "grtx/rtl_tlm/run/simulation.h"

@@ -12,7 +12,7 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/cache/decide/replacement.h"
 #include "grtx/modules/dram/decide/dram_scheduling.h"
-#include "grtx/modules/rt_unit/decide/warp_selection.h"
+#include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys and counters of the memory scheduler.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <string>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
+
+namespace grtx::modules {
+
+struct MemorySchedulerConfig {
+  unsigned queue = 64;  ///< a warp is scheduled only while kMaxLanes (32) places are free
+  bool merge_in_flight = true;
+  bool by_shader = false;
+  unsigned sectors_per_cycle = 1;
+  NodeTrafficConfig traffic;
+  void parameters(ParameterList& list) {
+    list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
+    list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
+             from_public("Vulkan-Sim merges within one cycle only"));
+    list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
+             from_paper("GRTX, Section IV: the RT unit does"));
+    list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
+             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim)
+        .came_later();
+    list.rule(
+        "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
+    traffic.parameters(list);
+  }
+};
+/// What the part brings to the table of all parts.
+PartInfo part_info(const MemorySchedulerConfig& config);
+
+struct MemorySchedulerCounters {
+  std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits
+  std::array<std::uint64_t, kRegionCount> fetches{};  ///< after merging
+  std::array<std::uint64_t, kRegionCount> sectors{};  ///< requests sent
+  std::uint64_t shader_batches = 0;                   ///< by_shader: messages to the SIMT core
+  std::uint64_t shader_sectors = 0;                   ///< by_shader: sectors in these messages, equals sum of `sectors`
+  Distribution fetch_latency;                         ///< cycles from the first lane's visit to the last sector
+  std::uint64_t node_visits() const;
+  std::uint64_t node_fetches() const;
+  std::uint64_t node_sectors() const;
+  static const CounterTable<MemorySchedulerCounters>& table();
+  void add(const MemorySchedulerCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
+}  // namespace grtx::modules

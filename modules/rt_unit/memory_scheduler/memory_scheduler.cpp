@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
+
+#include <cassert>
+#include <numeric>
+#include <ostream>
+#include <string>
+
+#include "grtx/base/error.h"
+#include "grtx/modules/kernel/make_anew.h"
+#include "grtx/modules/kernel/unit_fault.h"
+
+namespace grtx::modules {
+
+std::uint64_t MemorySchedulerCounters::node_visits() const {
+  return std::accumulate(visits.begin(), visits.end(), std::uint64_t{0});
+}
+std::uint64_t MemorySchedulerCounters::node_fetches() const {
+  return std::accumulate(fetches.begin(), fetches.end(), std::uint64_t{0});
+}
+std::uint64_t MemorySchedulerCounters::node_sectors() const {
+  return std::accumulate(sectors.begin(), sectors.end(), std::uint64_t{0});
+}
+
+const CounterTable<MemorySchedulerCounters>& MemorySchedulerCounters::table() {
+  using C = MemorySchedulerCounters;
+  using Column = CounterColumn<decltype(&C::visits)>;
+  static const CounterTable<C> table =
+      CounterTable<C>()
+
+          .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed")
+          .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp")
+          .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
+          .by_name<Region>(is_node, Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
+                           Column{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
+                           Column{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
+          .sum(&C::shader_batches, "shader_fetch.batches", "batches", "node fetch calls to the SIMT core")
+          .sum(&C::shader_sectors, "shader_fetch.sectors", "sectors", "node sectors read by the SIMT core")
+          .distribution(&C::fetch_latency, "node_fetch_latency", "cycles",
+                        "mean time from the visit until the last sector of the fetch is back", "longest node fetch");
+  return table;
+}
+
+MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
+                                 const traces::Header& header, unsigned entries)
+    : NodeFetchModule(name),
+      config_(config),
+      header_(header),
+      traffic_(header, config.traffic),
+      fetches_(std::size_t{entries} * kMaxLanes),
+      under_way_(entries),
+      queue_(config.queue > 0 ? config.queue : 1),
+      merge_(entries, AddressIndex(kMaxLanes)) {
+  require_allowed("rt.memory", config);
+}
+
+void MemoryScheduler::end_of_elaboration() {
+  warps_ = &warp_buffer->warps();
+  fetched_node_ = fetched_node.operator->();
+  requests_ = writer_of(request);
+  responses_ = reader_of(response);
+  batches_ = writer_of(batch);
+  batches_done_ = reader_of(batch_done);
+  const bool bound = config_.by_shader ? batches_ && batches_done_ : requests_ && responses_;
+  if (!bound) throw Error("RT unit", name(), "needs its memory ports, or those of the SIMT core when by_shader");
+}
+
+void MemoryScheduler::restart() {
+  make_anew(traffic_, header_, config_.traffic);
+  std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
+  std::fill(fetches_.begin(), fetches_.end(), Fetch());
+  std::fill(under_way_.begin(), under_way_.end(), 0);
+  queue_.clear();
+  front_.reset();
+  outstanding_ = 0;
+  visited_.clear();
+  visited_entry_ = 0;
+  counters_ = {};
+}
+
+// Unique, because nodes are at least 32 B apart.
+std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
+  return address / traces::kQuantisedUnit << 1 | (header ? 1u : 0u);
+}
+
+void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
+  assert(has_room());
+  now_ = now;
+  if (config_.merge_in_flight) return;
+  for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
+  visited_.clear();
+  visited_entry_ = entry;
+}
+
+void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
+  const NodeVisit node{kind, address, header};
+  const NodeSectors sectors(node, traffic_);
+  const auto region = static_cast<std::size_t>(sectors.region());
+  ++counters_.visits[region];
+  const LaneMask lane = bit(lane_of(id));
+  const std::uint64_t key = merge_key(node.address, node.header);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
+    if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
+      throw Error("trace", place_in_trace(warps_->warp(entry_of(id)), lane_of(id)),
+                  "the node at byte " + std::to_string(address) + " is of two kinds");
+    }
+    fetches_[under_way].lanes |= lane;
+    return;
+  }
+  merge.insert(key, id);
+  if (!config_.merge_in_flight) visited_.push_back(key);
+  ++counters_.fetches[region];
+  const auto count = static_cast<std::uint8_t>(sectors.count());
+  fetches_[id] = {node, lane, now_, count, count};
+  under_way_[entry_of(id)] |= lane;
+  queue_.push({id, 0});
+}
+
+void MemoryScheduler::count_visit(const NodeVisit& node) {
+  ++counters_.visits[index(traffic_.region(node.kind, node.address))];
+}
+
+void MemoryScheduler::issue(Cycle now) {
+  if (queue_.empty()) return;
+  config_.by_shader ? issue_batch(now) : issue_sectors(now);
+}
+
+void MemoryScheduler::issue_sectors(Cycle now) {
+  for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && requests_.can_push(now); ++i) {
+    Pending& p = queue_.front();
+    const Fetch& f = fetches_[p.fetch];
+    if (p.next == 0) front_.emplace(f.node, traffic_);
+    const SectorAccess sector = front_->at(p.next);
+    MemoryRequest message;
+    message.address = sector.address;
+    message.tag = p.fetch;
+    message.region = sector.region;
+    requests_.push(now, message);
+    ++counters_.sectors[static_cast<std::size_t>(message.region)];
+    ++outstanding_;
+    if (++p.next == f.sectors) queue_.pop();
+  }
+}
+
+void MemoryScheduler::issue_batch(Cycle now) {
+  if (!batches_.can_push(now)) return;
+  const unsigned entry = entry_of(queue_.front().fetch);
+  batches_.push(now, take_batch(entry, warps_->warp(entry).slot));
+}
+
+NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
+  NodeFetchBatch message;
+  message.slot = slot;
+  message.entry = static_cast<std::uint16_t>(entry);
+  for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
+    const LaneId id = queue_.front().fetch;
+    const Fetch& f = fetches_[id];
+    const NodeSectors sectors(f.node, traffic_);
+    message.fetches |= bit(lane_of(id));
+    for (unsigned s = 0; s < f.sectors; ++s) {
+      message.sectors.push_back(sectors.at(s));
+      ++counters_.sectors[static_cast<std::size_t>(message.sectors.back().region)];
+    }
+    outstanding_ += f.sectors;
+    counters_.shader_sectors += f.sectors;
+  }
+  ++counters_.shader_batches;
+  return message;
+}
+
+void MemoryScheduler::respond(Cycle now) {
+  if (config_.by_shader) return take_batch_done(now);
+  for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
+    const MemoryResponse* arrived = responses_.front(now);
+    if (arrived == nullptr) return;
+    const auto id = static_cast<LaneId>(arrived->tag);
+    responses_.pop(now);
+    if (id >= fetches_.size() || fetches_[id].missing == 0) {
+      unit_fault(name(), "the L1 has answered a node request of lane " + std::to_string(id) + ", which made none");
+    }
+    Fetch& f = fetches_[id];
+    --outstanding_;
+    if (--f.missing == 0) complete(now, id);
+  }
+}
+
+void MemoryScheduler::take_batch_done(Cycle now) {
+  const NodeFetchDone* front = batches_done_.front(now);
+  if (front == nullptr) return;
+  const NodeFetchDone done = *front;
+  batches_done_.pop(now);
+  for_each_bit(done.fetches, [&](unsigned lane) {
+    const LaneId id = lane_id(done.entry, lane);
+    outstanding_ -= fetches_[id].missing;
+    fetches_[id].missing = 0;
+    complete(now, id);
+  });
+}
+
+void MemoryScheduler::complete(Cycle now, LaneId id) {
+  Fetch& f = fetches_[id];
+  counters_.fetch_latency.add(now - f.asked);
+  under_way_[entry_of(id)] &= ~bit(lane_of(id));
+  const std::uint64_t key = merge_key(f.node.address, f.node.header);
+  AddressIndex& merge = merge_[entry_of(id)];
+  if (config_.merge_in_flight && merge.find(key) == id) merge.erase(key);
+  const LaneMask lanes = f.lanes;
+  f.lanes = 0;
+  fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);
+}
+
+std::vector<UnitProbe> MemoryScheduler::probes() const {
+  return {{"queued", kLevelBits, [this] { return queued(); }},
+          {"outstanding", kLevelBits, [this] { return outstanding(); }},
+          {"node_sectors", kCounterBits, [this] { return counters_.node_sectors(); }, {}, true}};
+}
+
+Inventory MemoryScheduler::inventory() const {
+  Inventory inventory{name(), {}, {}};
+  // A record: lanes, node address (48 bits), kind, sectors still missing.
+  inventory.storage.push_back({"fetches", StorageKind::ram, fetches_.size() * (kMaxLanes + 48 + 3 + 4)});
+  inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (8 + 3)});
+  inventory.operators.push_back({"match", 48, std::uint64_t{kMaxLanes} * (kMaxLanes - 1) / 2});
+  return inventory;
+}
+
+void MemoryScheduler::dump_state(std::ostream& out) const {
+  out << name() << ": " << queue_.size() << " fetches to issue, " << outstanding_ << " sectors outstanding\n";
+  for (std::size_t e = 0; e < under_way_.size(); ++e) {
+    for_each_bit(under_way_[e], [&](unsigned lane) {
+      const Fetch& f = fetches_[e * kMaxLanes + lane];
+      out << "  entry " << e << " lane " << lane << " node " << f.node.address << " lanes " << std::popcount(f.lanes)
+          << " missing " << unsigned{f.missing} << " since " << f.asked << '\n';
+    });
+  }
+}
+
+PartInfo part_info(const MemorySchedulerConfig& config) {
+  PartInfo part;
+  part.name = "memory_scheduler";
+  part.title = "memory scheduler";
+  part.statistics = {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."};
+  part.keys = {"rt.memory"};
+  part.bounds = {{"rt_port",
+                  {"gpu.rt.node_sectors"},
+                  config.sectors_per_cycle,
+                  0,
+                  true,
+                  "node sectors of the busiest RT unit over the width of its port",
+                  "the port of the RT units to the L1"}};
+  part.stalls = {{"memory", "nodes under way"}, {"queue_full", "their port to the L1"}};
+  return part;
+}
+
+}  // namespace grtx::modules

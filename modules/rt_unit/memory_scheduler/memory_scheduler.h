@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory scheduler of the RT unit: merges equal node addresses of a warp into one fetch and issues it sector by sector.
+// Paper: Section IV-B ("fetches the node at the top of the traversal stack"; duplicate requests are merged).
+// Cost: a queue of fetches not fully issued, and per lane of the warp buffer a record of lanes and missing sectors.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <systemc>
+#include <vector>
+
+#include "grtx/modules/kernel/address_index.h"
+#include "grtx/modules/kernel/bounded_queue.h"
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/unit_probe.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
+#include "grtx/modules/rt_unit/decide/node_visit.h"
+#include "grtx/modules/rt_unit/memory_scheduler/decide/memory_scheduler_config.h"
+#include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
+#include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
+
+namespace grtx::modules {
+
+class MemoryScheduler final : public NodeFetchModule, public Probed {
+ public:
+  using Config = MemorySchedulerConfig;
+  using Counters = MemorySchedulerCounters;
+  MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
+                  unsigned entries);
+
+  const NodeTraffic& traffic() const override { return traffic_; }
+  bool has_room() const override { return queue_.room() >= kMaxLanes; }
+  /// Visits merge only with those since the last call, and, with merge_in_flight, with pending fetches of the warp.
+  void begin_warp(Cycle now, unsigned entry) override;
+  void visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) override;
+  void count_visit(const NodeVisit& node) override;
+
+  /// Receives at most sectors_per_cycle responses, or one batch from the SIMT core.
+  void respond(Cycle now) override;
+  /// Sends at most sectors_per_cycle sectors, or one batch: the fetches of one warp at the front of the queue.
+  void issue(Cycle now) override;
+  bool busy() const override { return !queue_.empty(); }
+
+  std::size_t queued() const { return queue_.size(); }        ///< fetches not fully issued
+  std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
+  bool idle() const override { return queue_.empty() && outstanding_ == 0; }
+  std::uint64_t progress() const override { return counters_.node_sectors() + counters_.fetch_latency.count(); }
+  Counters counters() const override { return counters_; }
+  Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
+  void dump_state(std::ostream& out) const override;
+  void restart() override;
+
+ private:
+  struct Fetch {
+    NodeVisit node;
+    LaneMask lanes = 0;
+    Cycle asked = 0;
+    std::uint8_t sectors = 0;  ///< number of sectors
+    std::uint8_t missing = 0;  ///< responses missing
+  };
+  struct Pending {
+    LaneId fetch = 0;
+    std::uint8_t next = 0;  ///< sector to send next
+  };
+  static std::uint64_t merge_key(std::uint64_t address, bool header);
+  void end_of_elaboration() override;
+  void issue_sectors(Cycle now);
+  void take_batch_done(Cycle now);
+  void issue_batch(Cycle now);
+  void complete(Cycle now, LaneId fetch);
+  NodeFetchBatch take_batch(unsigned entry, std::uint16_t slot);
+
+  Config config_;
+  const traces::Header& header_;
+  NodeTraffic traffic_;
+  WarpTable* warps_ = nullptr;
+  fetched_node_if* fetched_node_ = nullptr;
+  LinkWriter<MemoryRequest> requests_;
+  LinkReader<MemoryResponse> responses_;
+  LinkWriter<NodeFetchBatch> batches_;
+  LinkReader<NodeFetchDone> batches_done_;
+  std::vector<Fetch> fetches_;       ///< [LaneId of the first lane], as a lane has at most one visit in flight
+  std::vector<LaneMask> under_way_;  ///< [entry] first lanes of the pending fetches
+  BoundedQueue<Pending> queue_;
+  std::optional<NodeSectors> front_;    ///< sectors of the fetch at the front of the queue, once begun
+  std::vector<AddressIndex> merge_;     ///< [entry] node -> first lane of the fetch that a visit can join
+  std::vector<std::uint64_t> visited_;  ///< without merge_in_flight: keys of the current warp's visits
+  unsigned visited_entry_ = 0;
+  Cycle now_ = 0;
+  std::uint64_t outstanding_ = 0;  ///< sectors sent, not answered
+  Counters counters_;
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys and counters of the RT scheduler, and of the warp walk scheduler in its place.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
+#include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
+#include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
+#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
+
+namespace grtx::modules {
+
+struct RtSchedulerConfig {
+  std::string policy = "oldest_first";  ///< name of a WarpSelection
+  void parameters(ParameterList& list) {
+    list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
+  }
+};
+/// What the part brings to the table of all parts.
+PartInfo part_info(const RtSchedulerConfig& config);
+
+struct RtSchedulerCounters {
+  std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;
+  std::array<std::uint64_t, kStalls> stall{};
+  // Trace events executed.
+  std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0, culls = 0;
+  std::uint64_t replay_takes = 0, replay_forwards = 0, any_hit_calls = 0, intersection_calls = 0;
+  WarpWalkCounters walk;
+  std::uint64_t events() const {
+    return visits_internal + visits_instance + visits_leaf + culls + replay_takes + replay_forwards;
+  }
+  double simt_efficiency() const {
+    return lanes_active == 0 ? 0.0 : static_cast<double>(lanes_handled) / static_cast<double>(lanes_active);
+  }
+  static const CounterTable<RtSchedulerCounters>& table();
+  void add(const RtSchedulerCounters& other) { table().add(*this, other); }
+  void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
+};
+
+}  // namespace grtx::modules

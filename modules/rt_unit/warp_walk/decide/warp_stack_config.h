@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys and counters of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each
+// lane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "grtx/base/declare/named_enum.h"
+#include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/rt_unit/part/part_info.h"
+
+namespace grtx::modules {
+
+/// lane: each lane has a stack of its own and is at one node at a time. warp: the lanes of a warp share one stack,
+/// whose entries are a node and the lanes that visit it.
+enum class TraversalWay : std::uint8_t { lane, warp };
+constexpr auto enum_names(TraversalWay) { return names_in_order<TraversalWay>({"lane", "warp"}); }
+
+struct WarpStackConfig {
+  /// A node's children, and what a sector holds, must fit.
+  static constexpr unsigned kFewestEntries = 10;
+  static constexpr unsigned kMostAhead = 32;  ///< a test's tag names one of so many node slots
+  /// Hits of a warp that are not answered, and leaf tests that may find one, together: four for each lane.
+  static constexpr unsigned kHits = 128;
+
+  unsigned entries = 64;
+  unsigned ahead = 16;
+  void parameters(ParameterList& list) {
+    list.add("entries", entries, {kFewestEntries, 1024}, "entries",
+             "with rt.traversal = warp: stack of a warp in the RT unit; deeper ones spill", kOurs)
+        .came_later();
+    list.add("ahead", ahead, {1, kMostAhead}, "entries",
+             "with rt.traversal = warp: entries of a warp's stack that may be under way at once, the topmost ones",
+             kOurs)
+        .came_later();
+  }
+};
+/// What the part brings to the table of all parts, if it is used or not.
+PartInfo part_info(const WarpStackConfig& config, bool used);
+
+/// Counters of warps that walk together; 0 if each lane has a stack.
+struct WarpWalkCounters {
+  std::uint64_t entries = 0;       ///< started, or dropped
+  std::uint64_t dropped = 0;       ///< beyond t_max of all their lanes
+  std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
+  std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
+  std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
+};
+
+}  // namespace grtx::modules

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Warp walk scheduler of the RT unit, in the place of the RT scheduler: a warp has one stack of nodes and the lanes
+// that visit them, and several of its entries are under way at once. Each node is fetched once for all its lanes.
+// Beyond the paper. Cost: the stack, a node slot for each entry under way, queues of hits. docs/model/warp_walk.md has
+// the timing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <iosfwd>
+#include <systemc>
+#include <utility>
+#include <vector>
+
+#include "grtx/modules/kernel/inventory.h"
+#include "grtx/modules/kernel/ring_queue.h"
+#include "grtx/modules/kernel/unit_probe.h"
+#include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
+#include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
+#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack.h"
+#include "grtx/traces/header.h"
+
+namespace grtx::modules {
+
+/// Tag of a lane's test: warp, node slot and lane. A lane may be in several tests at once.
+constexpr LaneId walk_test(unsigned entry, unsigned slot, unsigned lane) {
+  return static_cast<LaneId>((entry * WarpStackConfig::kMostAhead + slot) * kMaxLanes + lane);
+}
+
+class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, public Probed {
+ public:
+  using Config = WarpStackConfig;
+
+  /// scheduler: the policy. entries: warps of the warp buffer. Throws Error for a trace that warps cannot
+  /// walk.
+  WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtSchedulerConfig& scheduler,
+                    unsigned entries, const traces::Header& header);
+
+  void begin(unsigned entry) override;
+  void schedule(Cycle now) override;
+  void fetched(Cycle now, unsigned entry, LaneMask slots, traces::NodeKind kind) override;
+  void unit_result(Cycle now, LaneId test) override;
+  void stack_settled(LaneId id) override;
+  void any_hit_done(Cycle now, const AnyHitDone& done) override;
+  void entry_read(LaneId) override {}     // no replay
+  void entries_taken(LaneId) override {}  // no checkpoints
+  fetched_node_if* fetched_nodes() override { return this; }
+
+  Inventory inventory() const override;
+  std::vector<UnitProbe> probes() const override;
+  void dump_state(std::ostream& out) const override;
+  void restart() override;
+
+ private:
+  struct LaneWalk {
+    LaneTree tree;
+    RingQueue<std::uint32_t> hits;  ///< events; the first is at the any-hit part
+    std::uint32_t left = 0;         ///< events that are not done
+  };
+  struct Walk {
+    explicit Walk(WarpStack of_warp) : stack(std::move(of_warp)) {}
+    WarpStack stack;
+    std::vector<LaneWalk> lanes = std::vector<LaneWalk>(kMaxLanes);
+    std::deque<unsigned> done;  ///< slots of finished nodes whose children are not on the stack yet
+    std::size_t next = WarpStack::kNone;
+    unsigned fetching = 0;                 ///< slots whose node is not there
+    unsigned testing = 0;                  ///< tests of lanes that the units have
+    unsigned hits = 0;                     ///< not answered
+    unsigned held = 0;                     ///< places for hits that leaf tests and hits take
+    bool moving = false, filling = false;  ///< the stack unit is at work for it
+  };
+  void end_of_elaboration() override;
+  /// Starts the entry at `place` of the warp's stack.
+  void start(Cycle now, unsigned entry, std::size_t place);
+  /// Counts the events of an entry; returns the lanes that visit its node. The others cull it.
+  LaneMask count_events(const WarpStackEntry& node, const Walk& walk);
+  void node_done(unsigned entry, unsigned slot);
+  void event_done(unsigned entry, unsigned lane);
+  void found(Cycle now, unsigned entry, unsigned lane, std::uint32_t event);
+  void offer(Cycle now, unsigned entry, unsigned lane);
+  void expand(unsigned entry);
+  void move(unsigned entry, std::size_t more, bool top);
+  void refresh(unsigned entry);
+  void children(const Walk& walk, const WarpStackEntry& node);
+
+  Config stacks_;
+  StackEntryLayout layout_;
+  unsigned record_bits_;  ///< of a node, as read
+  bool by_slot_;          ///< children are visited in slot order
+  node_test_if* units_ = nullptr;
+  traces::NodeKind leaf_{};
+  std::vector<Walk> walks_;               ///< [entry]
+  std::vector<WarpStackEntry> children_;  ///< of the node being finished
+};
+
+/// Throws Error unless warps can walk a trace with this header.
+void require_walkable(const traces::Header& header);
+
+}  // namespace grtx::modules
