@@ -8,9 +8,9 @@ set(grtx_traces_stands_on base)
 set(grtx_frontend_stands_on base traces)
 set(grtx_modules_stands_on base traces)
 set(grtx_sim_stands_on base traces modules)
-set(grtx_lab_stands_on base traces modules sim)
-set(grtx_view_stands_on base traces modules sim explore)
-set(grtx_study_stands_on base traces frontend modules sim explore report)
+set(grtx_explore_stands_on base traces modules sim)
+set(grtx_report_stands_on base traces modules sim explore)
+set(grtx_experiment_stands_on base traces frontend modules sim explore report)
 set(grtx_program_stands_on base traces frontend modules sim explore report experiment)
 
 # grtx_find(NAME [VERSION]): find_package() that must succeed; in the installed package, what a user's
