@@ -28,7 +28,7 @@ import os
 import sys
 from collections import defaultdict
 
-from sweep_database import open_plan
+from sweep_database import points
 
 PARTS = ("held out", "used", "all")  # of the cases, as --used tells them apart
 NAMES = ("gpu.cycles", "gpu.windows.cycles_low", "gpu.windows.cycles_high")
@@ -36,16 +36,8 @@ NAMES = ("gpu.cycles", "gpu.windows.cycles_low", "gpu.windows.cycles_high")
 
 def read(machine, path):
     """[(machine, mode, scene, view, coordinates, design, values, seconds)] of the points that are done."""
-    database = open_plan(path)
-    rows = []
-    for number, mode, scene, design, coordinates, seconds in database.execute(
-            "SELECT id, mode, scene, design, coordinates, seconds FROM of_plan WHERE status = 'done'"):
-        at = json.loads(coordinates)
-        values = dict(database.execute(
-            f"SELECT name, value FROM value WHERE point_id = ? AND name IN ({','.join('?' * len(NAMES))})",
-            (number, *NAMES)))
-        rows.append((machine, mode, scene, at.pop("view", 0), at, design, values, seconds))
-    return rows
+    return [(machine, point["mode"], point["scene"], point["at"].pop("view", 0), point["at"], point["design"], point["values"], point["seconds"])
+            for point in points(path, *NAMES)]
 
 
 def text(coordinates):

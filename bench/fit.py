@@ -27,6 +27,8 @@ from statistics import geometric_mean
 
 from paper import claims
 
+from sweep_database import points
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 # Printed figures that a machine decides; the others are of scenes (bytes, height, footprint, buffers) or a sum (storage).
 CLAIMS = {"sw": "speedup-sw", "hw": "speedup-hw", "grtx": "speedup-grtx", "grtx over the better": "grtx-over-best", "node fetches": "fetches-grtx",
@@ -131,18 +133,15 @@ def read(plan, out, mode):
             path = os.path.join(out, f"{name}-{design}.sqlite")
             if not os.path.exists(path):
                 continue
-            database = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
             try:
-                for number, view, config, tracer in database.execute(
-                        "SELECT id, point.scene, config, json_extract(options, '$.tracer') FROM point JOIN trace ON trace.key = trace_key "
-                        "WHERE point.status = 'done' AND mode = ?", (mode,)):
-                    config, tracer = json.loads(config), json.loads(tracer)
-                    option = {"k": tracer["k"], "secondary": tracer["secondary"], "shader": config["rt.memory.by_shader"]}.get(name)
-                    values = database.execute("SELECT name, value FROM value WHERE point_id = ? AND name LIKE 'gpu.%'", (number,))
-                    table[name, design, view, str(option), address({k: config.get(k) for k in plan["today"]}, design)] = dict(values)
+                done = points(path, earlier=True)
             except sqlite3.Error as error:
                 refuse(f"{path}: {error}")
-            database.close()
+            for point in done:
+                config, tracer = point["config"], point["tracer"]
+                option = {"k": tracer["k"], "secondary": tracer["secondary"], "shader": config["rt.memory.by_shader"]}.get(name)
+                if point["mode"] == mode:
+                    table[name, design, point["scene"], str(option), address({k: config.get(k) for k in plan["today"]}, design)] = point["values"]
 
     def of(machine, view, frame, design, option=None):
         return table.get((frame, design, view, str(option), address(keys_of(plan, machine), design)))

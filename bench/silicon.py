@@ -13,12 +13,11 @@ Exit code 1 when a database has no point to compare.
 """
 import argparse
 import csv
-import json
 import os
 import sys
 from statistics import geometric_mean as mean
 
-from sweep_database import open_plan
+from sweep_database import points
 
 NAMES = {"tlas-tri20": "shared icosahedron", "tlas-tri80": "shared, 80 triangles", "tlas-box": "shared box, shader",
          "tlas-sphere": "shared sphere"}
@@ -26,10 +25,7 @@ NAMES = {"tlas-tri20": "shared icosahedron", "tlas-tri80": "shared, 80 triangles
 
 def read(path):
     """[(view, coordinates, cycles)] of the points that are done."""
-    database = open_plan(path)
-    return [(scene, json.loads(at), cycles) for scene, at, cycles in database.execute(
-        "SELECT scene, coordinates, value FROM of_plan JOIN value ON point_id = id "
-        "WHERE status = 'done' AND name = 'gpu.cycles' ORDER BY id")]
+    return [(point["scene"], point["at"], point["values"]["gpu.cycles"]) for point in points(path, "gpu.cycles")]
 
 
 def row(cells):

@@ -16,6 +16,8 @@ template <typename Number>
 InRange(Number, Number) -> InRange<Number>;
 struct OneOf {
   std::vector<std::string> names;
+  std::string gone = {};     ///< a name that was there before
+  std::string instead = {};  ///< and what to use in its place
 };
 struct AnyOf {
   std::vector<unsigned> numbers;

@@ -30,6 +30,7 @@ std::string not_converted(const std::string& flag, const std::string& text) {
 
 std::string breach(const OneOf& rule, const std::string& text) {
   if (std::find(rule.names.begin(), rule.names.end(), text) != rule.names.end()) return {};
+  if (!rule.gone.empty() && text == rule.gone) return fmt::format("'{}' is gone: {}", text, rule.instead);
   return fmt::format("unknown value '{}', the nearest is '{}' (known: {})", text, nearest_name(text, rule.names),
                      joined_names(rule.names));
 }

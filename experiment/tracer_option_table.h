@@ -14,9 +14,6 @@ namespace grtx::experiment {
 inline constexpr const char* kKernelDegree =
     "n of a Gaussian's response exp(-4.5 (d/3)^n), d in standard deviations: 2 is 3DGS, 4 what 3DGRT trains by default";
 
-/// Values of --tracing: the names of Tracing, and "tiles", the renderer that makes no trace.
-std::vector<std::string> tracing_names();
-
 /// Calls visit(name, value, description[, rule]) for each option that a trace header records in its inputs, in the
 /// order of --help. settings may be const.
 template <typename Settings, typename Visit>
@@ -63,10 +60,10 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("mapping", settings.mapping, "How pixels form warps; tiles of 16, 8, 4: 4x4, 4x2, 2x2");
   visit("warp-size", settings.warp_size, "Rays of a warp", OneOf{{"4", "8", "16", "32"}});
   visit("tracing", settings.tracing,
-        "multi: rounds of k hits; single: one round, then a sort (--k holds all hits); closest: a round a hit; tiles: "
-        "the same image without rounds (trace --no-trace); list: one "
-        "traversal, all hits to a list of the ray in memory, blended in batches of the nearest",
-        OneOf{tracing_names()});
+        "multi: rounds of k hits; single: one round, then a sort (--k holds all hits); closest: a round a hit; list: "
+        "one traversal, all hits to a list of the ray in memory, blended in batches of the nearest",
+        OneOf{names_of<frontend::Tracing>(), "tiles",
+              "--tracing single makes the same image, fastest with --k 64 or more"});
   visit("list-capacity", o.list_capacity,
         "Hits that the list of a ray holds, with --tracing list; more take a further "
         "pass",

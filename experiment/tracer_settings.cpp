@@ -23,12 +23,6 @@ unsigned bvh_width(const TracerSettings& settings) {
 
 }  // namespace
 
-std::vector<std::string> tracing_names() {
-  std::vector<std::string> names = names_of<Tracing>();
-  names.push_back("tiles");
-  return names;
-}
-
 const std::vector<TracerOptionName>& tracer_option_names() {
   static const std::vector<TracerOptionName> all = [] {
     std::vector<TracerOptionName> names;
@@ -88,9 +82,6 @@ void check_ahead(const TracerOptions& o, AccelKind accel) {
 }  // namespace
 
 TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
-  if (settings.tracing == "tiles") {
-    throw Error("--tracing", "tiles", "visits what it likes and renders only: it needs trace --no-trace");
-  }
   TracerOptions o = settings.options;
   o.checkpoint = checkpoint;
   o.kernel = kernel_of(settings.kernel_radius, settings.kernel_degree);

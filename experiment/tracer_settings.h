@@ -29,7 +29,7 @@ struct TracerSettings {
   unsigned kernel_degree = 2;
   InstanceBounds instance_bounds = InstanceBounds::tight;
   traces::WarpMapping mapping = traces::WarpMapping::tile8x4;
-  std::string tracing = "multi";  ///< a name of Tracing, or "tiles"
+  std::string tracing = "multi";  ///< a name of Tracing
   unsigned box_bits = 8;
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   std::optional<unsigned> bvh_width;  ///< none: default_width() of the layout

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands and options of `grtx`, read from what its --help prints: for manual pages (man_pages.py) and completion
-(completions.py).
+"""The commands and options of `grtx`, read from what its --help prints, for completion (completions.py).
 
 A line of --help is a name with the parser's marks, then from column 30 on the description; a longer name stands alone, and
 the description follows: `  --view UINT=0 Excludes: --views`.

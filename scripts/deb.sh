@@ -15,8 +15,8 @@ build() {
   if [ "$charts" = ON ] && ! command -v npm >/dev/null; then
     fail "npm is missing, and reports would have no charts: install npm, or say --no-charts"
   fi
-  for program in dpkg-shlibdeps:dpkg-dev file:file; do
-    command -v "${program%:*}" >/dev/null || fail "${program%:*} is missing, by which libraries are found that a package needs: install ${program#*:}"
+  for program in dpkg-shlibdeps:dpkg-dev file:file help2man:help2man; do
+    command -v "${program%:*}" >/dev/null || fail "${program%:*} is missing, which finds a package's libraries or makes its manual: install ${program#*:}"
   done
   mkdir -p "${1:-$top/build/packages}"
   out=$(cd "${1:-$top/build/packages}" && pwd)

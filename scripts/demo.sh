@@ -40,7 +40,7 @@ fi
 step "3/5 A scene of $count Gaussians, and its picture"
 "$grtx" synth --preset hall --count "$count" --seed 1 -o "$out/hall.ply"
 view=(--scene "$out/hall.ply" --cameras "$out/hall.cameras.json" --view 0)
-"$grtx" trace "${view[@]}" --width 512 --height 512 --accel tlas-sphere --tracing tiles --no-trace --image "$out/hall.png" --quiet >"$out/hall.txt"
+"$grtx" trace "${view[@]}" --width 512 --height 512 --accel tlas-sphere --tracing single --k 64 --no-trace --image "$out/hall.png" --quiet >"$out/hall.txt"
 echo "picture, 512 x 512: $out/hall.png"
 
 results=()

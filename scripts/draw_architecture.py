@@ -65,7 +65,7 @@ AREAS = {
 PLACES = {
     **column(36, 222, 74, ["Scene", "Camera", "Generated scene"]),
     **column(274, 222, 74, ["Structure", "Hit function", "fp64 reference"]),
-    **column(512, 222, 74, ["Rays and rounds", "Tiles of rays", "Image"]),
+    **column(512, 222, 74, ["Rays and rounds", "Image"]),
     **column(786, 202, 74, ["Trace: read, write", "Coding of a group"]),
     **column(1002, 202, 74, ["Events, header", "Orders of children and checkpoints"]),
     **column(36, 222, 354, ["Configuration", "Shared decisions"]),

@@ -23,8 +23,8 @@ case "$*" in
       verilator yosys
       python3-numpy python3-pandas python3-matplotlib
       python3-pip python3-nbclient python3-nbformat python3-ipykernel
-      git
-      gtkwave xvfb xauth x11-apps imagemagick fonts-dejavu-core
+      git help2man
+      gtkwave xvfb xauth imagemagick fonts-dejavu-core
     )
     # shellcheck source=/dev/null
     system=$(. /etc/os-release && echo "${ID:-} ${VERSION_ID:-}")

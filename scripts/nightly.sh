@@ -4,7 +4,7 @@
 #   asan       everything under AddressSanitizer and UndefinedBehaviorSanitizer (preset asan)
 #   tsan       the tracer and the trace reader's threads under ThreadSanitizer (preset tsan)
 #   readers    every reader under libFuzzer, a million inputs or an hour each (preset fuzz, clang)
-#   coverage   all tests in that build, then the lines that none of them ran
+#   coverage   all tests in that build, then the lines that none of them ran: build/fuzz/coverage/index.html
 #   mutations  seeded mutations of all inputs, an hour
 #   faults     each call fails once; a hundred kills a command; power loss at each moment
 #   relations  two hundred random cases of each relation of scripts/metamorphic.py, others each night
@@ -44,11 +44,18 @@ tsan() {
 readers() { scripts/fuzz.sh --guided 1000000 3600; }
 coverage() {
   sanitized fuzz || return 1
-  local tests=0
-  rm -rf build/fuzz/profile  # of another night's programs: profiles add up
-  ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 LLVM_PROFILE_FILE="$PWD/build/fuzz/profile/%m_%p.profraw" \
+  local tests=0 profile=$PWD/build/fuzz/profile version='' program objects=()
+  rm -rf "$profile"  # of another night's programs: profiles add up
+  ASAN_OPTIONS=detect_leaks=0:detect_stack_use_after_return=0 LLVM_PROFILE_FILE="$profile/%m_%p.profraw" \
     ctest --preset fuzz -j "$jobs" || tests=1
-  scripts/coverage.py --lines && return $tests
+  command -v llvm-cov >/dev/null || version=-14
+  find "$profile" -name '*.profraw' >"$profile/list"
+  # A process that was killed leaves a profile that is cut off.
+  llvm-profdata$version merge --sparse --failure-mode=all -f "$profile/list" -o "$profile/all" 2>/dev/null || return 1
+  for program in build/fuzz/tests/*_tests build/fuzz/tests/fuzz_readers; do objects+=(-object "$program"); done
+  objects+=(-instr-profile "$profile/all" -ignore-filename-regex='/(tests|build)/|^/usr/')
+  llvm-cov$version show build/fuzz/grtx "${objects[@]}" -format=html -output-dir=build/fuzz/coverage &&
+    llvm-cov$version report build/fuzz/grtx "${objects[@]}" && return $tests
 }
 mutations() { scripts/build.sh release reader_tests explore_tests report_tests rtl_tlm_tests && scripts/fuzz.sh 60; }
 faults() { scripts/build.sh release grtx fault_injector && scripts/inject_faults.py --jobs "$jobs"; }

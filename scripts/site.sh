@@ -3,8 +3,8 @@
 # The documentation as a site, with search and the reference of the public headers: scripts/site.sh [--install] [-o FOLDER]
 #   --install       installs what it takes from Debian's packages first (root or sudo); --install-only: nothing else
 #   -o              where the site goes (default build/site): a new or empty folder, or an earlier site, which goes
-# After the packages nothing is fetched. The site works from the disk: open build/site/index.html. Exit code 1: a link of
-# it leads nowhere.
+# After the packages nothing is fetched. Pages open from the disk (build/site/index.html); the search wants a server: python3 -m
+# http.server -d build/site. Links to sources lead to GRTX_FORGE (docs/site/links.py). Exit code 1: a link leads nowhere.
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 packages=(mkdocs mkdocs-material doxygen python3)
@@ -37,5 +37,9 @@ for program in mkdocs doxygen; do
 done
 mkdir -p "${out:=$here/build/site}"
 out=$(cd "$out" && pwd)
-# Debian's Python: mkdocs and its theme are its packages.
-exec /usr/bin/python3 -B "$here/scripts/build_site.py" "$out"
+cd "$here"
+PYTHONDONTWRITEBYTECODE=1 mkdocs build --strict -d "$out" 2> >(grep -v INFO >&2)
+version=$(sed -n 's/^project(grtx_tlm VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+{ cat docs/api/Doxyfile && printf '%s\n' "INPUT = $(scripts/public_headers.py --list | tr '\n' ' ')" "PROJECT_NUMBER = $version" \
+  "OUTPUT_DIRECTORY = \"$out\"" "HTML_OUTPUT = api"; } | doxygen - >/dev/null
+echo "site: $out/index.html" >&2

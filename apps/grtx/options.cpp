@@ -9,8 +9,8 @@
 
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/usage_error.h"
-#include "grtx/base/nearest_name.h"
 #include "grtx/experiment/machine.h"
+#include "grtx/experiment/option_text.h"
 #include "grtx/rtl_tlm/gpu/memory_files.h"
 
 namespace grtx::apps {
@@ -31,16 +31,13 @@ CLI::App* make_command(CLI::App& app, CommonOptions& common, const std::string& 
   return command;
 }
 
-CLI::Validator one_of(std::vector<std::string> names) {
-  const std::string choices = joined_names(names);
-  return CLI::Validator(
-      [names = std::move(names), choices](std::string& value) -> std::string {
-        if (std::find(names.begin(), names.end(), value) != names.end()) return {};
-        return fmt::format("unknown value '{}', the nearest is '{}' (known: {})", value, nearest_name(value, names),
-                           choices);
-      },
-      "{" + choices + "}");
+CLI::Validator one_of(experiment::OneOf rule) {
+  const std::string choices = "{" + joined_names(rule.names) + "}";
+  return CLI::Validator([rule = std::move(rule)](std::string& value) { return experiment::breach(rule, value); },
+                        choices);
 }
+
+CLI::Validator one_of(std::vector<std::string> names) { return one_of(experiment::OneOf{std::move(names)}); }
 
 CLI::Validator above_zero() {
   return CLI::Validator(

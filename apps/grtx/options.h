@@ -15,6 +15,7 @@
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/experiment/machine.h"
+#include "grtx/experiment/option_rules.h"
 #include "grtx/experiment/view_choice.h"
 
 namespace grtx::apps {
@@ -32,6 +33,7 @@ void say(fmt::format_string<Values...> form, Values&&... values) {
 
 /// Accepts only `names`; the message for any other value names the nearest one.
 CLI::Validator one_of(std::vector<std::string> names);
+CLI::Validator one_of(experiment::OneOf rule);
 
 /// Accepts numbers from low to high; NaN is refused elsewhere, for all options. Used instead of CLI::Range, whose
 /// message differs between versions of CLI11.

@@ -56,7 +56,7 @@ constexpr const char* kFirstSession = R"(Five steps of a first session, minutes 
      grtx info object.ply
   3. A picture of it
      grtx trace --scene object.ply --cameras object.cameras.json --width 512 \
-       --height 512 --accel tlas-sphere --no-trace --tracing tiles --image o.png
+       --height 512 --accel tlas-sphere --no-trace --k 64 --image o.png
   4. The designs simulated: speed-ups, and a report to open in a browser
      grtx run --scene object.ply --cameras object.cameras.json --width 64 \
        --height 64 -o out

@@ -14,7 +14,6 @@
 #include "grtx/experiment/heatmap.h"
 #include "grtx/experiment/machine.h"
 #include "grtx/experiment/scene_trace.h"
-#include "grtx/experiment/tile_view.h"
 #include "grtx/experiment/tracer_statistics.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
@@ -57,27 +56,6 @@ void write_heatmaps(const std::vector<experiment::HeatmapRequest>& heatmaps, con
   }
 }
 
-int trace_tiles(const TraceArguments& options, frontend::AccelKind kind, const CommonOptions& common) {
-  const auto refuse = [](const char* why) -> Error { return Error("--tracing", "tiles", why); };
-  if (!options.no_trace) throw refuse("visits what it likes, so there is no trace of it: it needs --no-trace");
-  if (options.checkpoint == "on") throw refuse("has no rounds to resume: checkpointing needs --tracing multi");
-  if (!options.heatmaps.empty()) throw refuse("shares its work among rays: a --heatmap needs --tracing multi");
-  if (frontend::is_object_list(options.scene)) throw refuse("works on scenes of one object");
-  if (!options.view.views.empty()) throw refuse("renders one view: --views needs --tracing multi");
-  const experiment::TileView view =
-      experiment::render_tile_view(options.scene, options.view, kind, options.tracer, common.quiet,
-                                   [&common](const FilesRead& files) { common.files.check(files); });
-  if (!options.image.empty()) frontend::write_image(options.image, view.result.image);
-  if (!options.statistics.empty()) write_file(options.statistics, sim::statistics_text(view.document));
-  if (common.json) print_json(view.document);
-  if (!common.quiet && !common.json) {
-    const frontend::TileCounters& c = view.result.counters;
-    fmt::print("tiles of {}: {} rays, {} blended, {:.3g} Mrays/s\n", frontend::accel_name(kind), c.rays, c.blended,
-               static_cast<double>(c.rays) / view.seconds * 1e-6);
-  }
-  return 0;
-}
-
 /// Text for the user on several objects, or on glass and mirror; "" if there are none.
 std::string remark(const frontend::SceneTracer& scene, const frontend::TracedView& traced) {
   if (const frontend::MultiObjectWorld* const world = scene.world()) {
@@ -98,7 +76,6 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (!options.image.empty()) frontend::check_image_name(options.image);
-  if (options.tracer.tracing == "tiles") return trace_tiles(options, kind, common);
   // These throw for invalid options before anything is read.
   experiment::tracer_options(options.tracer, checkpoint, kind);
   experiment::check_secondary(options.tracer.secondary);

@@ -12,7 +12,7 @@ template <typename Number>
 void add_rule(CLI::Option* option, const experiment::InRange<Number>& rule) {
   option->check(in_range(rule.low, rule.high));
 }
-void add_rule(CLI::Option* option, const experiment::OneOf& rule) { option->check(one_of(rule.names)); }
+void add_rule(CLI::Option* option, const experiment::OneOf& rule) { option->check(one_of(rule)); }
 void add_rule(CLI::Option* option, const experiment::AnyOf& rule) {
   std::vector<std::string> numbers;
   for (const auto number : rule.numbers) numbers.push_back(fmt::format("{}", number));

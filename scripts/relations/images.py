@@ -24,12 +24,13 @@ def walks_agree(case):
 
 
 @relation()
-def tiles_agree(case):
-    """--tracing tiles gives the image of the rounds, to the bit."""
+def one_round_agrees(case):
+    """--tracing single, with room for all hits or not, gives the image of the rounds, to the bit."""
     preset = views.scene(case)
     view = ["--scene", "s.ply", *views.view(case)]
     first = rendered(case, "a", *view, *views.walk(case.rng))
-    case.same(f"{preset}: rounds and tiles", first, rendered(case, "b", *view, "--tracing", "tiles", "--accel", "tri20"))
+    single = ["--tracing", "single", "--k", case.rng.choice([4, 64, 1024]), "--accel", "tri20"]
+    case.same(f"{preset}: rounds and one round", first, rendered(case, "b", *view, *single))
 
 
 @relation()

@@ -38,7 +38,7 @@ TEST_F(CliObserve, GtkwaveShowsTheSaveFile) {
   const int status = std::system(("timeout 100 '" + grtx::paths::source_dir() + "/scripts/gtkwave_screenshot.sh' '" +
                                   folder_.path("w.gtkw") + "' '" + folder_.path("w.png") + "' 2>/dev/null")
                                      .c_str());
-  if (WEXITSTATUS(status) == 3) GTEST_SKIP() << "gtkwave, xvfb, xwd or convert is not installed";
+  if (WEXITSTATUS(status) == 3) GTEST_SKIP() << "gtkwave, xvfb, xauth or imagemagick is not installed";
   ASSERT_EQ(status, 0);
   const frontend::Image picture = frontend::read_image(folder_.path("w.png"));
   EXPECT_GE(picture.width, 800U);

@@ -67,31 +67,6 @@ TEST(CliUsage, VersionIsPrinted) {
   }
 }
 
-// They were answered with the nearest name, which meant something else: `fast.step` with gpu.sms.
-TEST(CliUsage, NamesOfEarlierVersionsAreAnsweredWithWhatIsInTheirPlace) {
-  const Folder folder;
-  const std::pair<const char*, const char*> cases[] = {
-      {"sim t.grtx --mode fast", "use cycle"},
-      {"sim t.grtx --mode sampled", "use cycle"},
-      {"sim t.grtx --mode model", "'cycle'"},
-      {"sim t.grtx --sample-engine 4", "in its place: --mode windows"},
-      {"sim t.grtx --jobs 2", "in its place: a sweep with --jobs"},
-      {"cost --set fast.step=3", "in its place: --mode cycle"},
-      {"cost --set sample.stride=4", "in its place: --mode cycle"},
-      {"cost --set simt.private_store.entries=3", "in its place: rt.any_hit_unit.enabled"},
-      {"cost --set rt.checkpoint.forward=true", "in its place: --checkpoint-bins"},
-      {"cost --machine modern", "the nearest is ada;"},
-      {"cost --machine turing", "did you mean rtx2060"},
-      {"cost --spheres", "in its place: --leaves spheres"},
-      {"synth --preset dense_indoor -o s.ply", "hall"}};
-  for (const auto& [arguments, in_place] : cases) {
-    const Outcome outcome = folder.run(arguments);
-    EXPECT_EQ(outcome.code, 2) << arguments;
-    EXPECT_THAT(outcome.err, HasSubstr(in_place)) << arguments;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  }
-}
-
 TEST(CliUsage, WithoutACommandTheStepsOfAFirstSessionGoToStderr) {
   const Folder folder;
   const Outcome outcome = folder.run("");
@@ -142,7 +117,6 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
       {"trace --accel tri2 --scene a --cameras b", {"--accel", "unknown value 'tri2'", "'tri20'"}},
       {"reference --proxy cube --scene a --cameras b -o c.pfm", {"--proxy", "unknown value 'cube'"}},
       {"synth --preset hal -o a.ply", {"--preset", "unknown value 'hal'", "'hall'"}},
-      {"synth --preset indoor -o a.ply", {"--preset", "indoor is called flat now", "hall, room and building"}},
       {"synth --count many -o a.ply", {"--count"}},
       {"synth --count -5 -o a.ply", {"--count"}},
       {"compare a.pfm", {"B", "required"}},
@@ -154,16 +128,12 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
       {"trace --tracing singl --scene a --cameras b", {"--tracing", "unknown value 'singl'", "'single'"}},
       {"trace --tracing single --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "single", "multi"}},
       {"trace --tracing closest --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "closest", "multi"}},
-      {"trace --tracing tiles --scene a --cameras b -o c.grtx", {"--tracing", "tiles", "--no-trace"}},
-      {"trace --tracing tiles --checkpoint on --no-trace --scene a --cameras b", {"--tracing", "tiles", "multi"}},
-      {"trace --tracing tiles --heatmap visits=a.png --no-trace --scene a --cameras b", {"--tracing", "--heatmap"}},
-      {"run --tracing tiles --scene a --cameras b -o c", {"--tracing", "tiles", "--no-trace"}},
+      {"trace --tracing tiles --no-trace --scene a --cameras b",
+       {"--tracing", "'tiles' is gone: --tracing single makes the same image"}},
       {"trace --any-hit late --no-trace --scene a --cameras b", {"--any-hit", "unknown value 'late'"}},
       {"trace --any-hit delayed --checkpoint on --no-trace --scene a --cameras b",
        {"--any-hit", "delayed", "checkpointing off"}},
       {"trace --any-hit delayed --tracing single --no-trace --scene a --cameras b",
-       {"--any-hit", "delayed", "--tracing multi"}},
-      {"trace --any-hit delayed --tracing tiles --no-trace --scene a --cameras b",
        {"--any-hit", "delayed", "--tracing multi"}},
       {"run --any-hit delayed --scene a --cameras b -o c", {"--any-hit", "delayed", "checkpointing off"}},
       {"run --ert-check round --sort-key peak --scene a --cameras b -o c", {"--ert-check", "round", "needs --k"}},
@@ -178,8 +148,6 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
       {"trace --ert-check never --no-trace --scene a --cameras b", {"--ert-check", "unknown value 'never'"}},
       {"trace --ert-check round --tracing list --no-trace --scene a --cameras b",
        {"--ert-check", "round", "--tracing list"}},
-      {"trace --ert-check round --tracing tiles --no-trace --scene a --cameras b",
-       {"--ert-check", "round", "--tracing tiles"}},
       {"trace --triangle-test world --accel ellipsoid --no-trace --scene a --cameras b",
        {"--triangle-test", "triangles"}},
       {"trace --triangle-test world --sort-key peak --no-trace --scene a --cameras b",

@@ -61,26 +61,6 @@ TEST_F(TracingModes, SameImageSoundTraceAndSimulation) {
   }
 }
 
-TEST_F(TracingModes, TilesGiveTheSameImageAndTheirOwnCounters) {
-  for (const std::string accel : {"tri20", "tlas-sphere"}) {
-    const std::string with =
-        "trace --quiet --no-trace --scene s.ply --cameras s.cameras.json --width 29 --height 18 --accel " + accel + " ";
-    must(with + "--image multi.pfm --stats multi.json");
-    must(with + "--tracing tiles --image tiles.pfm --stats tiles.json");
-    EXPECT_THAT(folder_.run("compare multi.pfm tiles.pfm").out, HasSubstr("identical")) << accel;
-    for (const std::string name : {"tracer.rays", "tracer.blended", "tracer.terminated"}) {
-      EXPECT_EQ(stat("tiles.json", name), stat("multi.json", name)) << name;
-    }
-    EXPECT_EQ(stat("tiles.json", "tracer.tiles.count"), 12.0);
-    EXPECT_GE(stat("tiles.json", "tracer.tiles.hits"), stat("tiles.json", "tracer.blended"));
-    EXPECT_FALSE(nlohmann::json::parse(folder_.read("tiles.json")).at("stats").contains("tracer.rounds"));
-    for (const std::string refused : {"--resume strict", "--triangle-test world", "--secondary glass"}) {
-      const Outcome outcome = folder_.run(with + "--tracing tiles " + refused);
-      EXPECT_EQ(outcome.code, 2) << refused;
-    }
-  }
-}
-
 TEST_F(TracingModes, LargestKInAllModes) {
   for (const std::string mode : {"multi", "single", "closest", "list"}) {
     trace(mode, "--k 2048 --tracing " + mode);

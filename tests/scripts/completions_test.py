@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What is made from --help: completion of bash, fish and zsh, and manual pages without the parser's marks.
+"""Completion of bash, fish and zsh, made from --help.
 
 Usage: completions_test.py GRTX
 """
@@ -23,8 +23,7 @@ class Completions(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = temporary.name
-        for script, folder in (("completions.py", "completions"), ("man_pages.py", "man")):
-            subprocess.run([sys.executable, "-B", os.path.join(SCRIPTS, script), PROGRAM, os.path.join(cls.folder, folder)], check=True)
+        subprocess.run([sys.executable, "-B", os.path.join(SCRIPTS, "completions.py"), PROGRAM, os.path.join(cls.folder, "completions")], check=True)
         with open(os.path.join(cls.folder, "scene.ply"), "w", encoding="utf-8"):
             pass
         cls.commands = cli_help.everything(PROGRAM)
@@ -89,13 +88,6 @@ class Completions(unittest.TestCase):
         shown = re.sub(r"\x1b\[[?\d;]*[a-zA-Z]|[\x07\r]|.\x08", "", run.stdout)
         for whole in ("synth", "paper-lean", "gpu.sms=", "scene.ply"):
             self.assertIn(whole, shown)
-
-    def test_manual_pages_have_no_marks_of_the_parser(self):
-        for name in os.listdir(os.path.join(self.folder, "man")):
-            with open(os.path.join(self.folder, "man", name), encoding="utf-8") as file:
-                page = file.read()
-            self.assertNotRegex(page, r"UINT|FLOAT|REQUIRED|Excludes:|Needs:|=\[\]|NONNEGATIVE|POSITIVE", name)
-            self.assertRegex(page, r'^\.TH "GRTX[\w-]*" 1 "\d{4}-\d\d-\d\d" "grtx \d+\.\d+\.\d+" ')
 
 
 if __name__ == "__main__":

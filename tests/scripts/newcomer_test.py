@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """docs/guide/when-it-fails.md and newcomer_answers.txt: every command there gives the answer that stands below it, and each answer
-that is an error is one line with exit code 2 that says what to do next. Every command has --help; grtx alone shows a first session
+that is an error is one line with exit code 2. Every command has --help; grtx alone shows a first session
 that works.
 
     newcomer_test.py GRTX [--record]       --record writes the answers into both.
@@ -9,6 +9,7 @@ that works.
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,8 +18,6 @@ import unittest
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 PAGES = (os.path.join(ROOT, "docs", "guide", "when-it-fails.md"), os.path.join(ROOT, "tests", "scripts", "newcomer_answers.txt"))
 BLOCK = re.compile(r"(?<=```\n)\$ (grtx[^\n]*)\n(.*?)(?=```)", re.S)
-# What a line says that tells where to go on.
-NEXT = re.compile(r"; |\bnearest is\b|\bhas \d+ views\b|\bmust\b|\bend in\b|\bin range\b")
 PROGRAM = ""
 
 
@@ -66,7 +65,7 @@ class Newcomer(unittest.TestCase):
         cls.folder = temporary.name
         prepare(cls.folder)
 
-    def test_each_answer_is_the_page_s_and_says_what_to_do(self):
+    def test_each_answer_is_the_page_s_in_one_line(self):
         blocks = []
         for page in PAGES:
             with open(page, encoding="utf-8") as file:
@@ -78,7 +77,6 @@ class Newcomer(unittest.TestCase):
                 self.assertEqual(text, answer)
                 self.assertEqual(code, 2)
                 self.assertEqual(text.count("\n"), 1)
-                self.assertRegex(text, NEXT)
 
     def test_every_command_has_help(self):
         self.assertGreaterEqual(len(self.commands()), 15)
@@ -88,16 +86,19 @@ class Newcomer(unittest.TestCase):
             self.assertIn(f"Usage: grtx {name}", text)
 
     def test_manual_pages_have_every_option(self):
+        if shutil.which("help2man") is None:
+            self.skipTest("no help2man")
         manual = os.path.join(self.folder, "man")
-        subprocess.run([sys.executable, "-B", os.path.join(ROOT, "scripts", "man_pages.py"), PROGRAM, manual], check=True)
+        subprocess.run([os.path.join(ROOT, "scripts", "man_pages.sh"), PROGRAM, manual], check=True)
         for name in ("run", "sim", "trace"):
             options = re.findall(r"^  (?:-\w,)?(--[a-z-]+)", run(self.folder, f"grtx {name} --help")[1], re.M)
             with open(os.path.join(manual, f"grtx-{name}.1"), encoding="utf-8") as file:
                 page = file.read().replace("\\-", "-")
             self.assertGreater(len(options), 10)
             for option in options:
-                self.assertRegex(page, rf"(?m)^\.B (-\w,)?{option}\b")
-            self.assertNotRegex(page, r"(?m)^\.(?!TH|SH|TP|B )")
+                self.assertRegex(page, rf"(?m)^\\fB(-\w\\fR,)?{option}\b")
+            self.assertRegex(page, rf'(?m)^\.TH GRTX-{name.upper()} "1" "\w+ \d{{4}}" "grtx \d+\.\d+\.\d+"')
+            self.assertIn(f".SH NAME\ngrtx-{name} - ", page)
         self.assertEqual(len(os.listdir(manual)), 1 + len(self.commands()))
 
     def commands(self):

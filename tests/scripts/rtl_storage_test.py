@@ -13,7 +13,7 @@ import unittest
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.join(TOP, "scripts"))
-import rtl_synthesis  # noqa: E402
+import rtl  # noqa: E402
 
 GRTX = sys.argv.pop() if len(sys.argv) > 1 else ""
 CONFIGURATIONS = [[], ["rt.checkpoint.write_combine=true", "rt.checkpoint.lanes=1"],
@@ -24,14 +24,14 @@ CONFIGURATIONS = [[], ["rt.checkpoint.write_combine=true", "rt.checkpoint.lanes=
 class Storage(unittest.TestCase):
     def test_is_that_of_the_inventory(self):
         for settings in CONFIGURATIONS:
-            config, bits, _ = rtl_synthesis.model(GRTX, settings)
-            memories, flip_flops, _ = rtl_synthesis.yosys(config, False)
-            self.assertEqual(rtl_synthesis.check_storage(config, bits, memories, flip_flops), [], settings)
+            config, bits, _ = rtl.model(GRTX, settings)
+            memories, flip_flops, _ = rtl.checkpoint_unit(config, False)
+            self.assertEqual(rtl.check_storage(bits, memories, flip_flops), [], settings)
             if not settings:
                 self.assertEqual(sum(memory[0] for memory in memories.values()) + 144,
                                  1074 * 8 + 16 * (256 + 32 + 48) + 2 * 256 * 8, "the paper's table, and the queues")
                 wrong = dict(bits, reads=bits["reads"] + 1, more=8)
-                self.assertEqual(rtl_synthesis.check_storage(config, wrong, memories, flip_flops + 1),
+                self.assertEqual(rtl.check_storage(wrong, memories, flip_flops + 1),
                                  ["reads: 2048 bits in the RTL, 2049 in the inventory", "more: the RTL has no such memory",
                                   "flip-flops: 521 in the RTL, 144 + 376 expected"])
 

@@ -154,8 +154,6 @@ class Tables(unittest.TestCase):
             written = json.load(file)
         self.assertEqual({name: value for name, value in written["stats"].items() if "seconds" not in name and "per_second" not in name},
                          {name: value for name, value in document["stats"].items() if "seconds" not in name and "per_second" not in name})
-        text, document = self.both(f"trace {VIEW} --tracing tiles --no-trace")
-        self.assertIn(f"{stat(document, 'tracer.rays')} rays, {stat(document, 'tracer.blended')} blended", text)
         text, document = self.both("trace-check t.grtx")
         self.assertIn(f"{document['groups']} groups, {document['totals']['rays']} rays, {document['totals']['rounds']} rounds", text)
         type(self).commands_run.add("trace-dump")
