@@ -41,12 +41,17 @@ class AnyHitCollector final : public AnyHitModule {
   void dump_state(std::ostream& out) const override;
   void restart() override {
     candidates_ = 0;
+    awake_ = false;
     counters_ = {};
   }
 
  private:
   void end_of_elaboration() override;
   void fire_oldest(Cycle now);
+  void become_candidate(unsigned entry) {
+    candidates_ |= bit(entry);
+    awake_ = true;
+  }
   Cycle earliest(Cycle now) const;
   Cycle due(const Warp& warp) const {
     const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();
