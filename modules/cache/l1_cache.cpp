@@ -36,6 +36,7 @@ void L1Cache::end_of_elaboration() {
   up_.wake(&alarm_);
   for (unsigned i = 0; i < config_.clients; ++i) {
     if (i < config_.widths.size()) clients_[i].width = config_.widths[i];
+    clients_[i].hit_places = config_.latency * clients_[i].width;
     clients_[i].request = reader_of(request[i]);
     clients_[i].request.wake(&alarm_);
     waiting_.watch(i, clients_[i].request);
@@ -78,17 +79,19 @@ void L1Cache::load(StateReader& state) {
   dirty_at_start_ = tags_.count_dirty();
 }
 
-// Flattened: the most frequently called function of the model.
-[[gnu::flatten]] Cycle L1Cache::tick(Cycle now) {
-  take_response(now);  // before the requests, so that a sector filled in this cycle hits in this cycle
+// The most frequently called function of the model. What it always does is inlined, what it seldom does is not: its
+// instructions stay in the host's cache.
+Cycle L1Cache::tick(Cycle now) {
+  // Before the requests, so that a sector filled in this cycle hits in this cycle.
+  if (up_.next_visible() <= now) take_response(now);
   take_requests(now);
-  send_miss(now);
-  send_responses(now);
+  if (!miss_queue_.empty() && miss_queue_.front().due <= now) send_miss(now);
+  if (next_response_ <= now) send_responses(now);
   return next_due(now);
 }
 
 // The fill port: one sector or acknowledgement per cycle.
-void L1Cache::take_response(Cycle now) {
+[[gnu::noinline]] void L1Cache::take_response(Cycle now) {
   const MemoryResponse* arrived = up_.front(now);
   if (arrived == nullptr) return;
   if (arrived->write) {
@@ -138,31 +141,24 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 
 // A port accepts up to `width` requests per cycle, a bank one. Clients are tried in priority order, so the first one
 // wins a contested bank.
-void L1Cache::take_requests(Cycle now) {
+inline void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;
   waiting_.for_each_from(first_client_, [&](unsigned i) { take_from(now, i, won); });
 }
 
-void L1Cache::take_from(Cycle now, unsigned i, bool& won) {
+[[gnu::always_inline]] inline void L1Cache::take_from(Cycle now, unsigned i, bool& won) {
   Client& client = clients_[i];
-  const auto wins = [&] {
-    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
-    won = true;
-  };
-  unsigned left = client.width;
-  for (; left > 0; --left) {
+  for (unsigned left = client.width; left > 0; --left) {
     const MemoryRequest* head = client.request.front(now);
     if (head == nullptr) break;
-    MemoryRequest accepted = *head;
-    accepted.client = static_cast<std::uint8_t>(i);
-    accepted.sm = config_.sm;
-    if (!accept(now, client, accepted)) {
+    if (!accept(now, i, *head)) {
       next_request_ = now;
       return;
     }
-    wins();
+    if (!won && config_.rotating_priority) first_client_ = i + 1 == config_.clients ? 0 : i + 1;
+    won = true;
     client.request.pop(now);
   }
   waiting_.popped(i, client.request);
@@ -179,16 +175,17 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
   return stall(reason);
 }
 
-bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
+[[gnu::always_inline]] inline bool L1Cache::accept(Cycle now, unsigned port, const MemoryRequest& access) {
+  Client& client = clients_[port];
   assert(access.address % kSectorBytes == 0);
   // A blocked response port backs up the hit pipeline as far as the request port.
-  if (client.hits.size() >= std::size_t{config_.latency} * client.width) return stall(L1Stall::response_port);
+  if (client.hits.size() >= client.hit_places) return stall(L1Stall::response_port);
   const std::uint64_t sector = access.address / kSectorBytes;
   const std::uint64_t bank = std::uint64_t{1} << (bank_mask_ != 0 ? sector & bank_mask_ : sector % config_.banks);
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
   // A refused request is refused again until something inside has changed.
   if (client.refused.at == version_) return stall(client.refused.reason);
-  const bool accepted = access.write ? accept_write(now, client, access) : accept_read(now, client, access);
+  const bool accepted = access.write ? accept_write(now, port, access) : accept_read(now, port, access);
   if (accepted) {
     banks_taken_ |= bank;
     client.refused.at = kNever;
@@ -196,34 +193,51 @@ bool L1Cache::accept(Cycle now, Client& client, const MemoryRequest& access) {
   return accepted;
 }
 
-bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access) {
+// A hit, the usual case, or accept_miss().
+[[gnu::always_inline]] inline bool L1Cache::accept_read(Cycle now, unsigned port, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
-  const bool hit = config_.perfect || present;
-  const std::uint32_t pending = hit ? MshrTable::kNone : mshrs_.find(access.address);
-  const bool miss = !hit && pending == MshrTable::kNone;
+  if (!present && !config_.perfect) return accept_miss(now, port, access, slot);
+
+  answer_hit(now, port, access);
+  if (present) tags_.touch(slot);
+  if (access.prefetch) {
+    ++counters_.prefetches;
+    ++counters_.prefetches_redundant;
+    return true;
+  }
+  RegionCounters& region = counters_.region[index(access.region)];
+  ++region.reads;
+  ++region.hits;
+  if (present) reference(slot, sector);
+  return true;
+}
+
+// slot: the line, which is present without the sector, or kNone.
+[[gnu::noinline]] bool L1Cache::accept_miss(Cycle now, unsigned port, const MemoryRequest& access,
+                                            SectorCacheTags::Slot slot) {
+  const std::uint32_t pending = mshrs_.find(access.address);
+  const bool miss = pending == MshrTable::kNone;
   if (miss) {
-    if (mshrs_.full()) return refuse(client, L1Stall::mshr_full);
-    if (!room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
-  } else if (!hit && mshrs_.merges_full(pending)) {
-    return refuse(client, L1Stall::merges_full);
+    if (mshrs_.full()) return refuse(clients_[port], L1Stall::mshr_full);
+    if (!room_to_send(1)) return refuse(clients_[port], L1Stall::miss_queue_full);
+  } else if (mshrs_.merges_full(pending)) {
+    return refuse(clients_[port], L1Stall::merges_full);
   }
 
   if (slot != SectorCacheTags::kNone) tags_.touch(slot);
-  if (hit) {
-    answer_hit(now, client, access);
-  } else if (!miss) {
+  const MemoryRequest from = from_port(port, access);
+  if (!miss) {
     if (!access.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
-    mshrs_.merge(pending, access);
-    ++version_;
+    mshrs_.merge(pending, from);
   } else {
     count_mshr_cycles(now);
-    MemoryRequest down = access;
-    down.tag = mshrs_.allocate(now, access.address, access);
+    MemoryRequest down = from;
+    down.tag = mshrs_.allocate(now, access.address, from);
     miss_queue_.push({down, now + config_.tag_latency, false});
-    ++version_;
   }
+  ++version_;
 
   if (access.prefetch) {
     ++counters_.prefetches;
@@ -232,15 +246,15 @@ bool L1Cache::accept_read(Cycle now, Client& client, const MemoryRequest& access
   }
   RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
-  ++(miss ? region.misses : hit ? region.hits : region.hits_on_miss);
-  if (hit && slot != SectorCacheTags::kNone) reference(slot, sector);
+  ++(miss ? region.misses : region.hits_on_miss);
   return true;
 }
 
-bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& access) {
+[[gnu::noinline]] bool L1Cache::accept_write(Cycle now, unsigned port, const MemoryRequest& access) {
+  Client& client = clients_[port];
   RegionCounters& region = counters_.region[index(access.region)];
   if (config_.perfect) {
-    answer_hit(now, client, access);
+    answer_hit(now, port, access);
     ++region.writes;
     ++region.write_hits;
     return true;
@@ -271,10 +285,10 @@ bool L1Cache::accept_write(Cycle now, Client& client, const MemoryRequest& acces
     tags_.set_dirty(slot, sector);
     written_by_[slot] = access.region;
     ++counters_.kept_writes;
-    answer_hit(now, client, access);
+    answer_hit(now, port, access);
   }
   if (effect.forward) {
-    miss_queue_.push({access, now + config_.tag_latency, false});
+    miss_queue_.push({from_port(port, access), now + config_.tag_latency, false});
     ++version_;
     ++writes_pending_;
   }
@@ -305,61 +319,64 @@ void L1Cache::push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Regio
   }
 }
 
-void L1Cache::answer_hit(Cycle now, Client& client, const MemoryRequest& access) {
-  client.hits.push({response_to(access), now + client.hit_latency});
-  respond_at(now + client.hit_latency, access.client);
+inline void L1Cache::answer_hit(Cycle now, unsigned port, const MemoryRequest& access) {
+  Client& client = clients_[port];
+  const Cycle due = now + client.hit_latency;
+  Pending& hit = client.hits.add();
+  hit.response = response_to(access);
+  hit.response.client = static_cast<std::uint8_t>(port);
+  hit.response.sm = config_.sm;
+  hit.due = due;
+  respond_at(due, port);
 }
 
-void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
+inline void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) {
   if ((tags_.unused_prefetch(slot) & sector) == 0) return;
   tags_.clear_unused_prefetch(slot, sector);
   ++counters_.prefetches_useful;
 }
 
-void L1Cache::send_miss(Cycle now) {
-  if (miss_queue_.empty() || miss_queue_.front().due > now || !down_.can_push(now)) return;
+[[gnu::noinline]] void L1Cache::send_miss(Cycle now) {
   const MemoryRequest& miss = miss_queue_.front().request;
+  if (!down_.try_push(now, miss)) return;
   ++(miss.write ? counters_.sent_writes : counters_.sent_reads);
   if (miss.write_back) --leaving_sectors_;
   if (miss_queue_.front().line_gone) --leaving_lines_;
-  down_.push(now, miss);
   miss_queue_.pop();
   ++version_;
 }
 
 // Up to `width` responses per client and cycle: earliest due first, a hit before a fill of the same cycle.
-void L1Cache::send_responses(Cycle now) {
-  if (next_response_ > now) return;
-  const Cycle* const due = response_due_.data();
+inline void L1Cache::send_responses(Cycle now) {
+  Cycle* const due = response_due_.data();
   const std::size_t clients = config_.clients;
   Cycle next = kNever;
   for (std::size_t i = 0; i < clients; ++i) {
-    if (due[i] <= now) send_response(now, i);
+    if (due[i] <= now) due[i] = send_response(now, clients_[i]);
     next = std::min(next, due[i]);
   }
   next_response_ = next;
 }
 
-void L1Cache::send_response(Cycle now, std::size_t i) {
-  Client& client = clients_[i];
+// Returns when the client's next response is due.
+[[gnu::always_inline]] inline Cycle L1Cache::send_response(Cycle now, Client& client) {
   const auto first_due = [](const RingQueue<Pending>& queue) { return queue.empty() ? kNever : queue.front().due; };
   Cycle hit = first_due(client.hits);
   Cycle filled = first_due(client.fills);
   unsigned left = client.width;
   do {
-    if (!client.response.can_push(now)) break;
     const bool hit_first = hit <= filled;
     RingQueue<Pending>& queue = hit_first ? client.hits : client.fills;
-    client.response.push(now, queue.front().response);
+    if (!client.response.try_push(now, queue.front().response)) break;
     queue.pop();
     ++counters_.responses;
     (hit_first ? hit : filled) = first_due(queue);
   } while (--left > 0 && std::min(hit, filled) <= now);
-  response_due_[i] = std::min(hit, filled);
+  return std::min(hit, filled);
 }
 
-Cycle L1Cache::next_due(Cycle now) const {
-  Cycle due = std::min({up_.next_visible(), next_request_, next_response_});
+inline Cycle L1Cache::next_due(Cycle now) const {
+  Cycle due = std::min(up_.next_visible(), std::min(next_request_, next_response_));
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   return std::max(now + 1, due);
 }

@@ -76,6 +76,7 @@ class L1Cache final : public L1CacheModule {
     RingQueue<Pending> hits;   ///< the hit pipeline
     RingQueue<Pending> fills;  ///< responses to fills and write acknowledgements
     unsigned width = 1;        ///< sectors per cycle
+    unsigned hit_places = 0;   ///< hits in the pipeline at which the request port is blocked
     unsigned hit_latency = 0;  ///< cycles from acceptance until a hit enters the response link
     Refusal refused;           ///< last refusal of the head request
   };
@@ -88,9 +89,17 @@ class L1Cache final : public L1CacheModule {
   void install(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void take_requests(Cycle now);
   void take_from(Cycle now, unsigned client, bool& won);
-  bool accept(Cycle now, Client& client, const MemoryRequest& access);
-  bool accept_read(Cycle now, Client& client, const MemoryRequest& access);
-  bool accept_write(Cycle now, Client& client, const MemoryRequest& access);
+  // access: as at the port; who asks is `port`, whatever the request says.
+  bool accept(Cycle now, unsigned port, const MemoryRequest& access);
+  bool accept_read(Cycle now, unsigned port, const MemoryRequest& access);
+  bool accept_miss(Cycle now, unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot);
+  bool accept_write(Cycle now, unsigned port, const MemoryRequest& access);
+  MemoryRequest from_port(unsigned port, const MemoryRequest& access) const {
+    MemoryRequest from = access;
+    from.client = static_cast<std::uint8_t>(port);
+    from.sm = config_.sm;
+    return from;
+  }
   void push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Region region);
   bool stall(L1Stall reason);
   bool refuse(Client& client, L1Stall reason);
@@ -104,11 +113,11 @@ class L1Cache final : public L1CacheModule {
     return allocate(now, address, tags_.victim_slot(address));
   }
   SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address, SectorCacheTags::Slot place);
-  void answer_hit(Cycle now, Client& client, const MemoryRequest& access);
+  void answer_hit(Cycle now, unsigned port, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
   void send_responses(Cycle now);
-  void send_response(Cycle now, std::size_t client);
+  Cycle send_response(Cycle now, Client& client);
   /// A response was added to the client's queues, to be sent in cycle `due` or later.
   void respond_at(Cycle due, std::size_t client) {
     response_due_[client] = std::min(response_due_[client], due);

@@ -63,20 +63,20 @@ bool L2Slice::work_at(Cycle now) const {
          (!dram_queue_.empty() && dram.can_send(now));
 }
 
-[[gnu::flatten]] Cycle L2Slice::tick(Cycle now) {
+Cycle L2Slice::tick(Cycle now) {
   dram.update(now);
   if (!work_at(now)) return std::min(due_, next_arrival());
   prefetch_host(now);
-  take_request(now);
+  if (in_.next_visible() <= now) take_request(now);
   take_completion(now);  // before the accesses, so that a sector filled in this cycle hits in this cycle
-  look_up(now);
-  send_dram(now);
-  send_reply(now);
+  if (!pipe_.empty() && pipe_.front().due <= now) look_up(now);
+  if (!dram_queue_.empty()) send_dram(now);
+  if (!replies_.empty()) send_reply(now);
   due_ = next_due(now);
   return std::min(due_, std::max(now + 1, next_arrival()));
 }
 
-void L2Slice::take_request(Cycle now) {
+inline void L2Slice::take_request(Cycle now) {
   const MemoryRequest* arrived = in_.front(now);
   if (arrived == nullptr || pipe_.size() >= std::size_t{config_.latency} + config_.queue) return;
   assert(config_.interleave.slice(arrived->address) == config_.slice);
@@ -118,7 +118,7 @@ void L2Slice::take_completion(Cycle now) {
   dram.pop();
 }
 
-bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
+[[gnu::noinline]] bool L2Slice::fill(Cycle now, std::uint32_t mshr) {
   assert(mshrs_.in_use(mshr));
   const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
   if (replies_.size() + waiters.size() > config_.reply_queue) return false;
@@ -143,8 +143,7 @@ bool L2Slice::install(std::uint64_t local) {
   return true;
 }
 
-void L2Slice::look_up(Cycle now) {
-  if (pipe_.empty() || pipe_.front().due > now) return;
+inline void L2Slice::look_up(Cycle now) {
   const MemoryRequest& head = pipe_.front().request;
   if (head.write ? write(head) : read(now, head)) pipe_.pop();
 }
@@ -223,10 +222,10 @@ void L2Slice::write_back(const SectorCacheTags::Victim& victim, Region region) {
   }
 }
 
-void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r)); }
+inline void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r)); }
 
-void L2Slice::send_dram(Cycle now) {
-  if (dram_queue_.empty() || !dram.can_send(now)) return;
+[[gnu::noinline]] void L2Slice::send_dram(Cycle now) {
+  if (!dram.can_send(now)) return;
   const DramRequest head = dram_queue_.front();
   dram_queue_.pop();
   ++(head.write ? counters_.dram_writes : counters_.dram_reads);
@@ -234,9 +233,8 @@ void L2Slice::send_dram(Cycle now) {
   dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context, head.origin);
 }
 
-void L2Slice::send_reply(Cycle now) {
-  if (replies_.empty() || !out_.can_push(now)) return;
-  out_.push(now, replies_.front());
+inline void L2Slice::send_reply(Cycle now) {
+  if (!out_.try_push(now, replies_.front())) return;
   replies_.pop();
   ++counters_.replies_out;
 }

@@ -30,13 +30,18 @@ class IndexSet {
   /// The same, beginning with number `first` and going once around.
   template <typename F>
   void for_each_from(unsigned first, F&& f) const {
-    const std::size_t split = first / 64;
+    // The word of `first` is visited twice: the numbers from `first` on at the start, those before it at the end. One
+    // loop, so that the compiler inlines f once.
     const std::uint64_t before = (std::uint64_t{1} << first % 64) - 1;
-    const std::uint64_t split_word = words_[split];
-    for_each_bit_of(split, split_word & ~before, f);
-    for (std::size_t word = split + 1; word < words_.size(); ++word) for_each_bit_of(word, words_[word], f);
-    for (std::size_t word = 0; word < split; ++word) for_each_bit_of(word, words_[word], f);
-    for_each_bit_of(split, split_word & before, f);
+    std::size_t word = first / 64;
+    std::uint64_t bits = words_[word] & ~before;
+    for (std::size_t left = words_.size();; --left) {
+      for_each_bit_of(word, bits, f);
+      if (left == 0) return;
+      if (++word == words_.size()) word = 0;
+      bits = left == 1 ? words_[word] & before : words_[word];
+      if (left == 1 && bits == 0) return;
+    }
   }
 
  private:

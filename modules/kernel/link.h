@@ -79,7 +79,11 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   bool can_push(Cycle now) const override { return occupied(now) < capacity_; }
   std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
   void push(Cycle now, const T& item) override {
-    require(can_push(now), "push() into a full link");
+    require(try_push(now, item), "push() into a full link");
+  }
+  /// push() if there is room; returns whether there was.
+  bool try_push(Cycle now, const T& item) {
+    if (!can_push(now)) return false;
     slots_[tail_] = {item, now + latency_};
     tail_ = next(tail_);
     if (size_++ == 0) {
@@ -88,6 +92,7 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
     }
     ++pushed_;
     if (consumer_ != nullptr) consumer_->request(now + latency_);
+    return true;
   }
 
   // Consumer side.

@@ -65,6 +65,14 @@ class LinkWriter {
       return own_->push(now, item);
     any_->push(now, item);
   }
+  /// push() if there is room; returns whether there was.
+  bool try_push(Cycle now, const T& item) const {
+    if (own_ != nullptr) [[likely]]
+      return own_->try_push(now, item);
+    if (!any_->can_push(now)) return false;
+    any_->push(now, item);
+    return true;
+  }
   unsigned latency() const { return any_->latency(); }
 
  private:

@@ -37,10 +37,12 @@ class RingQueue {
     assert(i < size_);
     return slots_[(head_ + i) & mask_];
   }
-  void push(const T& item) {
-    if (size_ > mask_) grow();
-    slots_[(head_ + size_) & mask_] = item;
-    ++size_;
+  void push(const T& item) { add() = item; }
+  /// Adds an item and returns it; what it holds is unspecified.
+  T& add() {
+    if (size_ > mask_) [[unlikely]]
+      grow();
+    return slots_[(head_ + size_++) & mask_];
   }
   void pop() {
     assert(size_ > 0);
@@ -50,7 +52,7 @@ class RingQueue {
   void clear() { head_ = size_ = 0; }
 
  private:
-  void grow() {
+  [[gnu::noinline]] void grow() {
     std::vector<T> bigger(slots_.size() * 2);
     for (std::size_t i = 0; i < size_; ++i) bigger[i] = (*this)[i];
     slots_.swap(bigger);

@@ -79,12 +79,12 @@ struct AddressInterleave {
   }
 
  private:
+  // The XOR of all groups of log2(slices) bits is in the lowest group; what the others hold is unspecified.
   std::uint64_t fold(std::uint64_t block) const {
     assert(std::has_single_bit(slices));
-    const int width = std::countr_zero(slices);
-    std::uint64_t folded = 0;
-    for (std::uint64_t rest = block; width > 0 && rest != 0; rest >>= width) folded ^= rest;
-    return folded;
+    if (slices == 1) return 0;
+    for (int shift = std::countr_zero(slices); shift < 64; shift *= 2) block ^= block >> shift;
+    return block;
   }
 };
 

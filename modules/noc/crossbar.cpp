@@ -28,13 +28,13 @@ unsigned CrossbarNetwork<MemoryResponse>::destination(const MemoryResponse& resp
   return response.sm;
 }
 
-// Flattened: the bodies of the two loops run once per packet.
+// The bodies of the loops are inlined: they run once per packet.
 template <typename Packet>
-[[gnu::flatten]] Cycle CrossbarNetwork<Packet>::tick(Cycle now) {
+Cycle CrossbarNetwork<Packet>::tick(Cycle now) {
   // Each head packet of an input requests its output.
   const unsigned n = static_cast<unsigned>(inputs_.size());
   Cycle due = kNever;
-  waiting_.for_each([&](unsigned i) {
+  waiting_.for_each([&](unsigned i) __attribute__((always_inline)) {
     const Packet* head = inputs_[i].front(now);
     if (head == nullptr) {
       due = std::min(due, inputs_[i].next_visible());
@@ -56,38 +56,42 @@ template <typename Packet>
     }
     output.winner = i;
     output.distance = distance;
-    busy_.insert(to);
+    contended_.insert(to);
   });
 
-  busy_.for_each([&](unsigned i) {
+  contended_.for_each([&](unsigned i) __attribute__((always_inline)) {
     Output& output = outputs_[i];
-    if (output.contenders > 0) {
-      output.contenders = 0;
-      LinkReader<Packet>& input = inputs_[output.winner];
-      output.buffer.push({*input.front(now), now + output.hold});
-      input.pop(now);
-      waiting_.popped(output.winner, input);
-      due = std::min(due, input.next_visible());
-      output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
-      ++counters_.packets_in;
-    }
-    if (output.buffer.front().due <= now && deliver(now, output)) {
-      busy_.erase(i);
-    } else {
-      due = std::min(due, output.buffer.front().due);
-    }
+    output.contenders = 0;
+    LinkReader<Packet>& input = inputs_[output.winner];
+    Held& held = output.buffer.add();
+    held.packet = *input.front(now);
+    held.due = now + output.hold;
+    if (output.buffer.size() == 1) due_[i] = held.due;
+    busy_.insert(i);
+    input.pop(now);
+    waiting_.popped(output.winner, input);
+    due = std::min(due, input.next_visible());
+    output.next_input = output.winner + 1 == n ? 0 : output.winner + 1;
+    ++counters_.packets_in;
+  });
+  contended_.clear();
+
+  busy_.for_each([&](unsigned i) __attribute__((always_inline)) {
+    if (due_[i] <= now) deliver(now, i);
+    due = std::min(due, due_[i]);
   });
   return std::max(due, now + 1);
 }
 
-// Moves the output's oldest packet into its link if there is room. Returns whether the buffer is empty afterwards.
+// Moves the output's oldest packet into its link if there is room.
 template <typename Packet>
-bool CrossbarNetwork<Packet>::deliver(Cycle now, Output& output) {
-  if (!output.link.can_push(now)) return false;
-  output.link.push(now, output.buffer.front().packet);
+inline void CrossbarNetwork<Packet>::deliver(Cycle now, unsigned i) {
+  Output& output = outputs_[i];
+  if (!output.link.try_push(now, output.buffer.front().packet)) return;
   output.buffer.pop();
   ++counters_.packets_out;
-  return output.buffer.empty();
+  due_[i] = output.buffer.empty() ? kNever : output.buffer.front().due;
+  if (output.buffer.empty()) busy_.erase(i);
 }
 
 template <typename Packet>

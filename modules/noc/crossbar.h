@@ -4,6 +4,7 @@
 // Polls each non-empty input port once per active cycle; sleeps when empty.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -37,6 +38,8 @@ class CrossbarNetwork final : public Clocked {
         inputs_(inputs),
         waiting_(inputs),
         outputs_(outputs),
+        due_(outputs, kNever),
+        contended_(outputs),
         busy_(outputs),
         alarm_(clock, *this) {
     for (Output& output : outputs_) output.capacity = std::size_t{latency} + buffer;
@@ -56,7 +59,10 @@ class CrossbarNetwork final : public Clocked {
     for (Output& output : outputs_) {
       output.buffer = RingQueue<Held>();
       output.next_input = 0;
+      output.contenders = 0;
     }
+    std::fill(due_.begin(), due_.end(), kNever);
+    contended_.clear();
     busy_.clear();
     counters_ = {};
   }
@@ -81,14 +87,16 @@ class CrossbarNetwork final : public Clocked {
   };
 
   unsigned destination(const Packet& packet) const;
-  bool deliver(Cycle now, Output& output);
+  void deliver(Cycle now, unsigned output);
 
   AddressInterleave interleave_;
   unsigned latency_;
   std::vector<LinkReader<Packet>> inputs_;
   WaitingLinks waiting_;  ///< non-empty inputs_
   std::vector<Output> outputs_;
-  IndexSet busy_;  ///< outputs with contenders or with packets in their buffers
+  std::vector<Cycle> due_;  ///< [output] cycle in which its oldest packet may enter the link, or kNever
+  IndexSet contended_;      ///< outputs with contenders in this cycle
+  IndexSet busy_;           ///< outputs with packets in their buffers
   CrossbarCounters::Network counters_;
   Alarm alarm_;
 };

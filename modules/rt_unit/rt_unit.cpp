@@ -322,7 +322,7 @@ Cycle RtUnit::tick(Cycle now) {
   return due_ == now + 1 ? due_ : std::min(due_, std::max(next_arrival(), now + 1));
 }
 
-void RtUnit::tick_units(Cycle now) {
+inline void RtUnit::tick_units(Cycle now) {
   IntersectionModule* ticking = nullptr;
   try {
     for (IntersectionModule* unit : units_) {
@@ -337,14 +337,16 @@ void RtUnit::tick_units(Cycle now) {
 // Reverse pipeline order: the output of a stage for a stage earlier in this list is used in the next cycle; a result
 // that makes a lane ready is seen by the scheduler in the same cycle. Stages without work, according to the warp table
 // or a link, are not called.
-void RtUnit::run_stages(Cycle now) {
+inline void RtUnit::run_stages(Cycle now) {
   tick_units(now);
   for (const MemoryClient& client : clients_) {
     if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);
   }
-  for (const MemoryClient& client : clients_) client.part->issue(now);
-  if (checkpoint_) checkpoint_->accept(now);
-  any_hit_->invoke(now);
+  for (const MemoryClient& client : clients_) {
+    if (client.part->awake()) client.part->issue(now);
+  }
+  if (checkpoint_ && checkpoint_->awake()) checkpoint_->accept(now);
+  if (any_hit_->awake() || shader_dones_.next_visible() <= now) any_hit_->invoke(now);
   if (warps_->finished_entries() != 0) warp_buffer_->retire(now);
   if (warps_->ready_entries() != 0) {
     scheduler_->schedule(now);
@@ -354,13 +356,13 @@ void RtUnit::run_stages(Cycle now) {
   if (calls_.next_visible() <= now) warp_buffer_->accept(now);
 }
 
-Cycle RtUnit::next_due(Cycle now) const {
-  const auto busy = [](const MemoryClient& client) { return client.part->busy(); };
+inline Cycle RtUnit::next_due(Cycle now) const {
+  const auto busy = [](const MemoryClient& client) { return client.part->awake() && client.part->busy(); };
   if (warps_->ready_entries() != 0 || warps_->finished_entries() != 0 ||
       std::any_of(clients_.begin(), clients_.end(), busy)) {
     return now + 1;
   }
-  Cycle due = any_hit_->next_due(now);
+  Cycle due = any_hit_->awake() ? any_hit_->next_due(now) : kNever;
   for (const IntersectionModule* unit : units_) due = std::min(due, unit->due());
   return std::max(due, now + 1);
 }

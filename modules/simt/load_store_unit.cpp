@@ -38,9 +38,8 @@ void LoadStoreUnit::enqueue(unsigned slot, std::span<const SectorAccess> sectors
 }
 
 unsigned LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& requests, unsigned most) {
-  if (size_ != 0 && !requests.can_push(now)) ++counters_.blocked_cycles;
   unsigned sent = 0;
-  for (; sent < most && size_ != 0 && requests.can_push(now); ++sent) {
+  for (; sent < most && size_ != 0; ++sent) {
     const Waiting& oldest = ring_[head_];
     MemoryRequest request;
     request.address = oldest.address;
@@ -48,7 +47,10 @@ unsigned LoadStoreUnit::send(Cycle now, const LinkWriter<MemoryRequest>& request
     request.client = client_;
     request.region = oldest.region;
     request.write = oldest.write;
-    requests.push(now, request);
+    if (!requests.try_push(now, request)) {
+      if (sent == 0) ++counters_.blocked_cycles;
+      break;
+    }
     head_ = (head_ + 1) & (ring_.size() - 1);
     if (--size_ == 0) head_ = 0;  // reuses the same few cache lines of the host
     ++in_flight_;

@@ -106,10 +106,10 @@ Cycle SimtCore::tick(Cycle now) {
   Cycle due = earliest_due();
   if (due <= now) {
     last_active_ = now;
-    accept_response(now);
-    finish_drains(now);
+    if (memory_response_.next_visible() <= now) accept_response(now);
+    if (next_drained_ <= now) finish_drains(now);
     accept_messages(now);
-    finish_phases(now);
+    if (next_ready_ <= now) finish_phases(now);
     // Services for the RT unit have priority throughout, because its lanes wait for them.
     for_each_bit(std::exchange(starting_service_, 0), [&](unsigned slot) { start_service(slot, now); });
     for_each_bit(std::exchange(starting_ray_generation_, 0), [&](unsigned slot) { start_ray_generation(slot, now); });
@@ -146,7 +146,6 @@ void SimtCore::accept_response(Cycle now) {
 }
 
 void SimtCore::finish_drains(Cycle now) {
-  if (next_drained_ > now) return;
   next_drained_ = kNever;
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
     Cycle& back = slots_[slot].drained;
@@ -196,7 +195,6 @@ void SimtCore::accept_messages(Cycle now) {
 }
 
 void SimtCore::finish_phases(Cycle now) {
-  if (next_ready_ > now) return;
   LaneMask service = 0;
   LaneMask ray_generation = 0;
   next_ready_ = kNever;
@@ -414,7 +412,7 @@ void SimtCore::end_if_drained(unsigned slot, Cycle now) {
 }
 
 void SimtCore::send(Cycle now) {
-  lsu_.send(now, memory_request_, config_.sectors_per_cycle);
+  if (!lsu_.empty()) lsu_.send(now, memory_request_, config_.sectors_per_cycle);
   const auto rt_of = [this](std::uint16_t slot) -> RtLinks& { return rt_[slot % rt_.size()]; };
   if (!any_hits_done_.empty()) {
     LinkWriter<AnyHitDone>& link = rt_of(any_hits_done_.front().slot).any_hit_done;

@@ -36,7 +36,9 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
 }
 
 AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
-    : AnyHitModule(name), config_(config), entries_(entries) {}
+    : AnyHitModule(name), config_(config), entries_(entries) {
+  awake_ = false;
+}
 
 void AnyHitCollector::end_of_elaboration() {
   buffer_ = &warp_buffer->warps();
@@ -50,13 +52,13 @@ void AnyHitCollector::arrive(Cycle now, LaneId id) {
   Warp& warp = buffer_->warp(entry);
   if (warp.in_state(LaneState::waiting_any_hit) == 0) {
     warp.any_hit_since = now;
-    if (warp.in_state(LaneState::in_any_hit) == 0) candidates_ |= bit(entry);
+    if (warp.in_state(LaneState::in_any_hit) == 0) become_candidate(entry);
   }
   buffer_->move(entry, bit(lane_of(id)), LaneState::in_unit, LaneState::waiting_any_hit);
 }
 
 void AnyHitCollector::finished(unsigned entry) {
-  if (buffer_->warp(entry).in_state(LaneState::waiting_any_hit) != 0) candidates_ |= bit(entry);
+  if (buffer_->warp(entry).in_state(LaneState::waiting_any_hit) != 0) become_candidate(entry);
 }
 
 void AnyHitCollector::invoke(Cycle now) {
@@ -87,6 +89,7 @@ void AnyHitCollector::fire_oldest(Cycle now) {
   batches_.push(now, message);
   buffer_->move(entry, message.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
   candidates_ &= ~bit(entry);
+  awake_ = candidates_ != 0;
 }
 
 Cycle AnyHitCollector::earliest(Cycle now) const {

@@ -43,12 +43,17 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
   void dump_state(std::ostream& out) const override;
   void restart() override {
     candidates_ = 0;
+    awake_ = false;
     counters_ = {};
   }
 
  private:
   void end_of_elaboration() override;
   void fire_oldest(Cycle now);
+  void become_candidate(unsigned entry) {
+    candidates_ |= bit(entry);
+    awake_ = true;
+  }
   Cycle earliest(Cycle now) const;
   std::uint64_t lanes_in(LaneState state) const;
   Cycle longest_wait(Cycle now) const;

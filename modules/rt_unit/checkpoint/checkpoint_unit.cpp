@@ -93,6 +93,7 @@ void CheckpointUnit::restart() {
   submitted_.clear();
   reads_.clear();
   writes_.clear();
+  awake_ = false;
   outstanding_ = 0;
   counters_ = {};
 }
@@ -115,6 +116,7 @@ bool CheckpointUnit::submit(LaneId id, unsigned entries, bool last) {
   lane.flush = last && config_.write_combine && (lane.pending > 0 || layout_.has_open_sector(lane.place));
   if (lane.pending == 0 && !lane.flush) return false;
   submitted_.push(id);
+  awake_ = true;
   return true;
 }
 
@@ -149,6 +151,7 @@ bool CheckpointUnit::read(LaneId id) {
   if (lane.to_read.count == 0) return true;
   lane.reads_to_send = lane.reads_missing = static_cast<std::uint8_t>(lane.to_read.count);
   reads_.push(id);
+  awake_ = true;
   return false;
 }
 
@@ -203,7 +206,10 @@ void CheckpointUnit::respond(Cycle now) {
 }
 
 void CheckpointUnit::accept(Cycle) {
-  if (submitted_.empty()) return;
+  if (submitted_.empty()) {
+    awake_ = busy();
+    return;
+  }
   unsigned budget = config_.lanes;
   while (!submitted_.empty() && take(submitted_.front(), budget)) {
     const LaneId id = submitted_.front();

@@ -51,6 +51,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
       merge_(entries, AddressIndex(kMaxLanes)) {
+  awake_ = false;
   require_allowed("rt.memory", config);
 }
 
@@ -71,6 +72,7 @@ void MemoryScheduler::restart() {
   std::fill(fetches_.begin(), fetches_.end(), Fetch());
   std::fill(under_way_.begin(), under_way_.end(), 0);
   queue_.clear();
+  awake_ = false;
   front_.reset();
   outstanding_ = 0;
   visited_.clear();
@@ -115,6 +117,7 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   fetches_[id] = {node, lane, now_, count, count};
   under_way_[entry_of(id)] |= lane;
   queue_.push({id, 0});
+  awake_ = true;
 }
 
 void MemoryScheduler::count_visit(const NodeVisit& node) {
@@ -124,22 +127,22 @@ void MemoryScheduler::count_visit(const NodeVisit& node) {
 void MemoryScheduler::issue(Cycle now) {
   if (queue_.empty()) return;
   config_.by_shader ? issue_batch(now) : issue_sectors(now);
+  awake_ = !queue_.empty();
 }
 
-void MemoryScheduler::issue_sectors(Cycle now) {
-  for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty() && requests_.can_push(now); ++i) {
+inline void MemoryScheduler::issue_sectors(Cycle now) {
+  for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty(); ++i) {
     Pending& p = queue_.front();
-    const Fetch& f = fetches_[p.fetch];
-    if (p.next == 0) front_.emplace(f.node, traffic_);
+    if (p.next == 0) front_.emplace(fetches_[p.fetch].node, traffic_);
     const SectorAccess sector = front_->at(p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
     message.region = sector.region;
-    requests_.push(now, message);
-    ++counters_.sectors[static_cast<std::size_t>(message.region)];
+    if (!requests_.try_push(now, message)) return;
+    ++counters_.sectors[static_cast<std::size_t>(sector.region)];
     ++outstanding_;
-    if (++p.next == f.sectors) queue_.pop();
+    if (++p.next == front_->count()) queue_.pop();
   }
 }
 

@@ -27,10 +27,14 @@ class RtPart : public sc_core::sc_module {
   virtual void dump_state(std::ostream& out) const = 0;
   /// Prepares for another launch, and drops what the part holds (Clocked::restart()).
   virtual void restart() {}
+  /// False while the stages of the part would do nothing if nothing arrived on its links: they are then not called.
+  bool awake() const { return awake_; }
 
  protected:
   explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}
   explicit RtPart(const char* name) = delete;  ///< members would land in the module around it: see ClockedModule
+
+  bool awake_ = true;  ///< a derived part may keep it up to date, which saves calls; true is always right
 };
 
 /// A part that is a client of the L1.

@@ -18,12 +18,14 @@ SiblingPrefetcher::SiblingPrefetcher(const sc_core::sc_module_name& name, const 
       traffic_(traffic),
       decisions_(lanes_, config, triggers, traffic),
       queue_(config.queue > 0 ? config.queue : 1) {
+  awake_ = false;
   require_allowed("rt.prefetch", config);
 }
 
 void SiblingPrefetcher::restart() {
   make_anew(decisions_, lanes_, config_, triggers_, traffic_);
   queue_.clear();
+  awake_ = false;
   outstanding_ = 0;
 }
 
@@ -57,6 +59,7 @@ void SiblingPrefetcher::issue(Cycle now) {
   message.prefetch = true;
   ++decisions_.counters().sectors;
   if (++p.next == node.sectors) queue_.pop();
+  awake_ = !queue_.empty();
   requests_.push(now, message);
   ++outstanding_;
 }

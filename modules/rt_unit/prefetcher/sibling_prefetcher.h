@@ -75,7 +75,10 @@ class SiblingPrefetcher final : public PrefetchModule, public Probed {
   friend PrefetchDecisions;
   bool waits(std::uint64_t address) const;
   bool full() const { return queue_.room() == 0; }
-  void push(traces::NodeKind kind, std::uint64_t address) { queue_.push({address, kind, 0}); }
+  void push(traces::NodeKind kind, std::uint64_t address) {
+    queue_.push({address, kind, 0});
+    awake_ = true;
+  }
 
   Config config_;
   Triggers triggers_;

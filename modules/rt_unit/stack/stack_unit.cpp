@@ -31,7 +31,9 @@ StackUnit::StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, cons
       sm_(sm),
       lanes_(std::size_t{warps} * kMaxLanes),
       stacks_(std::uint64_t{warps} * stacks_of_a_warp),
-      queue_(std::size_t{warps} * kMaxLanes) {}
+      queue_(std::size_t{warps} * kMaxLanes) {
+  awake_ = false;
+}
 
 void StackUnit::end_of_elaboration() {
   client_ = client.operator->();
@@ -53,6 +55,7 @@ bool StackUnit::settle(LaneId id, std::uint32_t depth, bool takes_top) {
   lane.to_spill = static_cast<std::uint8_t>(move.spills);
   count_move(lane.stack, move);
   queue_.push(id);
+  awake_ = true;
   return true;
 }
 
@@ -85,7 +88,9 @@ bool StackUnit::send(Cycle now, LaneId id) {
 void StackUnit::issue(Cycle now) {
   if (queue_.empty() || !requests_.can_push(now)) return;
   const LaneId id = queue_.front();
-  if (send(now, id)) client_->stack_settled(id);
+  const bool settled = send(now, id);
+  awake_ = !queue_.empty();
+  if (settled) client_->stack_settled(id);
 }
 
 void StackUnit::respond(Cycle now) {

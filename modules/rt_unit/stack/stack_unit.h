@@ -51,6 +51,7 @@ class StackUnit final : public StackModule {
   void restart() override {
     std::fill(lanes_.begin(), lanes_.end(), LaneContext());
     queue_.clear();
+    awake_ = false;
     outstanding_ = 0;
     counters_ = {};
   }
