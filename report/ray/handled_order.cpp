@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "grtx/traces/rules/ahead_stack.h"
+
 namespace grtx::report {
 namespace {
 
@@ -27,39 +29,24 @@ std::vector<std::vector<std::uint32_t>> children_of(std::span<const Event> event
   return children;
 }
 
-struct Waiting {
-  std::size_t event = 0;
-  bool started = false;
-};
-
 }  // namespace
 
 HandledOrder handled_order(std::span<const Event> events, unsigned ahead) {
   HandledOrder order;
   order.children = children_of(events);
   if (events.empty()) return order;
-  std::vector<Waiting> stack(1);       // the topmost last; what is under way keeps its place
-  std::vector<std::size_t> under_way;  // the one started first is done first
-  std::size_t done = 0;
+  traces::AheadStack<std::uint32_t> stack(ahead);
+  stack.begin(0);
   while (true) {
-    for (std::size_t i = stack.size(); i-- > 0 && under_way.size() - done < ahead;) {
-      if (stack[i].started) continue;
-      if (events[stack[i].event].kind() == EventKind::cull) {
-        order.events.push_back(stack[i].event);
-        stack.erase(stack.begin() + static_cast<std::ptrdiff_t>(i));
-        continue;
-      }
-      stack[i].started = true;
-      under_way.push_back(stack[i].event);
-    }
-    if (done == under_way.size()) return order;
-    const std::size_t event = under_way[done++];
+    stack.start([&](std::uint32_t event) {
+      const bool starts = events[event].kind() != EventKind::cull;
+      if (!starts) order.events.push_back(event);
+      return starts;
+    });
+    if (stack.empty()) return order;
+    const std::uint32_t event = stack.take();
     order.events.push_back(event);
-    auto place = stack.begin();
-    while (place->event != event) ++place;
-    place = stack.erase(place);
-    const std::vector<std::uint32_t>& children = order.children[event];
-    for (const std::uint32_t child : children) place = stack.insert(place, {child, false});
+    for (const std::uint32_t child : order.children[event]) stack.push(child);
   }
 }
 

@@ -9,11 +9,11 @@
 
 #include "grtx/base/error.h"
 #include "grtx/report/ray/handled_order.h"
-#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/byte_stream.h"
 #include "grtx/traces/codec/source_assignment.h"
 #include "grtx/traces/instance_levels.h"
-#include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/checkpoint_lists.h"
+#include "grtx/traces/rules/round_hits.h"
 
 // How a round is packed. Numbers are varints, times 32-bit floats, which are only there with values (NaN: not known).
 //   the k-buffer, then the eviction buffer: count, then of each hit: owner + 1 (its instance leaf, or its primitive
@@ -117,6 +117,10 @@ struct HitEntry {
   std::uint32_t owner = 0, object = 0, gaussian = 0;
   float t = kUnknownTime;
   std::uint32_t made = 0;  ///< serial number of the hit in the ray
+
+  friend bool operator<(const HitEntry& a, const HitEntry& b) {
+    return a.t < b.t || (a.t == b.t && a.gaussian < b.gaussian);
+  }
 };
 
 class Replay {
@@ -131,8 +135,8 @@ class Replay {
         nodes_(nodes),
         levels_(header),
         values_(values),
-        order_(header.checkpoint_order),
-        binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
+        hits_(traces::RoundRules(header)),
+        checkpoints_(header) {}
 
   ReplayedRay run() {
     // The order in which children were pushed and the Gaussians of leaves follow only from later events. A first replay
@@ -182,9 +186,8 @@ class Replay {
   }
 
   void replay() {
-    k_buffer_.clear();
-    evictions_.clear();
-    destination_.clear();
+    hits_.begin_ray();
+    checkpoints_.begin_ray();
     next_bin_ = 0;
     made_ = 0;
     time_ = 0;
@@ -211,36 +214,24 @@ class Replay {
   // Lists.
 
   void begin_round(std::size_t r, RayRound& out) {
-    k_buffer_.clear();
-    const std::size_t moved = std::min<std::size_t>(header_.k, evictions_.size());
-    const bool ordered = values_ != nullptr || evictions_.size() < 2;
-    if (ordered) {
-      std::stable_sort(evictions_.begin(), evictions_.end(), [](const HitEntry& a, const HitEntry& b) {
-        return a.t < b.t || (a.t == b.t && a.gaussian < b.gaussian);
-      });
-      k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
-      evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
+    if (values_ != nullptr || hits_.evictions().size() < 2) {
+      hits_.begin_round();
     } else {  // the trace does not tell which are nearest
-      const std::size_t left = evictions_.size() - moved;
-      evictions_.clear();
-      for (std::size_t i = 0; i < moved; ++i) k_buffer_.push_back(unknown_hit());
-      for (std::size_t i = 0; i < left; ++i) evictions_.push_back(unknown_hit());
+      hits_.begin_round([this] { return unknown_hit(); });
     }
     if (values_ != nullptr) compare(values_->start_hits[r]);
-    source_.clear();
-    if (out.round.replay) source_.swap(destination_);
-    destination_.clear();
-    binned_.begin_round(out.round.replay, out.round.bins);
-    if (header_.checkpoint_bins != 0) {
-      source_.clear();
-      for (auto rest = binned_; rest.more();) source_.push_back(rest.read());
-    } else if (values_ != nullptr) {
-      traces::with_checkpoint_order(header_.checkpoint_order, [this](auto policy) { policy.arrange(source_); });
+    checkpoints_.begin_round(out.round.replay, out.round.bins);
+    if (values_ != nullptr) {
+      traces::with_checkpoint_order(header_.checkpoint_order,
+                                    [this](auto policy) { policy.arrange(checkpoints_.source()); });
     }
+    source_.clear();
+    if (!checkpoints_.has_bins()) source_ = checkpoints_.source();
+    for (auto rest = checkpoints_; rest.has_bins() && rest.more();) source_.push_back(rest.read());
     if (values_ != nullptr) t_max_ = values_->start_t_max[r];
-    out.evictions_left = static_cast<std::uint32_t>(evictions_.size());
-    put_hits(out, k_buffer_);
-    put_hits(out, evictions_);
+    out.evictions_left = static_cast<std::uint32_t>(hits_.evictions().size());
+    put_hits(out, hits_.k_buffer().entries());
+    put_hits(out, hits_.evictions());
     put(out, source_.size());
     for (const NodeEntry& entry : source_) {
       put(out, entry.node);
@@ -254,17 +245,17 @@ class Replay {
   }
 
   void compare(const std::vector<std::pair<float, std::uint32_t>>& hits) const {
-    const bool same = std::equal(
-        hits.begin(), hits.end(), k_buffer_.begin(), k_buffer_.end(), [](const auto& hit, const HitEntry& entry) {
+    const std::vector<HitEntry>& found = hits_.k_buffer().entries();
+    const bool same =
+        std::equal(hits.begin(), hits.end(), found.begin(), found.end(), [](const auto& hit, const HitEntry& entry) {
           return hit.first == entry.t && (entry.gaussian == 0 || hit.second + 1 == entry.gaussian);
         });
     if (!same) throw std::logic_error("a ray's k-buffer is not what its replay says");
   }
 
   void assign_sources(const traces::Round& round, std::span<const Event> events) {
-    read_ = 0;
     places_.clear();
-    if (!round.replay || order_.by_place()) return;
+    if (!round.replay || checkpoints_.order().by_place()) return;
     std::vector<std::uint32_t> addresses;
     std::vector<traces::NodeReference> references(source_.size());
     for (std::size_t i = 0; i < source_.size(); ++i) {
@@ -276,18 +267,18 @@ class Replay {
   }
 
   void end_round(const traces::Round& round, std::size_t processed, RayRound& out) {
-    require(k_buffer_.size() == round.k_count, "k_count must be the entries of the k-buffer");
-    const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
+    const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
+    require(hits.size() == round.k_count, "k_count must be the entries of the k-buffer");
     for (std::size_t i = 0; i < round.processed_count; ++i) {
       const traces::Processed entry = ray_.processed[processed + i];
       out.blended += entry.blended;
-      if (!learning_ || !sorted) continue;
-      gaussian_made_[k_buffer_[i].made] = entry.gaussian;
-      if (k_buffer_[i].owner != 0) gaussian_of_[k_buffer_[i].owner - 1] = entry.gaussian;
+      if (!learning_ || !hits_.rules().sorted()) continue;
+      gaussian_made_[hits[i].made] = entry.gaussian;
+      if (hits[i].owner != 0) gaussian_of_[hits[i].owner - 1] = entry.gaussian;
     }
     if (!round.overflow) return;
-    destination_.clear();
-    evictions_.clear();
+    checkpoints_.drop_written();
+    hits_.drop_evictions();
   }
 
   // Events.
@@ -370,70 +361,36 @@ class Replay {
     ++out.outcomes[event.detail];
     const NodeEntry popped = pop(event);
     const LeafOutcome outcome = event.outcome();
-    if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) put(out, event.shifts());
+    if (traces::may_shift(outcome)) put(out, event.shifts());
     if (outcome == LeafOutcome::miss) return;
     const float t = next_time();
     put_time(out, t);
     HitEntry hit{popped.instance != 0 ? popped.instance : popped.node + 1, popped.object, 0, t, made_++};
     hit.gaussian = gaussian_of(hit);
     if (values_ != nullptr && hit.gaussian != 0) result_.met.insert(hit.gaussian - 1);
-    switch (outcome) {
-      case LeafOutcome::beyond: {
-        NodeEntry entry = popped;
-        entry.t = t;
-        checkpoint(entry, event.checkpoints, out);
-        break;
-      }
-      case LeafOutcome::inserted:
-        require(k_buffer_.size() < header_.k, "an insertion needs room in the k-buffer");
-        insert(hit, event.shifts());
-        break;
-      case LeafOutcome::displaced:
-        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
-        evict(remove_farthest());
-        insert(hit, event.shifts());
-        break;
-      case LeafOutcome::nearest:
-        k_buffer_.assign(1, hit);
-        break;
-      case LeafOutcome::rejected:
-        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
-        evict(hit);
-        break;
-      default:
-        break;
-    }
+    const char* const broken = hits_.rules().broken_by(outcome, event.shifts(), hits_.k_buffer().size(), true);
+    require(broken == nullptr, broken);
+    NodeEntry entry = popped;
+    entry.t = t;
+    checkpoint(entry, event.checkpoints, out);
+    hits_.take(hit, {outcome, event.shifts()}, traces::replaces(outcome) ? place_of_last() : 0);
   }
 
-  void insert(const HitEntry& hit, unsigned shifts) {
-    const bool sorted = !traces::collects_unsorted(header_.tracing);
-    require(!sorted || shifts <= k_buffer_.size(), "an insertion cannot shift more entries than there are");
-    k_buffer_.insert(k_buffer_.end() - (sorted ? static_cast<std::ptrdiff_t>(shifts) : 0), hit);
-  }
-  HitEntry remove_farthest() {
-    auto farthest = k_buffer_.end() - 1;
-    if (traces::collects_unsorted(header_.tracing)) {
-      if (values_ == nullptr) {  // the trace does not tell which is the farthest
-        for (HitEntry& hit : k_buffer_) hit = {};
-      }
-      farthest = std::max_element(k_buffer_.begin(), k_buffer_.end(), [](const HitEntry& a, const HitEntry& b) {
-        return a.t < b.t || (a.t == b.t && a.gaussian < b.gaussian);
-      });
-    }
-    const HitEntry hit = *farthest;
-    k_buffer_.erase(farthest);
-    return hit;
-  }
-  void evict(const HitEntry& hit) {
-    if (header_.checkpoint) evictions_.push_back(hit);
+  /// Place of the k-buffer's last hit.
+  std::size_t place_of_last() {
+    const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
+    if (hits_.rules().sorted()) return hits.size() - 1;
+    if (values_ == nullptr) hits_.forget([] { return HitEntry(); });  // the trace does not tell which one it is
+    return static_cast<std::size_t>(std::max_element(hits.begin(), hits.end()) - hits.begin());
   }
 
   void read_source(const Event& event, std::size_t index, RayRound& out) {
-    const std::size_t place = order_.by_place() ? order_.position(read_, source_.size()) : places_[read_];
-    ++read_;
+    const traces::ReadOrder& order = checkpoints_.order();
+    const std::size_t read = checkpoints_.reads();
+    const std::size_t place = order.by_place() ? order.position(read, source_.size()) : places_[read];
     put(out, place);
-    if (header_.checkpoint_bins != 0 && binned_.more()) binned_.read();
-    const NodeEntry& entry = source_.at(place);
+    const NodeEntry entry = source_.at(place);
+    checkpoints_.read_from(place);
     if (event.kind() == EventKind::replay_take) {
       ++out.taken;
       push({entry}, index);
@@ -446,8 +403,7 @@ class Replay {
   void checkpoint(const NodeEntry& entry, unsigned kept, RayRound& out) {
     if (kept == 0) return;
     ++out.written;
-    destination_.push_back(entry);
-    if (header_.checkpoint_bins != 0) binned_.write(ray_.bins.at(next_bin_++), entry);
+    checkpoints_.write(entry, checkpoints_.has_bins() ? ray_.bins.at(next_bin_++) : 0u);
   }
 
   // The stack, as groups of entries pushed by one event.
@@ -527,7 +483,6 @@ class Replay {
   const RayNodes& nodes_;
   const traces::InstanceLevels levels_;
   const RayValues* values_;
-  const traces::ReadOrder order_;
 
   bool learning_ = true;
   std::vector<std::size_t> handled_;                      ///< event of the round that comes next; empty: as they stand
@@ -537,14 +492,13 @@ class Replay {
   std::map<std::uint32_t, std::uint32_t> gaussian_of_;    ///< owner -> Gaussian
 
   std::vector<Pushed> stack_;
-  std::vector<HitEntry> k_buffer_, evictions_;
-  std::vector<NodeEntry> source_, destination_;
-  traces::BinnedEntries<NodeEntry> binned_;
-  std::size_t next_bin_ = 0;  ///< index into the ray's checkpoint bins
+  traces::RoundHits<HitEntry> hits_;
+  traces::CheckpointLists<NodeEntry> checkpoints_;
+  std::vector<NodeEntry> source_;  ///< entries that the round may read
+  std::size_t next_bin_ = 0;       ///< index into the ray's checkpoint bins
   float t_max_ = kUnknownTime;
   std::uint32_t made_ = 0;
   std::size_t time_ = 0;  ///< index into RayValues::times
-  std::size_t read_ = 0;  ///< number of source entries read in this round
   std::vector<std::uint32_t> places_;
   traces::SourceAssignment assignment_;
   ReplayedRay result_;
