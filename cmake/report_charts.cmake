@@ -29,9 +29,18 @@ endif()
 set(assets_source ${CMAKE_CURRENT_BINARY_DIR}/report_assets.S)
 set(GRTX_ASSETS "")
 set(ray_web ${PROJECT_SOURCE_DIR}/report/ray/web)
+set(ray_script ${PROJECT_BINARY_DIR}/ray_script.js)
+file(GLOB ray_modules CONFIGURE_DEPENDS ${ray_web}/*.js)
+add_custom_command(
+  OUTPUT ${ray_script}
+  COMMAND ${CMAKE_COMMAND} -DFOLDER=${ray_web} -DOUTPUT=${ray_script}
+          -P ${PROJECT_SOURCE_DIR}/cmake/bundle_script.cmake
+  DEPENDS ${ray_modules} ${PROJECT_SOURCE_DIR}/cmake/bundle_script.cmake
+  COMMENT "Joining the script of grtx ray"
+  VERBATIM)
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
               "explore=${web}/explore.js" "explorecharts=${web}/explore_charts.js"
-              "raystyle=${ray_web}/ray.css" "rayscript=${ray_web}/ray.js"
+              "raystyle=${ray_web}/ray.css" "rayscript=${ray_script}"
               "paper=${PROJECT_SOURCE_DIR}/report/page/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})
   string(APPEND GRTX_ASSETS

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "grtx/traces/codec/node_shape.h"
+#include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::traces {
 
@@ -42,8 +43,10 @@ void count_round(const Header& header, const Round& round, const RoundCounts& co
   totals.max_checkpoints_per_round = std::max(totals.max_checkpoints_per_round, counts.written);
   if (round.overflow) ++totals.overflows;
   if (!header.checkpoint) return;  // no eviction buffer: the next round finds these hits again
-  const std::uint64_t evicted = counts.leaves[static_cast<std::size_t>(LeafOutcome::displaced)] +
-                                counts.leaves[static_cast<std::size_t>(LeafOutcome::rejected)];
+  std::uint64_t evicted = 0;
+  for (std::size_t i = 0; i < counts.leaves.size(); ++i) {
+    if (evicts(static_cast<LeafOutcome>(i))) evicted += counts.leaves[i];
+  }
   totals.evictions += evicted;
   in_eviction_buffer -= std::min<std::uint64_t>(in_eviction_buffer, round.preloaded);
   in_eviction_buffer += evicted;

@@ -61,28 +61,21 @@ class Dumper {
   void event(std::uint32_t index, const Event& e) {
     const bool internal = e.kind() == EventKind::visit_internal;
     const std::uint64_t address = (internal ? group_.nodes[e.node].address : std::uint64_t{e.node}) * sizes_.unit();
+    line("      {:>5} {:<9} {:#012x}", index, name_of(e.kind()), address);
     switch (e.kind()) {
       case EventKind::visit_internal:
-        line("      {:>5} internal  {:#012x}", index, address);
         children("pushed", e.pushed(), group_.nodes[e.node]);
         children("checkpointed", e.checkpoints, group_.nodes[e.node]);
         break;
       case EventKind::visit_instance:
-        line("      {:>5} instance  {:#012x}{}{}{}", index, address, levels_.is_scene(e.node) ? " of the scene" : "",
-             e.wide() ? " wide" : "", e.detail != 0 ? " transform only" : "");
+        line("{}{}{}", levels_.is_scene(e.node) ? " of the scene" : "", e.wide() ? " wide" : "",
+             e.detail != 0 ? " transform only" : "");
         break;
       case EventKind::visit_leaf:
-        line("      {:>5} leaf      {:#012x} {}{}", index, address, e.wide() ? "wide, " : "", name_of(e.outcome()));
+        line(" {}{}", e.wide() ? "wide, " : "", name_of(e.outcome()));
         if (e.shifts() != 0) line(", {} shifted", e.shifts());
         break;
-      case EventKind::cull:
-        line("      {:>5} cull      {:#012x}", index, address);
-        break;
-      case EventKind::replay_take:
-        line("      {:>5} take      {:#012x}", index, address);
-        break;
-      case EventKind::replay_forward:
-        line("      {:>5} forward   {:#012x}", index, address);
+      default:
         break;
     }
     if (!internal && e.checkpoints != 0) line(", checkpointed");

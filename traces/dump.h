@@ -13,6 +13,9 @@
 namespace grtx::traces {
 
 /// Names as in dumps and documentation.
+constexpr auto enum_names(EventKind) {
+  return names_in_order<EventKind>({"internal", "instance", "leaf", "cull", "take", "forward"});
+}
 constexpr auto enum_names(LeafOutcome) {
   return names_in_order<LeafOutcome>(
       {"miss", "behind", "beyond", "inserted", "displaced", "rejected", "ignored", "nearest"});

@@ -12,6 +12,7 @@
 #include "grtx/frontend/tracer/traversal_stack.h"
 #include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/checkpoint_lists.h"
 
 namespace grtx::frontend {
 
@@ -19,25 +20,22 @@ class CheckpointBuffers {
  public:
   explicit CheckpointBuffers(const TracerOptions& options)
       : enabled_(options.checkpoint),
-        has_bins_(options.checkpoint && options.checkpoint_bins != 0),
-        capacity_(options.checkpoint_capacity),
         order_(options.checkpoint_order),
-        read_order_(options.checkpoint_order),
-        binned_(options.checkpoint_bins, options.checkpoint_capacity) {}
+        lists_(options.checkpoint_order, options.checkpoint ? options.checkpoint_bins : 0,
+               options.checkpoint_capacity) {}
 
   bool enabled() const { return enabled_; }
-  bool has_bins() const { return has_bins_; }
+  bool has_bins() const { return lists_.has_bins(); }
   void begin_ray() {
-    source_.clear();
+    lists_.begin_ray();
     bins_.clear();
     reached_ = far_from_ = 0;  // reset even without entries: the trace records how a round reads
   }
   /// Sets the t at which the ray enters the scene, from which bins count distances: no entry has a lower t.
   void measure_from(float t) { scene_enter_ = t; }
   void begin_round(bool replays) {
-    destination_.clear();
     overflow_ = false;
-    if (has_bins_) binned_.begin_round(replays, bin_order());
+    lists_.begin_round(replays, bin_order());
   }
   /// Ends the round, whose entries all lie beyond t_max.
   void end_round(float t_max) { reached_ = number_of(t_max); }
@@ -45,53 +43,51 @@ class CheckpointBuffers {
   /// Keeps an entry, which lies beyond t_max, for the next round. False: dropped (checkpointing off, or no room).
   bool write(const StackEntry& entry, float t_max) {
     if (!enabled_ || overflow_) return false;
-    if (has_bins_ ? !choose_bin(entry, t_max) : destination_.size() == capacity_) {
-      overflow_ = true;
-      return false;
+    if (has_bins()) {
+      overflow_ = !write_to_bin(entry, t_max);
+    } else {
+      overflow_ = lists_.full();
+      if (!overflow_) lists_.write(entry);
     }
-    destination_.push_back(entry);
-    return true;
+    return !overflow_;
   }
   bool overflow() const { return overflow_; }  ///< an entry of this round found no room
   /// Entries that the next round may read.
-  std::size_t held() const { return has_bins_ ? binned_.places().size() : destination_.size(); }
+  std::size_t held() const { return lists_.held(); }
   /// Entries of this round, in the order of their writes.
-  const std::vector<StackEntry>& written() const { return destination_; }
+  const std::vector<StackEntry>& written() const { return lists_.written(); }
   /// The bin of each entry that the ray has written.
   const std::vector<std::uint8_t>& bins() const { return bins_; }
-  void drop_written() { destination_.clear(); }
+  void drop_written() { lists_.drop_written(); }
 
   // Two buffers.
-  /// The destination becomes the source.
-  void swap() { source_.swap(destination_); }
-  /// Begins to read the source; returns how many entries it holds.
-  std::size_t begin_reading() {
-    traces::with_checkpoint_order(order_, [this](auto policy) { policy.arrange(source_); });
-    return source_.size();
+  /// Begins to read the source.
+  void begin_reading() {
+    traces::with_checkpoint_order(order_, [this](auto policy) { policy.arrange(lists_.source()); });
   }
-  /// The next source entry after `read` others.
-  const StackEntry& entry(std::size_t read) const { return source_[read_order_.position(read, source_.size())]; }
+  bool more() { return lists_.more(); }
+  /// Valid until another is read.
+  const StackEntry& read() { return lists_.read(); }
 
   // Bins.
   /// The order in which the next round reads: no entry lies before the last round's t_max.
   traces::BinOrder bin_order() const {
-    if (!has_bins_) return {};
-    const std::uint32_t near = binned_.places().near();
+    if (!has_bins()) return {};
+    const std::uint32_t near = lists_.bins().near();
     const std::uint32_t ahead = far_from_ - std::min(far_from_, reached_);
     return {static_cast<std::uint8_t>(reached_ % near), static_cast<std::uint8_t>(std::min(ahead, near))};
   }
   /// Whether the round must read more. Once false it stays false: t_max only falls, and farther bins come later.
   bool must_read(float t_max) {
-    if (!binned_.more()) return false;
-    const traces::CheckpointBins& places = binned_.places();
+    if (!lists_.more()) return false;
+    const traces::CheckpointBins& places = lists_.bins();
     return (places.next_is_far() ? far_from_ : reached_ + places.near_before()) <= number_of(t_max);
   }
-  StackEntry read() { return binned_.read(); }
 
  private:
   /// Near bins begin at t_max. If a bin is full, the entry goes to the one before it, which is merely read sooner.
-  bool choose_bin(const StackEntry& entry, float t_max) {
-    const traces::CheckpointBins& places = binned_.places();
+  bool write_to_bin(const StackEntry& entry, float t_max) {
+    const traces::CheckpointBins& places = lists_.bins();
     const std::uint32_t nearest = number_of(t_max), behind = nearest + places.near();
     std::uint32_t number = std::min(number_of(entry.t), behind);
     if (number == behind && !places.full(places.far_bin())) {
@@ -108,18 +104,14 @@ class CheckpointBuffers {
   }
   std::uint32_t number_of(float t) const { return traces::number_of_bin(std::max(t - scene_enter_, 0.0f)); }
   void write_to(unsigned bin, const StackEntry& entry) {
-    binned_.write(bin, entry);
+    lists_.write(entry, bin);
     bins_.push_back(static_cast<std::uint8_t>(bin));
   }
 
-  const bool enabled_, has_bins_;
-  const std::size_t capacity_;
+  const bool enabled_;
   const CheckpointOrder order_;
-  const traces::ReadOrder read_order_;
   bool overflow_ = false;
-  std::vector<StackEntry> source_;
-  std::vector<StackEntry> destination_;
-  traces::BinnedEntries<StackEntry> binned_;
+  traces::CheckpointLists<StackEntry> lists_;
   float scene_enter_ = 0.0f;
   std::uint32_t reached_ = 0;   ///< bin of the last round's t_max
   std::uint32_t far_from_ = 0;  ///< lower bound on the bin numbers of the far bin's entries

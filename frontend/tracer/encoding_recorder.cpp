@@ -8,10 +8,8 @@ namespace grtx::frontend {
 EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header& header)
     : nodes_(image),
       header_(header),
-      read_order_(header.checkpoint_order),
       learns_(traces::with_child_order(header.child_order, [](auto policy) { return policy.kBySlots; }) ? 0 : 1),
-      has_bins_(header.checkpoint_bins != 0),
-      binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
+      checkpoints_(header) {}
 
 void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;
@@ -25,8 +23,7 @@ void EncodingRecorder::begin_ray(std::uint32_t pixel) {
   rounds_ = 0;
   room_ = 0;
   processed_.clear();
-  source_.clear();
-  destination_.clear();
+  checkpoints_.begin_ray();
   written_ = 0;
   out_.begin_ray();
 }
@@ -45,22 +42,18 @@ traces::EncodedGroup EncodingRecorder::end_group() {
 
 void EncodingRecorder::begin_round(bool replay, traces::BinOrder order) {
   out_.begin_round();
-  source_.clear();
-  if (replay) source_.swap(destination_);
-  destination_.clear();
-  binned_.begin_round(replay, order);
-  if (has_bins_ && replay) {
+  checkpoints_.begin_round(replay, order);
+  if (checkpoints_.has_bins() && replay) {
     out_.reserve(1);
     out_.bin_order(order);
   }
-  read_ = 0;
   depth_ = 0;
   if (!replay) push({traces::GroupModel::kRootParent, 0});
 }
 
 void EncodingRecorder::end_round(const traces::Round& round) {
   ++rounds_;
-  if (has_bins_ && binned_.more()) {
+  if (checkpoints_.has_bins() && checkpoints_.more()) {
     out_.reserve(1);
     out_.stop();
   }

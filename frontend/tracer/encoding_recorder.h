@@ -12,12 +12,12 @@
 
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
-#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/encode/encoded_group.h"
 #include "grtx/traces/encode/pop_encoder.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/checkpoint_lists.h"
 
 namespace grtx::frontend {
 
@@ -126,17 +126,15 @@ class EncodingRecorder {
     stack_[depth_++] = place;
   }
   void write(traces::ChildPlace place) {
-    if (!has_bins_) return destination_.push_back(place);
+    if (!checkpoints_.has_bins()) return checkpoints_.write(place);
     const unsigned bin = (*bins_)[written_++];
     out_.bin(bin);
-    binned_.write(bin, place);
+    checkpoints_.write(place, bin);
   }
   /// An entry of a checkpoint buffer is read without siblings: it keeps no expected order.
   void read_source() {
-    const bool more = has_bins_ && binned_.more();
-    const traces::ChildPlace entry = more ? binned_.read() : source_[read_order_.position(read_, source_.size())];
+    const traces::ChildPlace entry = checkpoints_.read();
     at_ = {entry.parent(), entry.slot()};
-    ++read_;
     if (room_-- == 0) make_room();
   }
   void make_room();
@@ -144,7 +142,6 @@ class EncodingRecorder {
 
   ImageNodes nodes_;  ///< outlives each group
   const traces::Header& header_;
-  const traces::ReadOrder read_order_;
   const unsigned learns_;  ///< 1: the order of children does not follow from their slots: it is learnt
   bool begun_ = false;     ///< a ray has begun and not ended
   std::uint32_t pixel_ = 0;
@@ -153,12 +150,9 @@ class EncodingRecorder {
   std::size_t room_ = 0;   ///< pops and reads that the encoder has room for
   std::vector<traces::ChildPlace> stack_ = std::vector<traces::ChildPlace>(512);
   std::size_t depth_ = 0;
-  std::vector<traces::ChildPlace> source_, destination_;
-  std::size_t read_ = 0;
-  const bool has_bins_;
-  traces::BinnedEntries<traces::ChildPlace> binned_;  ///< in place of source_ and destination_
-  const std::vector<std::uint8_t>* bins_ = nullptr;   ///< of the ray's entries
-  std::size_t written_ = 0;                           ///< entries that the ray has written
+  traces::CheckpointLists<traces::ChildPlace> checkpoints_;
+  const std::vector<std::uint8_t>* bins_ = nullptr;  ///< of the ray's entries
+  std::size_t written_ = 0;                          ///< entries that the ray has written
   std::vector<traces::Processed> processed_;
   traces::PopEncoder out_;
 };

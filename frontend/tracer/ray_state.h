@@ -4,18 +4,20 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
-#include <vector>
 
 #include "grtx/frontend/tracer/checkpoint_buffers.h"
 #include "grtx/frontend/tracer/k_buffer.h"
 #include "grtx/frontend/tracer/tracer_counters.h"
 #include "grtx/frontend/tracer/tracer_options.h"
+#include "grtx/traces/rules/round_hits.h"
 
 namespace grtx::frontend {
 
 /// One per tracer, reused for each ray.
 struct RayState {
-  explicit RayState(const TracerOptions& options) : k_buffer(options.k), checkpoints(options) {}
+  explicit RayState(const TracerOptions& options)
+      : hits({options.tracing, options.any_hit, options.k, options.checkpoint, options.tmax_update == TmaxUpdate::kth}),
+        checkpoints(options) {}
 
   /// before: transmittance at the ray's origin. limit: hits beyond it do not count.
   void begin_ray(float before, float limit) {
@@ -25,7 +27,7 @@ struct RayState {
     transmittance = before;
     t_limit = limit;
     colour = glm::vec3(0.0f);
-    evictions.clear();
+    hits.begin_ray();
     checkpoints.begin_ray();
     ++stamp;
     ++counters.rays;
@@ -45,11 +47,10 @@ struct RayState {
   float t_max = 0.0f;
   float t_limit = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
   bool replay = false;
-  bool turned_away = false;  ///< single-round, list: a hit of this round met a full buffer
+  bool turned_away = false;  ///< a hit of this round met a full k-buffer
   float transmittance = 1.0f;
   glm::vec3 colour{0.0f};
-  KBuffer k_buffer;
-  std::vector<KEntry> evictions;
+  traces::RoundHits<KEntry> hits;
   CheckpointBuffers checkpoints;
   std::uint64_t stamp = 0;  ///< number of the ray
   TracerCounters counters;  ///< of all rays so far

@@ -9,12 +9,10 @@
 namespace grtx::frontend {
 
 RayTracer::RayTracer(const TracedStructure& structure, const TracerOptions& options)
-    : checkpoint_(options.checkpoint),
-      // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
+    :  // The peak of a polyhedron's Gaussian may lie beyond its entry face's box, so only entry keys allow this cull.
       cull_before_(options.sort_key == SortKey::entry),
       replay_below_kth_(options.replay_tmax == ReplayTmax::kth),
       state_(options),
-      policy_(options),
       traversal_(structure, options),
       shading_(structure, options) {}
 
@@ -44,14 +42,13 @@ traces::Round RayTracer::begin_round(Recorder& recorder) {
   traces::Round round;
   round.replay = state_.replay;
   ++state_.counters.rounds;
-  state_.k_buffer.clear();
   state_.checkpoints.begin_round(state_.replay);
   state_.turned_away = false;
   if (state_.replay) round.bins = state_.checkpoints.bin_order();
   recorder.begin_round(state_.replay, round.bins);
-  round.preloaded = static_cast<std::uint16_t>(policy_.refill_from_evictions(state_));
+  round.preloaded = static_cast<std::uint16_t>(state_.hits.begin_round());
   state_.t_max = state_.t_limit;
-  if (replay_below_kth_ && state_.k_buffer.full()) state_.t_max = state_.k_buffer.back().t;
+  if (replay_below_kth_ && state_.hits.k_buffer().full()) state_.t_max = state_.hits.k_buffer().last().t;
   state_.t_min_cull = cull_before_ ? std::max(state_.t_last, 0.0f) : 0.0f;
   return round;
 }
@@ -60,28 +57,29 @@ traces::Round RayTracer::begin_round(Recorder& recorder) {
 template <typename Recorder>
 bool RayTracer::end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder) {
   TracerCounters& counters = state_.counters;
-  counters.evictions_max_per_ray = std::max<std::uint64_t>(counters.evictions_max_per_ray, state_.evictions.size());
+  traces::RoundHits<KEntry>& hits = state_.hits;
+  counters.evictions_max_per_ray = std::max<std::uint64_t>(counters.evictions_max_per_ray, hits.evictions().size());
   round.overflow = state_.checkpoints.overflow();
   state_.checkpoints.end_round(state_.t_max);
-  round.k_count = static_cast<std::uint16_t>(state_.k_buffer.size());
-  policy_.finish(state_);
-  if (state_.turned_away) ++counters.single_overflows;
+  round.k_count = static_cast<std::uint16_t>(hits.k_buffer().size());
+  hits.end_round();
+  if (state_.turned_away && !hits.rules().sorted()) ++counters.single_overflows;
   shading_.blend(ray, state_, round, recorder);
   counters.checkpoints_max_per_ray =
       std::max<std::uint64_t>(counters.checkpoints_max_per_ray, state_.checkpoints.held());
   if (round.overflow) {
     ++counters.checkpoint_overflows;
-    round.eviction_dropped = static_cast<std::uint32_t>(state_.evictions.size());
-    state_.evictions.clear();
+    round.eviction_dropped = static_cast<std::uint32_t>(hits.evictions().size());
+    hits.drop_evictions();
     state_.checkpoints.drop_written();
   }
   recorder.end_round(round);
   if (round.terminated) ++counters.terminated;
-  if (round.terminated || !state_.k_buffer.full()) return false;
-  state_.t_last = state_.k_buffer.back().t;
-  state_.id_last = state_.k_buffer.back().id;
-  state_.checkpoints.swap();
-  state_.replay = checkpoint_ && !round.overflow;
+  if (!hits.rules().goes_on(round)) return false;
+  const KEntry& last = hits.k_buffer().entries().back();  // the largest in every mode: the round is over
+  state_.t_last = last.t;
+  state_.id_last = last.id;
+  state_.replay = hits.rules().replays_after(round);
   return true;
 }
 

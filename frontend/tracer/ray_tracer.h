@@ -8,7 +8,6 @@
 #include <limits>
 #include <vector>
 
-#include "grtx/frontend/tracer/hit_policy.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_state.h"
 #include "grtx/frontend/tracer/shading.h"
@@ -53,11 +52,9 @@ class RayTracer {
   template <typename Recorder>
   bool end_round(const TraceRay& ray, traces::Round& round, Recorder& recorder);
 
-  const bool checkpoint_;
   const bool cull_before_;       ///< boxes that end before the last blended hit are skipped
   const bool replay_below_kth_;  ///< ReplayTmax::kth: t_max of a round that begins with a full k-buffer
   RayState state_;
-  const HitPolicy policy_;
   Traversal traversal_;
   Shading shading_;
 };

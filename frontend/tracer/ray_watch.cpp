@@ -18,7 +18,7 @@ void RayWatch::begin_ray(std::uint32_t pixel) {
 void RayWatch::start() {
   begun_ = true;
   in_k_buffer_.clear();
-  watched_.starts.push_back({state_.t_max, state_.k_buffer.entries(), state_.evictions.size()});
+  watched_.starts.push_back({state_.t_max, state_.hits.k_buffer().entries(), state_.hits.evictions().size()});
   watched_.ray.rounds.emplace_back();
 }
 
@@ -49,7 +49,7 @@ void RayWatch::event(EventKind kind, std::uint32_t address, unsigned detail, uns
 
 float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts) {
   constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<KEntry>& hits = state_.k_buffer.entries();
+  const std::vector<KEntry>& hits = state_.hits.k_buffer().entries();
   switch (outcome) {
     case LeafOutcome::inserted:
     case LeafOutcome::displaced:
@@ -61,7 +61,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
     case LeafOutcome::nearest:
       return hits.back().t;
     case LeafOutcome::rejected:
-      if (options_.checkpoint) return state_.evictions.back().t;
+      if (options_.checkpoint) return state_.hits.evictions().back().t;
       if (options_.any_hit == AnyHit::delayed) return kUnknown;  // t_max does not tell
       return options_.tmax_update == TmaxUpdate::reported ? state_.t_max : kUnknown;
     case LeafOutcome::beyond:

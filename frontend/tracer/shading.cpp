@@ -31,8 +31,8 @@ void Shading::begin_ray(const TraceRay& ray) {
 
 template <typename Recorder>
 void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, Recorder& recorder) {
-  if (world_ == nullptr) prefetch_colours(state.k_buffer);
-  for (const KEntry& entry : state.k_buffer.entries()) {
+  if (world_ == nullptr) prefetch_colours(state.hits.k_buffer());
+  for (const KEntry& entry : state.hits.k_buffer().entries()) {
     const GaussianRecord& g = records_.of(entry.id);
     const float alpha = records_.alpha(entry, g);
     if (Recorder::kEnabled) recorder.processed(records_.number(entry.id), alpha > 0.0f);
@@ -52,7 +52,7 @@ void Shading::blend(const TraceRay& ray, RayState& state, traces::Round& round, 
     }
   }
   if (options_.ert_check == ErtCheck::round) round.terminated = state.transmittance < options_.ert;
-  if (round.terminated) state.counters.skipped_dead_colours += state.k_buffer.size() - round.processed_count;
+  if (round.terminated) state.counters.skipped_dead_colours += state.hits.k_buffer().size() - round.processed_count;
 }
 
 template void Shading::blend(const TraceRay&, RayState&, traces::Round&, NullRecorder&);

@@ -30,6 +30,7 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
       options_(options),
       test_children_(node_test(options.simd, layout_)),
       policy_(options),
+      walk_(options.ahead),
       object_(structure.gaussians, structure.world),
       leaf_hits_(structure, options) {}
 
@@ -74,10 +75,8 @@ void Traversal::resume(const TraceRay& ray, RayState& state, Recorder& recorder)
     }
     return;
   }
-  const std::size_t entries = state.checkpoints.begin_reading();
-  for (std::size_t read = 0; read < entries; ++read) {
-    resume_at<Order>(ray, state.checkpoints.entry(read), state, recorder);
-  }
+  state.checkpoints.begin_reading();
+  while (state.checkpoints.more()) resume_at<Order>(ray, state.checkpoints.read(), state, recorder);
 }
 
 template <typename Order, typename Recorder>
@@ -154,49 +153,31 @@ void Traversal::drain_ahead(const TraceRay& ray, RayState& state, Recorder& reco
   }
 }
 
-// Of the nodes under way the one that was started first is handled first: each takes as long as the others. What it
-// pushes comes where it was.
+// traces/rules/ahead_stack.h says which node is done next, and where its children come.
 template <typename Order, typename Recorder>
 void Traversal::walk_ahead(const TraceRay& ray, RayState& state, Recorder& recorder) {
-  walk_.clear();
-  started_ = under_way_ = 0;
-  walk_.push_back({stack_.pop(), {}, 0});
+  walk_.begin({stack_.pop(), {}});
   while (true) {
-    start_ahead(state, recorder);
+    walk_.start([&](const AheadEntry& next) { return starts(next, state, recorder); });
     if (walk_.empty()) return;
-    std::size_t first = walk_.size();
-    for (std::size_t i = 0; i < walk_.size(); ++i) {
-      if (walk_[i].started != 0 && (first == walk_.size() || walk_[i].started < walk_[first].started)) first = i;
-    }
-    const AheadEntry done = walk_[first];
-    --under_way_;
+    const AheadEntry done = walk_.take();
     [[maybe_unused]] std::uint32_t parent = 0;
     if constexpr (Recorder::kEnabled) recorder.at(done.place);
     visit<Order>(ray, done.entry, state, recorder);
     if constexpr (Recorder::kEnabled) parent = recorder.last();
-    const auto place = walk_.erase(walk_.begin() + static_cast<std::ptrdiff_t>(first));
-    std::size_t at = static_cast<std::size_t>(place - walk_.begin());
-    for (std::uint32_t child = static_cast<std::uint32_t>(stack_.size()); child-- > 0;) {
-      walk_.insert(walk_.begin() + static_cast<std::ptrdiff_t>(at), {stack_.pop(), {parent, child}, 0});
+    for (auto child = static_cast<std::uint32_t>(stack_.size()); child-- > 0;) {
+      walk_.push({stack_.pop(), {parent, child}});
     }
   }
 }
 
-/// Starts the topmost entries that wait, as long as there is room; entries beyond t_max are culled then.
+/// Whether a node that has its turn is visited; beyond t_max it is culled.
 template <typename Recorder>
-void Traversal::start_ahead(const RayState& state, Recorder& recorder) {
-  for (std::size_t i = walk_.size(); i-- > 0 && under_way_ < options_.ahead;) {
-    AheadEntry& next = walk_[i];
-    if (next.started != 0) continue;
-    if (pop_test_ && next.entry.t > state.t_max) {
-      if constexpr (Recorder::kEnabled) recorder.at(next.place);
-      recorder.event(traces::EventKind::cull, units_of(next.entry.node), 0, 0);
-      walk_.erase(walk_.begin() + static_cast<std::ptrdiff_t>(i));
-      continue;
-    }
-    next.started = ++started_;
-    ++under_way_;
-  }
+bool Traversal::starts(const AheadEntry& next, const RayState& state, Recorder& recorder) {
+  if (!pop_test_ || next.entry.t <= state.t_max) return true;
+  if constexpr (Recorder::kEnabled) recorder.at(next.place);
+  recorder.event(traces::EventKind::cull, units_of(next.entry.node), 0, 0);
+  return false;
 }
 
 template <typename Order, typename Recorder>
@@ -375,7 +356,7 @@ void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& sta
     const bool kept = state.checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
-  const HitPolicy::Taken taken = policy_.take(hit, state);
+  const traces::RoundHits<KEntry>::Taken taken = HitPolicy::take(hit, state);
   outcome(taken.outcome, 0, taken.shifts);
 }
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "grtx/frontend/accel/node_image.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
@@ -19,6 +18,7 @@
 #include "grtx/frontend/tracer/tree_recorder.h"
 #include "grtx/frontend/tracer/visit_tracker.h"
 #include "grtx/frontend/tracer/walk_memory.h"
+#include "grtx/traces/rules/ahead_stack.h"
 
 namespace grtx::frontend {
 
@@ -54,8 +54,6 @@ class Traversal {
   void drain_ahead(const TraceRay& ray, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
   void walk_ahead(const TraceRay& ray, RayState& state, Recorder& recorder);
-  template <typename Recorder>
-  void start_ahead(const RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
   void visit(const TraceRay& ray, const StackEntry& entry, RayState& state, Recorder& recorder);
   template <typename Order, typename Recorder>
@@ -73,6 +71,14 @@ class Traversal {
   unsigned checkpoint_children(const StackEntry& parent, std::uint32_t list, unsigned mask, RayState& state);
   void enter_instance(const TraceRay& ray, std::uint32_t leaf, RayState& state);
   void enter_object(const TraceRay& ray, std::uint32_t leaf);
+
+  /// ahead > 1: an entry of the stack.
+  struct AheadEntry {
+    StackEntry entry;
+    PushedPlace place;
+  };
+  template <typename Recorder>
+  bool starts(const AheadEntry& next, const RayState& state, Recorder& recorder);
 
   /// The t beyond which the nodes at the entry are not visited in this round.
   float end_of(const StackEntry& entry, const RayState& state) const {
@@ -111,17 +117,8 @@ class Traversal {
   const NodeTest test_children_;
   const HitPolicy policy_;
 
-  /// ahead > 1: an entry that waits, or is under way.
-  struct AheadEntry {
-    StackEntry entry;
-    PushedPlace place;
-    std::uint64_t started = 0;  ///< its number among those started; 0: it waits
-  };
-
   TraversalStack stack_;
-  std::vector<AheadEntry> walk_;  ///< ahead > 1: the stack, the topmost last
-  std::uint64_t started_ = 0;
-  unsigned under_way_ = 0;
+  traces::AheadStack<AheadEntry> walk_;  ///< ahead > 1: the stack
   TreeRecorder tree_;
   WalkMemory memory_;
   std::uint32_t instance_ = 0;  ///< the one being walked, link into memory_

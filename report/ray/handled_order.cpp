@@ -3,11 +3,36 @@
 
 #include <bit>
 
+#include "grtx/traces/rules/ahead_stack.h"
+
 namespace grtx::report {
-namespace {
 
 using traces::Event;
 using traces::EventKind;
+
+namespace {
+
+/// Whether the node of the event comes from the stack; else from the source buffer, or it stays where it is.
+bool pops(const Event& event) {
+  const EventKind kind = event.kind();
+  if (kind == EventKind::visit_instance) return event.detail == 0;
+  return kind != EventKind::replay_take && kind != EventKind::replay_forward;
+}
+
+int pushes(const Event& event) {
+  switch (event.kind()) {
+    case EventKind::visit_internal:
+      return std::popcount(event.pushed());
+    case EventKind::visit_instance:
+      return event.detail == 0 ? 1 : 0;
+    case EventKind::replay_take:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+}  // namespace
 
 std::vector<std::vector<std::uint32_t>> children_of(std::span<const Event> events) {
   struct Open {
@@ -17,49 +42,39 @@ std::vector<std::vector<std::uint32_t>> children_of(std::span<const Event> event
   std::vector<std::vector<std::uint32_t>> children(events.size());
   std::vector<Open> open;
   for (std::size_t e = 0; e < events.size(); ++e) {
-    while (!open.empty() && open.back().left == 0) open.pop_back();
-    if (!open.empty()) {
-      children[open.back().event].push_back(static_cast<std::uint32_t>(e));
-      --open.back().left;
+    if (pops(events[e])) {
+      while (!open.empty() && open.back().left == 0) open.pop_back();
+      if (!open.empty()) {
+        children[open.back().event].push_back(static_cast<std::uint32_t>(e));
+        --open.back().left;
+      }
     }
-    if (events[e].kind() == EventKind::visit_internal) open.push_back({e, std::popcount(events[e].pushed())});
+    if (const int pushed = pushes(events[e]); pushed != 0) open.push_back({e, pushed});
   }
   return children;
 }
 
-struct Waiting {
-  std::size_t event = 0;
-  bool started = false;
-};
-
-}  // namespace
-
 HandledOrder handled_order(std::span<const Event> events, unsigned ahead) {
   HandledOrder order;
-  order.children = children_of(events);
+  order.started.resize(events.size() + 1);
   if (events.empty()) return order;
-  std::vector<Waiting> stack(1);       // the topmost last; what is under way keeps its place
-  std::vector<std::size_t> under_way;  // the one started first is done first
-  std::size_t done = 0;
+  const std::vector<std::vector<std::uint32_t>> children = children_of(events);
+  traces::AheadStack<std::uint32_t> stack(ahead);
+  stack.begin(0);
   while (true) {
-    for (std::size_t i = stack.size(); i-- > 0 && under_way.size() - done < ahead;) {
-      if (stack[i].started) continue;
-      if (events[stack[i].event].kind() == EventKind::cull) {
-        order.events.push_back(stack[i].event);
-        stack.erase(stack.begin() + static_cast<std::ptrdiff_t>(i));
-        continue;
+    stack.start([&](std::uint32_t event) {
+      const bool starts = events[event].kind() != EventKind::cull;
+      if (starts) {
+        order.started[order.events.size()].push_back(event);
+      } else {
+        order.events.push_back(event);
       }
-      stack[i].started = true;
-      under_way.push_back(stack[i].event);
-    }
-    if (done == under_way.size()) return order;
-    const std::size_t event = under_way[done++];
+      return starts;
+    });
+    if (stack.empty()) return order;
+    const std::uint32_t event = stack.take();
     order.events.push_back(event);
-    auto place = stack.begin();
-    while (place->event != event) ++place;
-    place = stack.erase(place);
-    const std::vector<std::uint32_t>& children = order.children[event];
-    for (const std::uint32_t child : children) place = stack.insert(place, {child, false});
+    for (const std::uint32_t child : children[event]) stack.push(child);
   }
 }
 

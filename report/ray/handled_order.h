@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order in which a ray with several nodes under way (Header::ahead) came to the events of a round, which a trace
-// lists depth first. docs/model/tracer.md, "Nodes under way", has the rules.
+// How the events of a round hang together: what each pushed, and, with several nodes under way (Header::ahead), the
+// order in which the ray came to them, which a trace lists depth first. docs/model/tracer.md, "Nodes under way", has
+// the rules.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +13,17 @@
 
 namespace grtx::report {
 
+/// [event] The events of what it pushed, the topmost first. events: of a round whose stack ends empty, as
+/// traces::check_group() proves.
+std::vector<std::vector<std::uint32_t>> children_of(std::span<const traces::Event> events);
+
 struct HandledOrder {
-  std::vector<std::size_t> events;                   ///< index of the event that came first, second, …
-  std::vector<std::vector<std::uint32_t>> children;  ///< [event] events of what it pushed, the topmost first
+  std::vector<std::size_t> events;  ///< index of the event that came first, second, …
+  /// [i] events whose nodes are started when the first i events are over
+  std::vector<std::vector<std::uint32_t>> started;
 };
 
-/// events: of a round that started at the root and whose stack ends empty, as traces::check_group() proves. One level.
+/// events: as for children_of(), of a round that started at the root. One level.
 HandledOrder handled_order(std::span<const traces::Event> events, unsigned ahead);
 
 }  // namespace grtx::report

@@ -13,6 +13,7 @@
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/page.h"
 #include "grtx/traces/dump.h"
+#include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::report {
 namespace {
@@ -68,9 +69,29 @@ ordered_json gaussian_columns(const std::vector<DrawnGaussian>& gaussians) {
   return {{"number", packed(number)}, {"shape", packed(shape)}};
 }
 
-ordered_json round_summary(const RayRound& r) {
+/// What outcomes of hits do, by their numbers: the script knows no rule.
+ordered_json outcomes_of_hits() {
   ordered_json outcomes = ordered_json::array();
-  for (const std::uint32_t count : r.outcomes) outcomes.push_back(count);
+  for (std::size_t o = 0; o < kCountOf<LeafOutcome>; ++o) {
+    const auto outcome = static_cast<LeafOutcome>(o);
+    outcomes.push_back({{"name", name_of(outcome)},
+                        {"enters", traces::enters(outcome)},
+                        {"replaces", traces::replaces(outcome)},
+                        {"evicts", traces::evicts(outcome)}});
+  }
+  return outcomes;
+}
+
+std::uint32_t nodes_read(const RayRound& r) { return r.visits[0] + r.visits[1] + r.visits[2]; }
+
+std::uint32_t hits_of(const RayRound& r, bool (*chosen)(LeafOutcome)) {
+  std::uint32_t hits = 0;
+  for (std::size_t o = 0; o < kCountOf<LeafOutcome>; ++o)
+    hits += chosen(static_cast<LeafOutcome>(o)) ? r.outcomes[o] : 0;
+  return hits;
+}
+
+ordered_json round_summary(const RayRound& r) {
   return {{"events", r.round.event_count},
           {"replay", r.round.replay},
           {"overflow", r.round.overflow},
@@ -79,9 +100,8 @@ ordered_json round_summary(const RayRound& r) {
           {"hits", r.round.k_count},
           {"processed", r.round.processed_count},
           {"blended", r.blended},
-          {"visits", {r.visits[0], r.visits[1], r.visits[2]}},
-          {"culls", r.culls},
-          {"outcomes", std::move(outcomes)},
+          {"read", nodes_read(r)},
+          {"evicted", hits_of(r, traces::evicts)},
           {"written", r.written},
           {"taken", r.taken},
           {"forwarded", r.forwarded}};
@@ -103,7 +123,10 @@ ordered_json description(const RayPage& page) {
       {"capacity", h.checkpoint_capacity},
       {"order", name_of(h.checkpoint_order)},
       {"tracing", name_of(h.tracing)},
+      {"sorted", traces::RoundRules(h).sorted()},
       {"ahead", h.ahead},
+      {"kinds", names_of<traces::EventKind>()},
+      {"outcomes", outcomes_of_hits()},
       {"size", {h.width, h.height}},
       {"picture", page.picture},
       {"kernel_degree", h.inputs.contains("kernel_degree") && h.inputs.at("kernel_degree") == "4" ? 4 : 2},
@@ -145,12 +168,6 @@ ordered_json description(const RayPage& page) {
   return json;
 }
 
-std::uint32_t any_hits(const RayRound& r) {
-  std::uint32_t calls = 0;
-  for (unsigned o = 0; o < 8; ++o) calls += traces::calls_any_hit(static_cast<LeafOutcome>(o)) ? r.outcomes[o] : 0;
-  return calls;
-}
-
 /// Part of the page that is visible without JavaScript.
 std::string round_table(const RayPage& page) {
   Table table("Rounds", {{"ray", false},
@@ -170,15 +187,11 @@ std::string round_table(const RayPage& page) {
     for (const DrawnRay& ray : warp.rays) {
       for (std::size_t i = 0; i < ray.replayed.rounds.size(); ++i) {
         const RayRound& r = ray.replayed.rounds[i];
-        const std::uint32_t evicted = !page.header->checkpoint
-                                          ? 0
-                                          : r.outcomes[static_cast<unsigned>(LeafOutcome::displaced)] +
-                                                r.outcomes[static_cast<unsigned>(LeafOutcome::rejected)];
+        const std::uint32_t evicted = page.header->checkpoint ? hits_of(r, traces::evicts) : 0;
         table.row({escape(ray_name(ray, *page.header)), number(static_cast<double>(i)),
-                   r.round.replay ? "its checkpoints" : "the root", number(r.round.event_count),
-                   number(r.visits[0] + r.visits[1] + r.visits[2]), number(any_hits(r)), number(evicted),
-                   number(r.taken + r.forwarded), number(r.written), number(r.round.preloaded), number(r.round.k_count),
-                   number(r.blended),
+                   r.round.replay ? "its checkpoints" : "the root", number(r.round.event_count), number(nodes_read(r)),
+                   number(hits_of(r, traces::calls_any_hit)), number(evicted), number(r.taken + r.forwarded),
+                   number(r.written), number(r.round.preloaded), number(r.round.k_count), number(r.blended),
                    r.round.terminated ? "ray is opaque"
                    : r.round.overflow ? "its list ran full"
                                       : ""});
@@ -263,7 +276,7 @@ std::string ray_page(const RayPage& page) {
       ++ray_number;
     }
   }
-  out += "<script>\n";
+  out += "<script type=\"module\">\n";
   out += ray_script();
   return out + "</script>\n</body>\n</html>\n";
 }

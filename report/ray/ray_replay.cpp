@@ -2,122 +2,24 @@
 #include "grtx/report/ray/ray_replay.h"
 
 #include <algorithm>
-#include <bit>
-#include <limits>
 #include <span>
 #include <stdexcept>
 
 #include "grtx/base/error.h"
 #include "grtx/report/ray/handled_order.h"
-#include "grtx/traces/byte_stream.h"
-#include "grtx/traces/checkpoint_bins.h"
+#include "grtx/report/ray/packed_round.h"
 #include "grtx/traces/instance_levels.h"
-#include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/checkpoint_lists.h"
+#include "grtx/traces/rules/round_hits.h"
 #include "grtx/traces/source_assignment.h"
 
-// How a round is packed. Numbers are varints, times 32-bit floats, which are only there with values (NaN: not known).
-//   the k-buffer, then the eviction buffer: count, then of each hit: owner + 1 (its instance leaf, or its primitive
-//   leaf
-//     where there is none; 0: not known), object + 1 (leaf of the scene TLAS), Gaussian + 1 (0: not known), t
-//   the source list: count, then of each entry: node, instance + 1, object + 1, t
-//   t_max
-//   the events, in the order in which the ray came to them: a byte (kind in bits 0-2, detail or outcome in 3-5,
-//     checkpointed in 6, a new t_max follows in 7), node;
-//     visit_internal: a byte that counts the children pushed, a byte for the slot of each, the next to be popped first,
-//     a byte with the mask of those checkpointed, t of each pushed, t of each checkpointed; visit_instance with detail
-//     0: the root below; replay_*: place in the source list; visit_leaf: shifts if inserted or displaced, and t unless
-//     it was missed; the new t_max
 namespace grtx::report {
 
 using traces::Event;
 using traces::EventKind;
 using traces::LeafOutcome;
-using traces::NodeKind;
 
 namespace {
-
-constexpr float kUnknownTime = std::numeric_limits<float>::quiet_NaN();
-
-std::uint32_t units_of(const traces::RayGroup& group, const Event& event) {
-  return event.kind() == EventKind::visit_internal ? group.nodes[event.node].address : event.node;
-}
-
-/// The events of a round, which begin at `begin`; advances `begin` to the next round.
-std::span<const Event> events_of(const traces::Ray& ray, std::size_t& begin, const traces::Round& round) {
-  const std::span<const Event> events(ray.events.data() + begin, round.event_count);
-  begin += round.event_count;
-  return events;
-}
-
-}  // namespace
-
-RayNodes::RayNodes(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
-                   const std::vector<unsigned>& lanes) {
-  const auto require_tree = [&](bool added) {
-    if (!added) throw Error(file, "group " + std::to_string(group.index), "no node may be a child of two");
-  };
-  const traces::NodeSizes sizes = header.node_sizes();
-  std::vector<bool> visited(group.nodes.size());
-  std::set<std::uint32_t> others;
-  for (const unsigned lane : lanes) {
-    for (const Event& event : group.rays[lane].events) {
-      if (event.kind() == EventKind::visit_internal) {
-        visited[event.node] = true;
-      } else {
-        others.insert(event.node);
-      }
-    }
-  }
-  std::vector<std::uint32_t> roots = {static_cast<std::uint32_t>(header.root / sizes.unit())};
-  if (header.two_level) roots.push_back(static_cast<std::uint32_t>(header.blas_root / sizes.unit()));
-  for (const std::uint64_t root : header.object_roots) roots.push_back(static_cast<std::uint32_t>(root / sizes.unit()));
-  const NodeKind leaf = traces::has_procedural_leaves(header.accel) ? NodeKind::procedural : NodeKind::triangle;
-  for (const std::uint32_t root : roots) {
-    require_tree(add(root, others.contains(root) ? leaf : NodeKind::internal, 0));
-  }
-  std::map<std::uint32_t, std::uint32_t> first;  // address of a node -> number + 1 of its first child
-  for (std::size_t i = 0; i < visited.size(); ++i) {
-    if (!visited[i]) continue;
-    const traces::NodeDefinition& node = group.nodes[i];
-    first[node.address] = static_cast<std::uint32_t>(nodes_.size()) + 1;
-    std::uint32_t child = node.child_base;
-    for (unsigned slot = 0; slot < node.child_count; ++slot) {
-      require_tree(add(child, node.child_kinds[slot], node.address));
-      child += sizes.units(node.child_kinds[slot]);
-    }
-  }
-  for (RayNode& node : nodes_) {
-    if (node.parent != 0) node.parent = numbers_.at(node.parent) + 1;
-    const auto found = first.find(node.units);
-    if (found != first.end()) node.first_child = found->second;
-  }
-}
-
-/// parent: address of the parent in units; 0 for a root, as no node lies at address 0 (the headers do). Returns false
-/// if the node is there already.
-bool RayNodes::add(std::uint32_t units, NodeKind kind, std::uint32_t parent) {
-  if (!numbers_.emplace(units, static_cast<std::uint32_t>(nodes_.size())).second) return false;
-  RayNode& node = nodes_.emplace_back();
-  node.units = units;
-  node.kind = kind;
-  node.parent = parent;
-  return true;
-}
-
-namespace {
-
-/// A node on the stack or in a checkpoint list. instance, object: node numbers + 1, 0 for none.
-struct NodeEntry {
-  std::uint32_t node = 0, instance = 0, object = 0;
-  float t = kUnknownTime;
-};
-
-/// A hit in the k-buffer or the eviction buffer. owner, object, gaussian: numbers + 1, 0 if unknown or none.
-struct HitEntry {
-  std::uint32_t owner = 0, object = 0, gaussian = 0;
-  float t = kUnknownTime;
-  std::uint32_t made = 0;  ///< serial number of the hit in the ray
-};
 
 class Replay {
  public:
@@ -131,14 +33,13 @@ class Replay {
         nodes_(nodes),
         levels_(header),
         values_(values),
-        order_(header.checkpoint_order),
-        binned_(header.checkpoint_bins, header.checkpoint_capacity) {}
+        hits_(traces::RoundRules(header)),
+        checkpoints_(header),
+        out_(values != nullptr) {}
 
   ReplayedRay run() {
-    // The order in which children were pushed and the Gaussians of leaves follow only from later events. A first replay
-    // collects them; the second one produces the result.
-    pop_orders_.resize(ray_.events.size());
-    order_events();
+    // Gaussians of leaves follow only from later rounds. A first replay collects them; the second one produces the
+    // result.
     const RayValues* const values = std::exchange(values_, nullptr);
     replay();
     values_ = values;
@@ -149,10 +50,7 @@ class Replay {
   }
 
  private:
-  struct Pushed {
-    std::vector<NodeEntry> entries;  ///< the next to pop is last, once the order is known
-    std::size_t event = 0;
-  };
+  static constexpr std::size_t kNobody = ~std::size_t{0};
 
   void require(bool holds, const char* rule) const {
     if (holds) return;
@@ -162,281 +60,219 @@ class Replay {
     throw Error(file_, place, rule);
   }
 
-  /// The order in which the events are replayed; with several nodes under way the ray came to them in another order
-  /// than they stand.
-  void order_events() {
-    if (header_.ahead == 1) return;
-    handled_.resize(ray_.events.size());
-    std::size_t begin = 0;
-    for (const traces::Round& round : ray_.rounds) {
-      const std::size_t first = begin;
-      const std::span<const Event> events = events_of(ray_, begin, round);
-      const HandledOrder handled = handled_order(events, header_.ahead);
-      for (std::size_t e = 0; e < events.size(); ++e) {
-        handled_[first + e] = handled.events[e];
-        for (const std::uint32_t child : handled.children[e]) {
-          pop_orders_[first + e].push_back(slot_of(nodes_.number(units_of(group_, events[child]))));
-        }
-      }
-    }
-  }
-
   void replay() {
-    k_buffer_.clear();
-    evictions_.clear();
-    destination_.clear();
+    hits_.begin_ray();
+    checkpoints_.begin_ray();
     next_bin_ = 0;
     made_ = 0;
     time_ = 0;
-    result_ = ReplayedRay();
-    std::size_t begin = 0, processed = 0;
+    result_.rounds.clear();
+    std::size_t first = 0, processed = 0;
     for (std::size_t r = 0; r < ray_.rounds.size(); ++r) {
       const traces::Round& round = ray_.rounds[r];
-      const std::size_t first = begin;
-      const std::span<const Event> events = events_of(ray_, begin, round);
+      events_ = {ray_.events.data() + first, round.event_count};
+      children_ = children_of(events_);
       RayRound& out = result_.rounds.emplace_back();
       out.round = round;
+      HandledOrder handled;
+      if (header_.ahead > 1) handled = handled_order(events_, header_.ahead);
       begin_round(r, out);
-      assign_sources(round, events);
-      for (std::size_t e = 0; e < events.size(); ++e) {
-        event_ = handled_.empty() ? e : handled_[first + e];
-        take(events[event_], first + event_, out);
+      if (header_.ahead > 1) start(handled.started[0]);
+      for (std::size_t i = 0; i < events_.size(); ++i) {
+        event_ = header_.ahead > 1 ? handled.events[i] : i;
+        take(events_[event_], values_ != nullptr ? values_->t_max[first + i] : kUnknownTime, out);
+        if (header_.ahead > 1) start(handled.started[i + 1]);
       }
       event_ = kNobody;
       end_round(round, processed, out);
+      first += round.event_count;
       processed += round.processed_count;
     }
   }
 
-  // Lists.
+  // Rounds.
 
-  void begin_round(std::size_t r, RayRound& out) {
-    k_buffer_.clear();
-    const std::size_t moved = std::min<std::size_t>(header_.k, evictions_.size());
-    const bool ordered = values_ != nullptr || evictions_.size() < 2;
-    if (ordered) {
-      std::stable_sort(evictions_.begin(), evictions_.end(), [](const HitEntry& a, const HitEntry& b) {
-        return a.t < b.t || (a.t == b.t && a.gaussian < b.gaussian);
-      });
-      k_buffer_.assign(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
-      evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
+  void begin_round(std::size_t r, const RayRound& out) {
+    if (values_ != nullptr || hits_.evictions().size() < 2) {
+      hits_.begin_round();
     } else {  // the trace does not tell which are nearest
-      const std::size_t left = evictions_.size() - moved;
-      evictions_.clear();
-      for (std::size_t i = 0; i < moved; ++i) k_buffer_.push_back(unknown_hit());
-      for (std::size_t i = 0; i < left; ++i) evictions_.push_back(unknown_hit());
+      hits_.begin_round([this] { return unknown_hit(); });
     }
     if (values_ != nullptr) compare(values_->start_hits[r]);
+    checkpoints_.begin_round(out.round.replay, out.round.bins);
+    if (values_ != nullptr) {
+      traces::with_checkpoint_order(header_.checkpoint_order,
+                                    [this](auto policy) { policy.arrange(checkpoints_.source()); });
+    }
     source_.clear();
-    if (out.round.replay) source_.swap(destination_);
-    destination_.clear();
-    binned_.begin_round(out.round.replay, out.round.bins);
-    if (header_.checkpoint_bins != 0) {
-      source_.clear();
-      for (auto rest = binned_; rest.more();) source_.push_back(rest.read());
-    } else if (values_ != nullptr) {
-      traces::with_checkpoint_order(header_.checkpoint_order, [this](auto policy) { policy.arrange(source_); });
-    }
-    if (values_ != nullptr) t_max_ = values_->start_t_max[r];
-    out.evictions_left = static_cast<std::uint32_t>(evictions_.size());
-    put_hits(out, k_buffer_);
-    put_hits(out, evictions_);
-    put(out, source_.size());
-    for (const NodeEntry& entry : source_) {
-      put(out, entry.node);
-      put(out, entry.instance);
-      put(out, entry.object);
-      put_time(out, entry.t);
-    }
-    put_time(out, t_max_);
+    if (!checkpoints_.has_bins()) source_ = checkpoints_.source();
+    for (auto rest = checkpoints_; rest.has_bins() && rest.more();) source_.push_back(rest.read());
+    assign_sources(out.round);
     stack_.clear();
-    if (!out.round.replay) push({{root(header_.root), 0, 0, 0.0f}}, kNobody);
+    if (!out.round.replay && !events_.empty()) stack_.push_back({root(header_.root), 0, 0, 0.0f});
+    if (values_ != nullptr) t_max_ = values_->start_t_max[r];
+    out_.list(hits_.k_buffer().entries());
+    out_.list(hits_.evictions());
+    out_.list(source_);
+    out_.list(stack_);
+    out_.time(t_max_);
   }
 
   void compare(const std::vector<std::pair<float, std::uint32_t>>& hits) const {
-    const bool same = std::equal(
-        hits.begin(), hits.end(), k_buffer_.begin(), k_buffer_.end(), [](const auto& hit, const HitEntry& entry) {
+    const std::vector<HitEntry>& found = hits_.k_buffer().entries();
+    const bool same =
+        std::equal(hits.begin(), hits.end(), found.begin(), found.end(), [](const auto& hit, const HitEntry& entry) {
           return hit.first == entry.t && (entry.gaussian == 0 || hit.second + 1 == entry.gaussian);
         });
     if (!same) throw std::logic_error("a ray's k-buffer is not what its replay says");
   }
 
-  void assign_sources(const traces::Round& round, std::span<const Event> events) {
-    read_ = 0;
+  void assign_sources(const traces::Round& round) {
     places_.clear();
-    if (!round.replay || order_.by_place()) return;
+    if (!round.replay || checkpoints_.order().by_place()) return;
     std::vector<std::uint32_t> addresses;
     std::vector<traces::NodeReference> references(source_.size());
     for (std::size_t i = 0; i < source_.size(); ++i) {
-      addresses.push_back(node(source_[i].node).units);
-      if (source_[i].object != 0) references[i].path.scene = node(source_[i].object - 1).units;
-      if (source_[i].instance != 0) references[i].path.instance = node(source_[i].instance - 1).units;
+      addresses.push_back(nodes_[source_[i].node].units);
+      if (source_[i].object != 0) references[i].path.scene = nodes_[source_[i].object - 1].units;
+      if (source_[i].instance != 0) references[i].path.instance = nodes_[source_[i].instance - 1].units;
     }
-    places_ = assignment_.assign(addresses, references, events, levels_);
+    places_ = assignment_.assign(addresses, references, events_, levels_);
+  }
+
+  /// Says which nodes are under way from now on, by their events.
+  void start(const std::vector<std::uint32_t>& started) {
+    out_.number(started.size());
+    for (const std::uint32_t event : started) out_.number(from_top(find(number_of(events_[event]))));
   }
 
   void end_round(const traces::Round& round, std::size_t processed, RayRound& out) {
-    require(k_buffer_.size() == round.k_count, "k_count must be the entries of the k-buffer");
-    const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
+    const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
+    require(hits.size() == round.k_count, "k_count must be the entries of the k-buffer");
     for (std::size_t i = 0; i < round.processed_count; ++i) {
       const traces::Processed entry = ray_.processed[processed + i];
       out.blended += entry.blended;
-      if (!learning_ || !sorted) continue;
-      gaussian_made_[k_buffer_[i].made] = entry.gaussian;
-      if (k_buffer_[i].owner != 0) gaussian_of_[k_buffer_[i].owner - 1] = entry.gaussian;
+      if (!learning_ || !hits_.rules().sorted()) continue;
+      gaussian_made_[hits[i].made] = entry.gaussian;
+      if (hits[i].owner != 0) gaussian_of_[hits[i].owner - 1] = entry.gaussian;
     }
+    out.packed = out_.take();
     if (!round.overflow) return;
-    destination_.clear();
-    evictions_.clear();
+    checkpoints_.drop_written();
+    hits_.drop_evictions();
   }
 
   // Events.
 
-  void take(const Event& event, std::size_t index, RayRound& out) {
+  /// t_max: after the event.
+  void take(const Event& event, float t_max, RayRound& out) {
     const EventKind kind = event.kind();
-    const bool t_max_changes = values_ != nullptr && values_->t_max[index] != t_max_;
-    out.packed.push_back(static_cast<std::uint8_t>(
-        static_cast<unsigned>(kind) | (kind == EventKind::visit_internal ? 0u : unsigned{event.detail} << 3) |
-        (kind != EventKind::visit_internal && event.checkpoints != 0 ? 0x40u : 0u) | (t_max_changes ? 0x80u : 0u)));
-    put(out, nodes_.number(units_of(group_, event)));
+    const bool t_max_changes = values_ != nullptr && t_max != t_max_;
+    out_.byte(static_cast<unsigned>(kind) | (kind == EventKind::visit_internal ? 0u : unsigned{event.detail} << 3) |
+              (kind != EventKind::visit_internal && event.checkpoints != 0 ? 0x40u : 0u) |
+              (t_max_changes ? 0x80u : 0u));
     switch (kind) {
       case EventKind::visit_internal:
-        visit_internal(event, index, out);
+        ++out.visits[0];
+        visit_internal(event, out);
         break;
       case EventKind::visit_instance:
         ++out.visits[1];
-        if (event.detail == 0) enter(event, index, out);
+        visit_instance(event);
         break;
       case EventKind::visit_leaf:
+        ++out.visits[2];
+        ++out.outcomes[event.detail];
         visit_leaf(event, out);
         break;
       case EventKind::cull:
-        ++out.culls;
         checkpoint(pop(event), event.checkpoints, out);
         break;
       case EventKind::replay_take:
       case EventKind::replay_forward:
-        read_source(event, index, out);
+        read_source(event, out);
         break;
     }
     if (!t_max_changes) return;
-    t_max_ = values_->t_max[index];
-    put_time(out, t_max_);
+    t_max_ = t_max;
+    out_.time(t_max_);
   }
 
-  void visit_internal(const Event& event, std::size_t index, RayRound& out) {
-    ++out.visits[0];
+  void visit_internal(const Event& event, RayRound& out) {
     const NodeEntry popped = pop(event);
-    const std::uint32_t first = node(popped.node).first_child - 1;
-    std::vector<unsigned>& order = pop_orders_[index];
-    if (learning_) {
-      std::vector<NodeEntry> children;
-      for (unsigned slot = 0; slot < traces::kMaxWidth; ++slot) {
-        if ((event.pushed() >> slot & 1) != 0) children.push_back({first + slot, popped.instance, popped.object});
-      }
-      push(std::move(children), index);
-    } else {
-      out.packed.push_back(static_cast<std::uint8_t>(order.size()));
-      for (const unsigned slot : order) out.packed.push_back(static_cast<std::uint8_t>(slot));
-      out.packed.push_back(event.checkpoints);
-      std::vector<NodeEntry> children;
-      for (const unsigned slot : order) {
-        children.push_back({first + slot, popped.instance, popped.object, next_time()});
-        put_time(out, children.back().t);
-      }
-      std::reverse(children.begin(), children.end());
-      push(std::move(children), index);
+    const std::uint32_t first = nodes_[popped.node].first_child - 1;
+    std::vector<NodeEntry> children, written;
+    out_.byte(static_cast<unsigned>(children_[event_].size()));
+    for (const std::uint32_t child : children_[event_]) {
+      const unsigned slot = nodes_.slot(number_of(events_[child]));
+      out_.byte(slot);
+      children.push_back({first + slot, popped.instance, popped.object});
     }
+    out_.byte(event.checkpoints);
     for (unsigned slot = 0; slot < traces::kMaxWidth; ++slot) {
-      if ((event.checkpoints >> slot & 1) == 0) continue;
-      const float t = next_time();
-      checkpoint({first + slot, popped.instance, popped.object, t}, 1, out);
-      if (!learning_) put_time(out, t);
+      if ((event.checkpoints >> slot & 1) != 0) written.push_back({first + slot, popped.instance, popped.object});
     }
+    for (std::vector<NodeEntry>* const list : {&children, &written}) {
+      for (NodeEntry& entry : *list) {
+        entry.t = next_time();
+        out_.time(entry.t);
+      }
+    }
+    for (const NodeEntry& entry : children) push(entry);
+    for (const NodeEntry& entry : written) checkpoint(entry, 1, out);
   }
 
-  /// Enters the tree below an instance leaf.
-  void enter(const Event& event, std::size_t index, RayRound& out) {
+  void visit_instance(const Event& event) {
+    if (event.detail != 0) return out_.number(number_of(event));
     const NodeEntry popped = pop(event);
     const std::uint32_t below = levels_.root_below(event.node);
     const bool blas = below == traces::InstanceLevels::kBlasRoot;
     const std::uint32_t number = blas ? root(header_.blas_root) : nodes_.number(levels_.object_root(below));
-    put(out, number);
-    push({{number, blas ? popped.node + 1 : 0, blas ? popped.object : popped.node + 1, popped.t}}, index);
+    out_.number(number);
+    push({number, blas ? popped.node + 1 : 0, blas ? popped.object : popped.node + 1, popped.t});
   }
 
   void visit_leaf(const Event& event, RayRound& out) {
-    ++out.visits[2];
-    ++out.outcomes[event.detail];
-    const NodeEntry popped = pop(event);
+    NodeEntry popped = pop(event);
     const LeafOutcome outcome = event.outcome();
-    if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) put(out, event.shifts());
     if (outcome == LeafOutcome::miss) return;
-    const float t = next_time();
-    put_time(out, t);
-    HitEntry hit{popped.instance != 0 ? popped.instance : popped.node + 1, popped.object, 0, t, made_++};
+    popped.t = next_time();
+    out_.time(popped.t);
+    HitEntry hit{popped.instance != 0 ? popped.instance : popped.node + 1, popped.object, 0, popped.t, made_++};
     hit.gaussian = gaussian_of(hit);
     if (values_ != nullptr && hit.gaussian != 0) result_.met.insert(hit.gaussian - 1);
-    switch (outcome) {
-      case LeafOutcome::beyond: {
-        NodeEntry entry = popped;
-        entry.t = t;
-        checkpoint(entry, event.checkpoints, out);
-        break;
-      }
-      case LeafOutcome::inserted:
-        require(k_buffer_.size() < header_.k, "an insertion needs room in the k-buffer");
-        insert(hit, event.shifts());
-        break;
-      case LeafOutcome::displaced:
-        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
-        evict(remove_farthest());
-        insert(hit, event.shifts());
-        break;
-      case LeafOutcome::nearest:
-        k_buffer_.assign(1, hit);
-        break;
-      case LeafOutcome::rejected:
-        require(k_buffer_.size() == header_.k, "only a full k-buffer displaces or rejects");
-        evict(hit);
-        break;
-      default:
-        break;
-    }
+    checkpoint(popped, event.checkpoints, out);
+
+    const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
+    const char* const broken = hits_.rules().broken_by(outcome, event.shifts(), hits.size(), true);
+    require(broken == nullptr, broken);
+    const bool forgets = traces::replaces(outcome) && !hits_.rules().sorted() && values_ == nullptr;
+    if (forgets) hits_.forget([] { return HitEntry(); });  // the trace does not tell which one is replaced
+    const auto places = hits_.take(hit, {outcome, event.shifts()}, place_of_last());
+    if (traces::replaces(outcome)) out_.number(forgets ? 1 : places.out == kNobody ? 0 : places.out + 2);
+    if (!traces::enters(outcome)) return;
+    out_.number(places.in);
+    if (!hits_.rules().sorted()) out_.number(event.shifts());
   }
 
-  void insert(const HitEntry& hit, unsigned shifts) {
-    const bool sorted = !traces::collects_unsorted(header_.tracing);
-    require(!sorted || shifts <= k_buffer_.size(), "an insertion cannot shift more entries than there are");
-    k_buffer_.insert(k_buffer_.end() - (sorted ? static_cast<std::ptrdiff_t>(shifts) : 0), hit);
-  }
-  HitEntry remove_farthest() {
-    auto farthest = k_buffer_.end() - 1;
-    if (traces::collects_unsorted(header_.tracing)) {
-      if (values_ == nullptr) {  // the trace does not tell which is the farthest
-        for (HitEntry& hit : k_buffer_) hit = {};
-      }
-      farthest = std::max_element(k_buffer_.begin(), k_buffer_.end(), [](const HitEntry& a, const HitEntry& b) {
-        return a.t < b.t || (a.t == b.t && a.gaussian < b.gaussian);
-      });
-    }
-    const HitEntry hit = *farthest;
-    k_buffer_.erase(farthest);
-    return hit;
-  }
-  void evict(const HitEntry& hit) {
-    if (header_.checkpoint) evictions_.push_back(hit);
+  /// Place of the k-buffer's last hit.
+  std::size_t place_of_last() const {
+    const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
+    if (hits_.rules().sorted()) return hits.size() - 1;
+    return static_cast<std::size_t>(std::max_element(hits.begin(), hits.end()) - hits.begin());
   }
 
-  void read_source(const Event& event, std::size_t index, RayRound& out) {
-    const std::size_t place = order_.by_place() ? order_.position(read_, source_.size()) : places_[read_];
-    ++read_;
-    put(out, place);
-    if (header_.checkpoint_bins != 0 && binned_.more()) binned_.read();
-    const NodeEntry& entry = source_.at(place);
+  void read_source(const Event& event, RayRound& out) {
+    const traces::ReadOrder& order = checkpoints_.order();
+    const std::size_t read = checkpoints_.reads();
+    const std::size_t place = order.by_place() ? order.position(read, source_.size()) : places_[read];
+    out_.number(place);
+    const NodeEntry entry = source_.at(place);
+    checkpoints_.read_from(place);
     if (event.kind() == EventKind::replay_take) {
       ++out.taken;
-      push({entry}, index);
+      place_ = stack_.size();
+      push(entry);
     } else {
       ++out.forwarded;
       checkpoint(entry, event.checkpoints, out);
@@ -446,44 +282,32 @@ class Replay {
   void checkpoint(const NodeEntry& entry, unsigned kept, RayRound& out) {
     if (kept == 0) return;
     ++out.written;
-    destination_.push_back(entry);
-    if (header_.checkpoint_bins != 0) binned_.write(ray_.bins.at(next_bin_++), entry);
+    checkpoints_.write(entry, checkpoints_.has_bins() ? ray_.bins.at(next_bin_++) : 0u);
   }
 
-  // The stack, as groups of entries pushed by one event.
+  // The stack, the topmost entry last.
 
-  static constexpr std::size_t kNobody = ~std::size_t{0};
-
-  void push(std::vector<NodeEntry> entries, std::size_t event) {
-    if (!entries.empty()) stack_.push_back({std::move(entries), event});
-  }
   /// Takes the event's node from the top of the stack; with several nodes under way from anywhere in it.
   NodeEntry pop(const Event& event) {
-    const std::uint32_t number = nodes_.number(units_of(group_, event));
-    for (auto group = stack_.rbegin(); group != stack_.rend(); ++group) {
-      const auto found = std::find_if(group->entries.rbegin(), group->entries.rend(),
-                                      [number](const NodeEntry& entry) { return entry.node == number; });
-      if (found == group->entries.rend()) {
-        if (header_.ahead == 1) break;
-        continue;
-      }
-      const NodeEntry entry = *found;
-      group->entries.erase(std::next(found).base());
-      if (learning_ && header_.ahead == 1 && group->event != kNobody &&
-          ray_.events[group->event].kind() == EventKind::visit_internal) {
-        pop_orders_[group->event].push_back(slot_of(entry.node));
-      }
-      if (group->entries.empty()) stack_.erase(std::next(group).base());
-      return entry;
-    }
-    require(false, "the node must be on the stack");
-    return {};
+    place_ = find(number_of(event));
+    out_.number(from_top(place_));
+    const NodeEntry entry = stack_[place_];
+    stack_.erase(stack_.begin() + static_cast<std::ptrdiff_t>(place_));
+    return entry;
   }
+  /// Pushes an entry where the last one popped was, below those that were pushed there since.
+  void push(const NodeEntry& entry) { stack_.insert(stack_.begin() + static_cast<std::ptrdiff_t>(place_), entry); }
+  std::size_t find(std::uint32_t number) const {
+    std::size_t place = stack_.size();
+    while (place > 0 && stack_[place - 1].node != number) --place;
+    require(place > 0 && (place == stack_.size() || header_.ahead > 1), "the node must be on the stack");
+    return place - 1;
+  }
+  std::size_t from_top(std::size_t place) const { return stack_.size() - 1 - place; }
 
   // What is known.
 
-  const RayNode& node(std::uint32_t number) const { return nodes_.nodes()[number]; }
-  unsigned slot_of(std::uint32_t number) const { return number + 1 - node(node(number).parent - 1).first_child; }
+  std::uint32_t number_of(const Event& event) const { return nodes_.number(units_of(group_, event)); }
   std::uint32_t root(std::uint64_t address) const {
     return nodes_.number(static_cast<std::uint32_t>(address / header_.node_sizes().unit()));
   }
@@ -496,27 +320,11 @@ class Replay {
     return hit;
   }
   std::uint32_t gaussian_of(const HitEntry& hit) const {
-    const std::uint32_t local = node(hit.owner - 1).gaussian;
+    const std::uint32_t local = nodes_[hit.owner - 1].gaussian;
     if (local != kNoGaussian)
-      return (hit.object == 0 || values_ == nullptr ? 0 : node(hit.object - 1).gaussian) + local + 1;
+      return (hit.object == 0 || values_ == nullptr ? 0 : nodes_[hit.object - 1].gaussian) + local + 1;
     const auto known = gaussian_of_.find(hit.owner - 1);
     return known == gaussian_of_.end() ? 0 : known->second + 1;
-  }
-
-  // What is written.
-
-  static void put(RayRound& out, std::uint64_t value) { traces::put_varint(out.packed, value); }
-  void put_time(RayRound& out, float t) const {
-    if (values_ != nullptr) traces::put_u32(out.packed, std::bit_cast<std::uint32_t>(t));
-  }
-  void put_hits(RayRound& out, const std::vector<HitEntry>& hits) const {
-    put(out, hits.size());
-    for (const HitEntry& hit : hits) {
-      put(out, hit.owner);
-      put(out, hit.object);
-      put(out, hit.gaussian);
-      put_time(out, hit.t);
-    }
   }
 
   const std::string& file_;
@@ -527,26 +335,26 @@ class Replay {
   const RayNodes& nodes_;
   const traces::InstanceLevels levels_;
   const RayValues* values_;
-  const traces::ReadOrder order_;
 
   bool learning_ = true;
-  std::vector<std::size_t> handled_;                      ///< event of the round that comes next; empty: as they stand
+  std::span<const Event> events_;                         ///< of the round
+  std::vector<std::vector<std::uint32_t>> children_;      ///< of the round: children_of()
   std::size_t event_ = kNobody;                           ///< the event of the round that is replayed
-  std::vector<std::vector<unsigned>> pop_orders_;         ///< [event] slots in the order popped
   std::map<std::uint32_t, std::uint32_t> gaussian_made_;  ///< HitEntry::made -> Gaussian
   std::map<std::uint32_t, std::uint32_t> gaussian_of_;    ///< owner -> Gaussian
 
-  std::vector<Pushed> stack_;
-  std::vector<HitEntry> k_buffer_, evictions_;
-  std::vector<NodeEntry> source_, destination_;
-  traces::BinnedEntries<NodeEntry> binned_;
-  std::size_t next_bin_ = 0;  ///< index into the ray's checkpoint bins
+  std::vector<NodeEntry> stack_;
+  std::size_t place_ = 0;  ///< on the stack: where the next entry is pushed
+  traces::RoundHits<HitEntry> hits_;
+  traces::CheckpointLists<NodeEntry> checkpoints_;
+  std::vector<NodeEntry> source_;  ///< entries that the round may read
+  std::size_t next_bin_ = 0;       ///< index into the ray's checkpoint bins
   float t_max_ = kUnknownTime;
   std::uint32_t made_ = 0;
   std::size_t time_ = 0;  ///< index into RayValues::times
-  std::size_t read_ = 0;  ///< number of source entries read in this round
   std::vector<std::uint32_t> places_;
   traces::SourceAssignment assignment_;
+  PackedRound out_;
   ReplayedRay result_;
 };
 

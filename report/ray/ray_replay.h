@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Replays one ray of a trace for the page of `grtx ray`: its nodes, and the initial state and events of each round,
-// packed so that the page's script can show all lists after every event. docs/guide/ray.md describes the page. What
-// check_group() does not hold a trace to and the page relies on is tested here: Error with file, place and rule.
+// Replays one ray of a trace for the page of `grtx ray`: the lists as each round begins, and what each event changes in
+// them. docs/guide/ray.md describes the page. What check_group() does not hold a trace to and the page relies on is
+// tested here: Error with file, place and rule.
 #pragma once
 
 #include <array>
@@ -13,44 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/report/ray/ray_nodes.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::report {
-
-inline constexpr std::uint32_t kNoGaussian = ~std::uint32_t{0};
-
-/// A node that a ray visited, or a child of one.
-struct RayNode {
-  std::uint32_t units = 0;  ///< address in units of the node layout
-  traces::NodeKind kind = traces::NodeKind::internal;
-  std::uint32_t parent = 0;       ///< node number + 1; 0: a root
-  std::uint32_t first_child = 0;  ///< node number + 1; siblings follow in slot order; 0: not visited, or a leaf
-  /// Gaussian of an instance or primitive leaf, kNoGaussian if unknown. For a leaf of a scene TLAS: number of the first
-  /// Gaussian of its object.
-  std::uint32_t gaussian = kNoGaussian;
-  // Only if the scene is given.
-  bool boxed = false;
-  std::array<float, 6> box{};  ///< lower x, y, z, upper x, y, z; inside a BLAS in the unit sphere's frame
-};
-
-/// The nodes of the chosen rays of a group, numbered from 0.
-class RayNodes {
- public:
-  /// Throws Error if two nodes of the group have one child: the nodes are no tree. `file`: the trace.
-  RayNodes(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
-           const std::vector<unsigned>& lanes);
-
-  std::vector<RayNode>& nodes() { return nodes_; }
-  const std::vector<RayNode>& nodes() const { return nodes_; }
-  std::uint32_t number(std::uint32_t units) const { return numbers_.at(units); }
-
- private:
-  bool add(std::uint32_t units, traces::NodeKind kind, std::uint32_t parent);
-
-  std::vector<RayNode> nodes_;
-  std::map<std::uint32_t, std::uint32_t> numbers_;
-};
 
 /// Values of a ray that a trace does not contain, recorded by tracing it again (frontend/tracer/ray_watch.h).
 struct RayValues {
@@ -66,12 +33,10 @@ struct RayValues {
 struct RayRound {
   traces::Round round;
   std::uint32_t visits[3] = {};                         ///< internal nodes, instance leaves, primitive leaves
-  std::uint32_t culls = 0;                              ///< nodes popped but not fetched
   std::uint32_t outcomes[8] = {};                       ///< leaf visits by traces::LeafOutcome
   std::uint32_t written = 0, taken = 0, forwarded = 0;  ///< checkpoint entries
   std::uint32_t blended = 0;
-  std::uint32_t evictions_left = 0;  ///< in the eviction buffer after the k-buffer is filled
-  /// State and events for report/ray/web/ray.js; format: ray_replay.cpp.
+  /// The lists, and what events change in them: packed_round.h.
   std::vector<std::uint8_t> packed;
 };
 

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/traces/checkpoint_bins.h"
 #include "grtx/traces/codec/checked_nodes.h"
 #include "grtx/traces/codec/group_model.h"
 #include "grtx/traces/codec/pop_order.h"
 #include "grtx/traces/codec/wide_leaves.h"
-#include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/checkpoint_lists.h"
+#include "grtx/traces/rules/round_rules.h"
 #include "grtx/traces/source_assignment.h"
 
 namespace grtx::traces {
@@ -30,12 +30,9 @@ class GroupChecker {
     lane_ = round_ = event_ = kNowhere;
     totals_ = Totals{};
     pop_order_ = PopOrder(header.child_order);
-    read_order_ = ReadOrder(header.checkpoint_order);
-    multi_ = header.tracing == Tracing::multi;
-    closest_ = header.tracing == Tracing::closest;
+    rules_ = RoundRules(header);
+    checkpoints_ = CheckpointLists<NodeReference>(header);
     delayed_ = header.any_hit == AnyHit::delayed;
-    has_bins_ = header.checkpoint_bins != 0;
-    binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
@@ -67,7 +64,7 @@ class GroupChecker {
     ++totals_.rays;
     const std::uint64_t pixels = static_cast<std::uint64_t>(header_->width) * header_->height;
     require(ray.pixel < pixels, "the pixel must lie in the image");
-    destination_.clear();
+    checkpoints_.begin_ray();
     bins_ = ray.bins;
     evictions_ = 0;
     beyond_end_.clear();
@@ -93,21 +90,20 @@ class GroupChecker {
 
   void begin_round(const Round& round, const Round* before) {
     ++totals_.rounds;
-    if (before != nullptr) {
-      require(!before->terminated, "no round may follow the one that terminated the ray");
-      require(before->k_count == header_->k, "a round may only follow one that filled the k-buffer");
+    if (before != nullptr && !rules_.goes_on(*before)) {
+      fail(before->terminated ? "no round may follow the one that terminated the ray"
+                              : "a round may only follow one that filled the k-buffer");
     }
-    if (round.replay) {
-      require(before != nullptr, "the first round must start at the root");
-      require(header_->checkpoint, "a replay round needs checkpointing");
-      require(!before->overflow, "the round after an overflow must start at the root");
-    } else if (before != nullptr && header_->checkpoint) {
-      require(before->overflow, "a checkpoint written must be read: only an overflow lets a round restart at the root");
+    if (const bool replays = before != nullptr && rules_.replays_after(*before); round.replay != replays) {
+      fail(replays             ? "a checkpoint written must be read: only an overflow lets a round restart at the root"
+           : before == nullptr ? "the first round must start at the root"
+           : header_->checkpoint ? "the round after an overflow must start at the root"
+                                 : "a replay round needs checkpointing");
     }
     require(header_->checkpoint || !round.overflow, "only checkpointing can overflow");
     require(!delayed_ || before == nullptr || round.event_count <= before->event_count,
             "with delayed any-hit shaders no round may visit more nodes than the one before");
-    const std::uint64_t preload = header_->checkpoint ? std::min<std::uint64_t>(header_->k, evictions_) : 0;
+    const std::uint64_t preload = rules_.preloaded(evictions_);
     require(round.preloaded == preload,
             "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
     evictions_ -= preload;
@@ -124,13 +120,12 @@ class GroupChecker {
             "all entries must be processed unless the ray terminates");
     require(header_->ert_check == ErtCheck::hit || round.processed_count == round.k_count,
             "all entries must be processed when termination is tested once a round");
-    require(!last || round.terminated || round.k_count < header_->k,
-            "the ray must go on: its k-buffer was full and it was not terminated");
+    require(!last || !rules_.goes_on(round), "the ray must go on: its k-buffer was full and it was not terminated");
     totals_.max_checkpoints_per_round = std::max(totals_.max_checkpoints_per_round, written_);
     totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
     if (round.overflow) {
       ++totals_.overflows;
-      destination_.clear();
+      checkpoints_.drop_written();
       const bool unused = last && round.eviction_dropped == 0;  // the last round needs no eviction buffer
       require(unused || round.eviction_dropped == evictions_, "an overflow must drop the whole eviction buffer");
       evictions_ -= round.eviction_dropped;
@@ -149,20 +144,16 @@ class GroupChecker {
 
   // Sets up the source entries left by the previous round, and their read order.
   void open_source(std::span<const Event> events, const Round& round) {
-    source_.clear();
-    if (round.replay) source_.swap(destination_);
-    destination_.clear();
-    read_ = 0;
-    require(has_bins_ && round.replay ? binned_.places().allows(round.bins) : round.bins == BinOrder{},
+    require(checkpoints_.has_bins() && round.replay ? checkpoints_.bins().allows(round.bins) : round.bins == BinOrder{},
             "a replay must read bins of the header");
-    binned_.begin_round(round.replay, round.bins);
+    checkpoints_.begin_round(round.replay, round.bins);
     assigned_ = nullptr;
-    if (read_order_.by_place() || !round.replay) return;
+    if (checkpoints_.order().by_place() || !round.replay) return;
     addresses_.clear();
-    for (const NodeReference& entry : source_) {
+    for (const NodeReference& entry : checkpoints_.source()) {
       addresses_.push_back(nodes_[entry.parent].child_address(entry.slot));
     }
-    assigned_ = &assignment_.assign(addresses_, source_, events, nodes_.levels());
+    assigned_ = &assignment_.assign(addresses_, checkpoints_.source(), events, nodes_.levels());
   }
 
   void check_events(std::span<const Event> events, const Round& round) {
@@ -221,7 +212,7 @@ class GroupChecker {
     totals_.visits_internal += visits_internal;
     totals_.visits_leaf += misses;
     require(top.remaining == 0 && depth == 0, "the stack must be empty at the end of a round");
-    require(has_bins_ || read_ == source_.size(), "every source entry must be read");
+    require(checkpoints_.has_bins() || !checkpoints_.more(), "every source entry must be read");
   }
 
   struct Pop {
@@ -305,15 +296,14 @@ class GroupChecker {
   StackFrame check_read(const Event& event) {
     const bool take = event.kind() == EventKind::replay_take;
     require(take || event.kind() == EventKind::replay_forward, "the stack is empty: only a source entry can come next");
-    require(has_bins_ ? binned_.more() : read_ < source_.size(), "no source entry is left to read");
-    std::size_t position = read_order_.position(read_, source_.size());
+    require(checkpoints_.more(), "no source entry is left to read");
+    std::size_t place = checkpoints_.next_place();
     if (assigned_ != nullptr) {
-      require((*assigned_)[read_] != SourceAssignment::kNone, "no unread source entry has this address");
-      position = (*assigned_)[read_];
+      place = (*assigned_)[checkpoints_.reads()];
+      require(place != SourceAssignment::kNone, "no unread source entry has this address");
     }
-    ++read_;
     ++totals_.checkpoints_read;
-    const NodeReference entry = has_bins_ ? binned_.read() : source_[position];
+    const NodeReference entry = checkpoints_.read_from(place);
     require(event.node == nodes_[entry.parent].child_address(entry.slot), "must be the next source entry");
     require(event.detail == 0 && event.shifts() == 0, "a replay event has neither detail nor shifts");
     if (take) {
@@ -349,56 +339,20 @@ class GroupChecker {
     ++totals_.visits_leaf;
     const LeafOutcome outcome = event.outcome();
     if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
-    const bool inserts = outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced;
-    require(inserts || event.shifts() == 0, "only an insertion shifts");
+    // With nodes under way at once hits came in another order than events stand.
+    const char* const broken = rules_.broken_by(outcome, event.shifts(), occupied_, header_->ahead == 1);
+    if (broken != nullptr) fail(broken);
     require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
-    check_collection(event, outcome);
+    require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
     if (delayed_) check_end_of_ray(event, outcome, popped.path);
-    switch (outcome) {
-      case LeafOutcome::beyond:
-        require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
-        if (event.checkpoints != 0) write(popped);
-        break;
-      case LeafOutcome::inserted:
-        require(occupied_ < header_->k, "an insertion needs room in the k-buffer");
-        require(event.shifts() <= shiftable(), "an insertion cannot shift more entries than there are");
-        ++occupied_;
-        break;
-      case LeafOutcome::nearest:
-        occupied_ = 1;
-        break;
-      case LeafOutcome::displaced:
-      case LeafOutcome::rejected:
-        require(occupied_ == header_->k || header_->ahead > 1, "only a full k-buffer displaces or rejects");
-        overfull_ = true;
-        require(event.shifts() < header_->k, "an insertion cannot shift more entries than there are");
-        if (header_->checkpoint) {
-          ++evictions_;
-          ++totals_.evictions;
-          totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
-        }
-        break;
-      default:
-        break;
-    }
-  }
-
-  // Entries that an insertion can shift. With nodes under way at once hits came in another order than events stand.
-  std::uint64_t shiftable() const { return header_->ahead > 1 ? header_->k - 1 : occupied_; }
-
-  // Rules of the header's tracing mode on collected hits, in addition to those of each outcome.
-  void check_collection(const Event& event, LeafOutcome outcome) const {
-    if (closest_) {
-      require(!calls_any_hit(outcome), "closest-hit tracing calls no any-hit shader");
-      return;
-    }
-    require(outcome != LeafOutcome::nearest, "only closest-hit tracing commits nearest hits");
-    if (multi_) return;
-    const bool fills = occupied_ + 1 == header_->k;
-    require(outcome != LeafOutcome::inserted || fills || event.shifts() == 0,
-            "single-round tracing appends without moving entries, unless the buffer is then full");
-    require(outcome != LeafOutcome::displaced || event.shifts() < static_cast<unsigned>(std::bit_width(header_->k)),
-            "a heap of k entries moves at most log2(k) of them");
+    if (event.checkpoints != 0) write(popped);
+    occupied_ = RoundRules::held_after(outcome, occupied_);
+    if (!evicts(outcome)) return;
+    overfull_ = true;
+    if (!rules_.keeps_evictions()) return;
+    ++evictions_;
+    ++totals_.evictions;
+    totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
   }
 
   // With delayed any-hit shaders t_max is the end of the ray in all of its rounds, so what lies beyond it in one round
@@ -431,17 +385,18 @@ class GroupChecker {
 
   void write(const NodeReference& node) {
     require(header_->checkpoint, "no checkpoints without checkpointing");
-    require(occupied_ == header_->k, "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
+    require(rules_.may_checkpoint(occupied_),
+            "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
     ++written_;
     ++totals_.checkpoints_written;
-    if (!has_bins_) {
-      require(written_ <= header_->checkpoint_capacity, "a round may not write more entries than the buffer holds");
-      return destination_.push_back(node);
+    if (!checkpoints_.has_bins()) {
+      require(!checkpoints_.full(), "a round may not write more entries than the buffer holds");
+      return checkpoints_.write(node);
     }
     require(!bins_.empty(), "each entry written must have a bin");
-    require(bins_[0] < binned_.places().count(), "the bin of an entry must be one of the header's");
-    require(!binned_.places().full(bins_[0]), "a bin may not hold more entries than its capacity");
-    binned_.write(bins_[0], node);
+    require(bins_[0] < checkpoints_.bins().count(), "the bin of an entry must be one of the header's");
+    require(!checkpoints_.full(bins_[0]), "a bin may not hold more entries than its capacity");
+    checkpoints_.write(node, bins_[0]);
     bins_ = bins_.subspan(1);
   }
 
@@ -456,25 +411,19 @@ class GroupChecker {
   WideLeaves wide_leaves_;
   bool root_known_ = false;  ///< an event has visited the root
   std::vector<StackFrame> frames_ = std::vector<StackFrame>(64);
-  std::vector<NodeReference> source_;
-  std::vector<NodeReference> destination_;
+  RoundRules rules_{Header()};
+  CheckpointLists<NodeReference> checkpoints_;
   SourceAssignment assignment_;
   std::vector<std::uint32_t> addresses_;                  ///< order nearest: addresses of the source entries
   const std::vector<std::uint32_t>* assigned_ = nullptr;  ///< order nearest: position of each read
-  std::size_t read_ = 0;                                  ///< source entries read in this round
   std::uint64_t written_ = 0;                             ///< destination entries written in this round
   std::uint64_t evictions_ = 0;                           ///< entries in the eviction buffer
   std::uint64_t occupied_ = 0;                            ///< entries in the k-buffer
   bool overfull_ = false;                                 ///< a hit of the round displaced another or was rejected
   PopOrder pop_order_;                                    ///< the header's modes, decoded once
-  ReadOrder read_order_;
-  bool multi_ = false;
-  bool closest_ = false;
   bool delayed_ = false;
-  bool has_bins_ = false;
-  BinnedEntries<NodeReference> binned_;  ///< replaces source_ and destination_
-  std::span<const std::uint8_t> bins_;   ///< bins of the ray's entries not written yet
-  bool lossless_ = false;                ///< this round must keep every node beyond t_max
+  std::span<const std::uint8_t> bins_;  ///< bins of the ray's entries not written yet
+  bool lossless_ = false;               ///< this round must keep every node beyond t_max
   std::set<std::array<std::uint32_t, 3>>
       beyond_end_;  ///< delayed: leaves beyond the ray's end: instances above, address
 };

@@ -198,15 +198,13 @@ std::string scene_fault(const Header& h) {
   return "";
 }
 
-}  // namespace
-
 // Upper limits of header fields. The hardware model addresses 2^37 B; per-ray buffers get what the scene leaves.
 constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 constexpr unsigned kMostShDegree = 4;
 constexpr std::uint64_t kMostSceneBytes = std::uint64_t{1} << 36;
 constexpr std::uint64_t kMostCheckpoints = std::uint64_t{1} << 24;
 
-std::string header_fault(const Header& h) {
+std::string mode_fault(const Header& h) {
   if (h.k < 1 || h.k > kMaxShifts) return "k must be 1.." + std::to_string(kMaxShifts);
   if (h.tracing == Tracing::closest && h.k != 1) return "k must be 1 when tracing is closest";
   if (h.tracing != Tracing::multi && h.checkpoint) return "checkpoint must be false unless tracing is multi";
@@ -220,6 +218,10 @@ std::string header_fault(const Header& h) {
   if (h.ahead > 1 && (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.checkpoint || h.two_level)) {
     return "ahead must be 1 unless tracing is multi, any_hit immediate, and checkpoint and two_level are false";
   }
+  return "";
+}
+
+std::string structure_fault(const Header& h) {
   if (h.warp_size < 1 || h.warp_size > 64) return "warp_size must be 1..64";
   if (h.bvh_width < 2 || h.bvh_width > kMaxWidth) return "bvh_width must be 2..8";
   if (h.layout == NodeLayout::quantised && h.bvh_width > kQuantisedWidth)
@@ -239,6 +241,10 @@ std::string header_fault(const Header& h) {
   if (h.two_level && (h.blas_base == 0 || h.blas_root < h.blas_base)) {
     return "blas_root must lie behind blas_base, which must not be 0, when two_level";
   }
+  return "";
+}
+
+std::string size_fault(const Header& h) {
   if (h.width > kMostPixels || h.height > kMostPixels || std::uint64_t{h.width} * h.height > kMostPixels) {
     return "width and height must be at most 2^28 pixels";
   }
@@ -251,6 +257,10 @@ std::string header_fault(const Header& h) {
   if (h.node_image_bytes + h.gaussians * (h.gaussian_record_bytes + h.sh_record_bytes) > kMostSceneBytes) {
     return "node image and records must take at most 64 GiB";
   }
+  return "";
+}
+
+std::string checkpoint_fault(const Header& h) {
   if (h.checkpoint_bins != 0 && (!h.checkpoint || h.checkpoint_capacity == 0)) {
     return "checkpoint_bins need checkpoint and a checkpoint_capacity of 1 or more";
   }
@@ -263,13 +273,26 @@ std::string header_fault(const Header& h) {
   if (h.checkpoint_capacity > kMostCheckpoints) return "checkpoint_capacity must be at most 2^24";
   if (h.checkpoint && h.checkpoint_capacity == 0) return "checkpoint_capacity must be above 0 when checkpoint is true";
   if (!h.checkpoint && h.checkpoint_capacity != 0) return "checkpoint_capacity must be 0 when checkpoint is false";
+  return "";
+}
+
+std::string frame_fault(const Header& h) {
   std::uint64_t left = h.groups;
   for (const std::uint64_t groups : h.frame_groups) {
     if (groups == 0 || groups > left) return "frame_groups must be at least 1 each and add up to groups";
     left -= groups;
   }
   if (!h.frame_groups.empty() && left != 0) return "frame_groups must be at least 1 each and add up to groups";
-  return scene_fault(h);
+  return "";
+}
+
+}  // namespace
+
+std::string header_fault(const Header& h) {
+  for (const auto& fault_of : {mode_fault, structure_fault, size_fault, checkpoint_fault, frame_fault, scene_fault}) {
+    if (std::string fault = fault_of(h); !fault.empty()) return fault;
+  }
+  return "";
 }
 
 std::string totals_to_json(const Totals& totals) {

@@ -181,8 +181,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, const Insta
             "only a leaf beyond t_max is checkpointed");
     checkpoint(at, path);
   }
-  const bool shifts = event->outcome() == LeafOutcome::inserted || event->outcome() == LeafOutcome::displaced;
-  require(shifts || event->shifts() == 0, event, "only an insertion shifts");
+  require(may_shift(event->outcome()) || event->shifts() == 0, event, "only an insertion shifts");
   out_.leaf(at, event->outcome(), event->checkpoints, event->shifts());
 }
 

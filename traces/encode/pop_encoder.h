@@ -22,6 +22,7 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 #include "grtx/traces/node_source.h"
+#include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::traces {
 
@@ -80,9 +81,7 @@ class PopEncoder {
     ++counts_.leaves[kind];
     counts_.written += checkpoints;
     put(at, op, 0, kLeaves);
-    if (outcome == LeafOutcome::inserted || outcome == LeafOutcome::displaced) {
-      columns_.put_varint(Column::shifts, shifts);
-    }
+    if (may_shift(outcome)) columns_.put_varint(Column::shifts, shifts);
   }
   /// Pop and visit of an instance leaf.
   void instance(ChildPlace at) {

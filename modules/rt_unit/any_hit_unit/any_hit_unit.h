@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any-hit unit of the RT unit: takes the time of keeping each ray's k nearest hits in a heap in the registers of its
 // warp, without a shader (GauTracer, ISCA 2026, "AGHU"). Which hits stay is in the trace
-// (frontend/tracer/hit_policy.h). It takes the place of the any-hit collector. A hit that falls out while checkpointing
+// (traces/rules/k_buffer.h). It takes the place of the any-hit collector. A hit that falls out while checkpointing
 // is on goes to the SIMT core's load-store unit, which stores it. Cost: a comparator and an address per heap logic.
 // docs/model/any_hit_unit.md has the timing.
 #pragma once

@@ -157,17 +157,17 @@ TEST(KBufferHeap, KeepsTheSmallest) {
   for (const unsigned k : {1u, 2u, 7u, 64u, 2048u}) {
     unsigned levels = 0;
     while ((2u << levels) <= k) ++levels;
-    KBuffer buffer(k);
+    KBuffer buffer(k, false);
     std::vector<KEntry> all;
     for (std::uint32_t i = 0; i < 3 * k; ++i) {
       const KEntry e{static_cast<float>(random() % (k + 2)), i, 0.0f};
       all.push_back(e);
       if (!buffer.full()) {
-        const unsigned moved = buffer.append(e);
+        const unsigned moved = buffer.insert(e);
         EXPECT_LT(moved, k);
         EXPECT_TRUE(moved == 0 || buffer.full());
-      } else if (e < buffer.largest()) {
-        EXPECT_LE(buffer.replace_largest(e), levels);
+      } else if (e < buffer.last()) {
+        EXPECT_LE(buffer.replace_last(e), levels);
       }
     }
     buffer.sort();

@@ -36,10 +36,29 @@ TEST(HandledOrder, ACullComesWhenItsNodeWouldStart) {
 }
 
 TEST(HandledOrder, ChildrenAreThoseOfThePush) {
-  const HandledOrder order = handled_order(events_with(EventKind::visit_leaf), 4);
-  EXPECT_THAT(order.children[0], ElementsAre(1, 4, 5));
-  EXPECT_THAT(order.children[1], ElementsAre(2, 3));
-  EXPECT_THAT(order.children[2], ElementsAre());
+  const auto children = children_of(events_with(EventKind::visit_leaf));
+  EXPECT_THAT(children[0], ElementsAre(1, 4, 5));
+  EXPECT_THAT(children[1], ElementsAre(2, 3));
+  EXPECT_THAT(children[2], ElementsAre());
+}
+
+TEST(HandledOrder, ChildrenOfAReplayAreWhatWasTaken) {
+  // A node inside an instance is taken: the ray is transformed, the node pushes a leaf. Another entry is forwarded.
+  Event transform = event(EventKind::visit_instance, 1);
+  const std::vector<Event> events = {event(EventKind::replay_take), transform, event(EventKind::visit_internal, 0b1),
+                                     event(EventKind::visit_leaf), event(EventKind::replay_forward)};
+  EXPECT_THAT(children_of(events),
+              ElementsAre(ElementsAre(2), ElementsAre(), ElementsAre(3), ElementsAre(), ElementsAre()));
+}
+
+TEST(HandledOrder, NodesAreStartedWhenThereIsRoom) {
+  EXPECT_THAT(handled_order(events_with(EventKind::visit_leaf), 2).started,
+              ElementsAre(ElementsAre(0), ElementsAre(1, 4), ElementsAre(2), ElementsAre(3), ElementsAre(5),
+                          ElementsAre(), ElementsAre()));
+  // B is done, A2 is culled in its turn, and C starts.
+  EXPECT_THAT(handled_order(events_with(EventKind::cull), 2).started,
+              ElementsAre(ElementsAre(0), ElementsAre(1, 4), ElementsAre(2), ElementsAre(), ElementsAre(5),
+                          ElementsAre(), ElementsAre()));
 }
 
 TEST(HandledOrder, ARoundWithoutEventsHasNone) { EXPECT_THAT(handled_order({}, 4).events, ElementsAre()); }

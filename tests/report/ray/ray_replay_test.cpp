@@ -210,6 +210,49 @@ TEST(ReplayOfASmallWalk, IsShown) {
             "");
 }
 
+// packed_round.h: the page applies these changes and knows no rule.
+TEST(ReplayOfASmallWalk, EachEventSaysWhatItChanges) {
+  const SmallWalk walk(
+      {leaf(2, LeafOutcome::inserted), leaf(3, LeafOutcome::inserted, 1), leaf(4, LeafOutcome::displaced, 1)});
+  const std::vector<ReplayedRay> rays = replay(walk.header, walk.group);
+  constexpr std::uint8_t kLeafInserted = 2 | 3 << 3, kLeafDisplaced = 2 | 4 << 3;
+  const std::vector<std::uint8_t> expected = {
+      0,
+      0,
+      0,  // nothing in k-buffer, eviction buffer, source list
+      1,
+      0,
+      0,
+      0,  // the root on the stack
+      1,
+      0,  // it is started
+      0,
+      0,
+      3,
+      0,
+      1,
+      2,
+      0,
+      2,
+      0,
+      1,  // the root, from the top: pushes slots 0, 1, 2; the two on top are started
+      kLeafInserted,
+      0,
+      0,
+      1,
+      1,  // its hit at place 0 of the k-buffer; the leaf in slot 2 is started
+      kLeafInserted,
+      0,
+      0,
+      0,  // before it
+      kLeafDisplaced,
+      0,
+      1 + 2,
+      0,
+      0};  // the hit at place 1 falls out
+  EXPECT_EQ(rays.at(0).rounds.at(0).packed, expected);
+}
+
 TEST(ReplayOfASmallWalk, ShiftsOfEntriesThatHaveNotComeYetAreRefused) {
   EXPECT_EQ(fault_of(SmallWalk(
                 {leaf(2, LeafOutcome::inserted, 1), leaf(3, LeafOutcome::inserted), leaf(4, LeafOutcome::rejected)})),
