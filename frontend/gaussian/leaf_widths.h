@@ -21,7 +21,7 @@ struct LeafWidths {
   std::vector<bool> wide;   ///< [Gaussian]
   std::uint64_t count = 0;  ///< of wide ones
 
-  static LeafWidths of(const Scene& scene);
+  static LeafWidths choose(const Scene& scene);
   void set_wide(std::size_t g) {
     count += wide[g] ? 0 : 1;
     wide[g] = true;

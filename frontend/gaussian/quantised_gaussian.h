@@ -17,7 +17,7 @@ struct MeanGrid {
   static constexpr double kMostCode = (1 << 22) - 1;
   static constexpr double kLeastStep = 0x1p-100;
   /// The finest grid that holds all of these.
-  static MeanGrid of(const std::vector<glm::vec3>& means);
+  static MeanGrid covering(const std::vector<glm::vec3>& means);
 };
 
 class QuantisedGaussian {
