@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,10 @@ class AccelerationStructure {
   double pack_seconds() const { return pack_seconds_; }    ///< encoding the node image
 
  private:
+  using IsWide = std::function<bool(std::uint32_t primitive)>;  ///< which leaves are wide; null: none
+  void build_monolithic(const PreparedGaussians& gaussians, std::size_t leaves, const IsWide& is_wide);
+  void build_two_level(const PreparedGaussians& gaussians, std::size_t leaves, const IsWide& is_wide);
+
   AccelOptions options_;
   Proxy proxy_;
   FacePatches patches_;
