@@ -40,10 +40,10 @@ TEST(StatisticsTable, ReadsWhatItWrote) {
   EXPECT_EQ(table.text(), kText);
   EXPECT_TRUE(table.has("other"));
   EXPECT_FALSE(table.has("windows"));
-  EXPECT_EQ(table.of("other"),
+  EXPECT_EQ(table.values_of("other"),
             ordered_json({{"config.name", true}, {"gpu.cycles", 7}, {"gpu.share", 75.27182234600001}}));
-  EXPECT_EQ(table.of("cycle").at("config.name"), "a\tb");
-  EXPECT_TRUE(table.of("cycle").at("gpu.share").is_null());
+  EXPECT_EQ(table.values_of("cycle").at("config.name"), "a\tb");
+  EXPECT_TRUE(table.values_of("cycle").at("gpu.share").is_null());
 }
 
 TEST(StatisticsTable, AFileThatIsNotThereIsEmpty) {
