@@ -100,6 +100,9 @@ class Gpu final : public sc_core::sc_module {
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
 
+  void build_units(modules::GroupSource& source, const BuildOptions& build);
+  void bind_links();
+
   GpuConfig config_;
   traces::Header header_;
   modules::MemoryMap map_;
