@@ -69,11 +69,11 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
       maker_(plan_, tracer, program_version()),
       reference_(make(search.reference)) {
   assert(!reference_.empty());  // every stage has a scene
-  if (const Verdict verdict = look(reference_); verdict.kind == Verdict::Kind::broken) {
+  if (const Verdict verdict = check_costs(reference_); verdict.kind == Verdict::Kind::broken) {
     throw Error(plan_.path, search_.reference_place, "reference: " + verdict.reason);
   }
   std::vector<std::string> costs;
-  for (const auto& [name, value] : prices_.of(reference_.front().point)) costs.push_back(name);
+  for (const auto& [name, value] : prices_.costs(reference_.front().point)) costs.push_back(name);
   for (const SearchObjective& objective : search_.objectives) {
     if (is_cost(objective.value)) check_name(objective.value, objective.place, costs);
   }
@@ -84,8 +84,8 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
 
 Stage::Made Stage::make(const Coordinates& design) {
   Made made;
-  const std::string standard = plan_.designs.empty() ? "" : plan_.designs.front();
-  for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, standard, design));
+  const std::string default_design = plan_.designs.empty() ? "" : plan_.designs.front();
+  for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, default_design, design));
   return made;
 }
 
@@ -95,7 +95,7 @@ void Stage::check_name(const std::string& name, const std::string& place, const 
               fmt::format("unknown value '{}', the nearest is '{}'", name, nearest_name(name, known)));
 }
 
-Verdict Stage::look(const Made& design) {
+Verdict Stage::check_costs(const Made& design) {
   Verdict verdict;
   const SweepPoint& first = design.front().point;
   for (const PointMaker::Made& made : design) {
@@ -114,8 +114,8 @@ Verdict Stage::look(const Made& design) {
   }
   for (const SearchConstraint& constraint : search_.constraints) {
     if (!is_cost(constraint.value)) continue;
-    const auto price = [&](const Made& of) {
-      const auto& prices = prices_.of(of.front().point);
+    const auto price = [&](const Made& priced) {
+      const auto& prices = prices_.costs(priced.front().point);
       const auto found = prices.find(constraint.value);
       return std::vector<double>{found == prices.end() ? 0.0 : found->second};
     };
@@ -139,15 +139,17 @@ void Stage::apply(const SearchConstraint& constraint, const std::vector<double>&
   verdict.excess += constraint.bound == 0.0 ? std::fabs(value) : std::fabs(value / constraint.bound - 1.0);
 }
 
-std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const std::string& what, Dear dear) {
-  const auto runs = [&](const Verdict& look) {
-    return look.kind == Verdict::Kind::measured || (look.kind == Verdict::Kind::refused && dear == Dear::simulated);
+std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const std::string& what,
+                                  CostlyDesigns costly) {
+  const auto is_simulated = [&](const Verdict& verdict) {
+    return verdict.kind == Verdict::Kind::measured ||
+           (verdict.kind == Verdict::Kind::refused && costly == CostlyDesigns::simulate);
   };
   SweepPoints batch;
   std::set<std::string> traces;
   const auto run = [&](const Made& design) {
     for (const PointMaker::Made& made : design) {
-      if (!asked_.insert(made.point.key).second) continue;
+      if (!requested_.insert(made.point.key).second) continue;
       if (traces.insert(made.trace->key).second) batch.traces.push_back(made.trace);
       batch.points.push_back(made.point);
     }
@@ -157,13 +159,13 @@ std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const
   std::vector<Verdict> verdicts;
   for (const Coordinates& design : designs) {
     all.push_back(make(design));
-    verdicts.push_back(look(all.back()));
-    if (runs(verdicts.back())) run(all.back());
+    verdicts.push_back(check_costs(all.back()));
+    if (is_simulated(verdicts.back())) run(all.back());
   }
   if (!batch.points.empty()) session_.run(batch, what);
   if (reference_values_.empty()) read_reference();
   for (std::size_t i = 0; i < designs.size(); ++i) {
-    if (runs(verdicts[i])) verdicts[i] = measure(all[i]);
+    if (is_simulated(verdicts[i])) verdicts[i] = measure(all[i]);
   }
   return verdicts;
 }

@@ -19,10 +19,10 @@ struct Design {
   std::string name;
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
-  Texts tracer;              ///< options of the tracer, by name with _ for -
-  Texts keys;                ///< configuration keys, but for registers of heaps
-  unsigned words_a_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
-  bool if_named = false;     ///< compared only when it is asked for by name
+  Texts tracer;                    ///< options of the tracer, by name with _ for -
+  Texts keys;                      ///< configuration keys, but for registers of heaps
+  unsigned registers_per_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
+  bool only_if_named = false;      ///< compared only when it is asked for by name
 };
 
 /// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,
