@@ -224,10 +224,10 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
       energy.push_back({run.bar_label(i), energy_of(run.results.designs[i], run.machines[i])});
     }
   }
-  const std::string machines = machines_of(runs), of = machines.empty() ? "" : "; " + machines;
+  const std::string machines = machines_of(runs), suffix = machines.empty() ? "" : "; " + machines;
   return "<section id=\"bars\"><h2>Where cycles and energy went</h2>\n" + subjects_html(runs) +
          bars_html({"stalls", "cycles of all RT units", "", "cycles",
-                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of},
+                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + suffix},
                    stalls) +
          bars_html({"energy", "energy", "J", "part",
                     "Energy of the run by part, central estimate, process node of grtx cost" + of},
