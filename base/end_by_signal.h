@@ -9,7 +9,7 @@
 
 namespace grtx {
 
-/// While it lives, signals do not end this process: the handlers are delayed. Hold it briefly and do not nest it in a
+/// Delays the handlers of signals while it lives, so that none ends this process. Keep it briefly, and at most one per
 /// thread.
 class DelayedSignals {
  public:
