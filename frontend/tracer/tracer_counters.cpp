@@ -26,7 +26,7 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
                "instance leaves processed, replay transforms included")
           .sum(&C::visits_leaf, "visits.leaf", "visits", "primitive leaves processed")
           .value(&C::visits, "visits.total", "visits", "nodes processed, all kinds")
-          .sum(&C::visits_unique, "visits.unique", "visits", "distinct nodes a ray, summed over rays")
+          .sum(&C::visits_unique, "visits.unique", "visits", "distinct nodes per ray, summed over rays")
           .value(&C::any_hit_calls, "any_hit.calls", "calls", "any-hit shader invocations")
           .sum(&C::any_hit_inserted, "any_hit.inserted", "calls", "hits that entered the k-buffer")
           .sum(&C::any_hit_evicted, "any_hit.evicted", "hits", "hits that left or did not enter a full k-buffer")
