@@ -36,7 +36,7 @@ struct RegressionCase {
   std::vector<RegressionSetting> setting_places;  ///< of the settings
   SimulationMode mode = SimulationMode::cycle;
   WindowOptions windows;                        ///< windows mode: share and seed
-  std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
+  std::vector<std::string> statistics = {"*"};  ///< shell patterns of statistics to compare; host.* never is
   std::vector<RegressionTolerance> tolerances;  ///< the last matching one holds; none: exact
 };
 

@@ -27,7 +27,7 @@ struct WalkCall {
 class WalkChain {
  public:
   /// fetch: least cycles from the start of an entry to the answer to its node's last request. shader: least cycles of a
-  /// hit's shader, where no any-hit unit takes it.
+  /// hit's shader, if no any-hit unit takes the hit.
   WalkChain(const modules::RtUnitConfig& config, const traces::Header& header, Cycle fetch, Cycle shader);
 
   /// first_event: [lane] of this round. A trace that a warp cannot walk takes 0 cycles: the scheduler refuses it.

@@ -23,12 +23,12 @@ struct LaneWork {
 struct GroupWork {
   double sectors = 0.0;  ///< of all traceRay calls
   double dram_sectors = 0.0;
-  double steps = 0.0;  ///< sum over the calls, of each its longest lane
+  double steps = 0.0;  ///< of the longest lane of each call, summed over the calls
 };
 
 // Lengths of steps in units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an
 // any-hit call waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate depends little on
-// them: what they do not explain is part of the measured residuals.
+// them, since their error is part of the measured residuals.
 inline constexpr float kL1HitStep = 0.15F;
 inline constexpr float kAnyHitStep = 0.5F;
 inline constexpr double kUsefulCacheShare = 0.7;  ///< of a cache's capacity: the rest holds sectors never requested
