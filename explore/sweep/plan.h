@@ -49,7 +49,7 @@ struct SweepPlan {
   NamedMachine on;                            ///< base machine, overridden by `base`
   std::string base;                           ///< configuration file; "" for the machine alone
   sim::GpuConfig machine;                     ///< machine and configuration file combined
-  sim::RivalKeys rivals;                      ///< what they name
+  sim::RivalKeys rivals;                      ///< keys of the memory clock that they set
   std::map<std::string, std::string> tracer;  ///< their tracer options, by name with _ for -; a design's lie over them
   Coordinates settings;                       ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
