@@ -60,7 +60,7 @@ std::string bytes_cell(const DesignResult& design, MemoryLevel level, std::size_
   return bytes > 0.0 ? with_unit(bytes, "B") : "";
 }
 
-/// A row a figure, a column a design, so that five designs fit; figures that no design has are absent.
+/// One row per figure and one column per design, so that five designs fit; figures that no design has are absent.
 std::string designs_table(const ReportRun& run) {
   const std::vector<DesignResult>& designs = run.results.designs;
   std::vector<Table::Column> columns = {{"figure", false}};

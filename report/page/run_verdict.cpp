@@ -22,7 +22,7 @@ std::string words_of_bound(std::string_view bound) {
        {"l1_miss_port", "the port of the L1 to its misses"},
        {"l2_port", "the ports of the L2"},
        {"dram_bandwidth", "the bandwidth of the DRAM"},
-       {"issue", "the issue of the RT units, a warp a cycle"},
+       {"issue", "the issue of the RT units, a warp per cycle"},
        {"simt_issue", "the issue of shader instructions"},
        {"unit.box", "the ray-box units"},
        {"unit.triangle", "the ray-triangle units"},

@@ -166,7 +166,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   const bool several = shown.views().size() > 1;
   std::vector<Table::Column> titles = {{"point"}};
   if (several) titles.push_back({"view", false});
-  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ a ray"}) titles.push_back({title});
+  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ per ray"}) titles.push_back({title});
   titles.push_back({"on the front of", false});
   for (const char* title : {"cycles", "L1 hit rate", "DRAM MB", "mm², low – high"}) titles.push_back({title});
   for (const Describing& column : columns) titles.push_back({column.title});
@@ -230,7 +230,7 @@ std::string effects_table(const SweepResults& results, const SweepViews& shown,
                                                                                         {"least time, µs"},
                                                                                         {"median time, µs"},
                                                                                         {"median mm²"},
-                                                                                        {"median nJ a ray"}});
+                                                                                        {"median nJ per ray"}});
   std::map<std::pair<std::string, std::string>, std::vector<const ShownPoint*>> alike;  // by machine and design
   for (const ShownPoint& point : shown.points()) {
     if (point.view == 0) alike[{shown.first(point).machine, shown.first(point).design}].push_back(&point);
