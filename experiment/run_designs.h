@@ -33,7 +33,7 @@ struct RunPlan {
   TracerSettings tracer;
   std::string machine = kDefaultMachine;  ///< its name in results
   sim::GpuConfig config;                  ///< the hardware of all designs, but for a design's own keys
-  /// What the machine and its file choose for the tracer, below the designs; none: what the machine does.
+  /// Tracer options of the machine and its file, which designs override; none: those of the machine.
   std::optional<std::map<std::string, std::string>> chosen_tracer;
   std::vector<std::string> designs;         ///< names; empty: all (explore/sweep/designs.h)
   std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are

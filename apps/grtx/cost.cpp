@@ -172,7 +172,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--eviction-entries", options->buffers.eviction_entries, "Entries of a ray's eviction buffer");
   command
       ->add_option("--checkpoint-copies", options->buffers.checkpoint_copies,
-                   "Checkpoint buffers a ray: source and destination")
+                   "Checkpoint buffers per ray: source and destination")
       ->check(in_range(1u, 2u));
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
   command->add_flag("--items", options->items, "Also what each module is made of (default: off)");

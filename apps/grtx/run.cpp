@@ -175,7 +175,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_estimate_options(command, options->estimate);
   command->add_option(
       "--jobs", options->plan.jobs,
-      "Simulations at a time, each a process of its own; 0: one a core, while there is memory for each");
+      "Simulations at a time, each a process of its own; 0: one per core, while there is memory for each");
   command
       ->add_option("-o,--output", options->plan.output,
                    "Folder for results.json, report.html, image.png and the traces (no default)")
