@@ -246,7 +246,7 @@ TEST_F(SweepPointsTest, APointKeepsWhatItSetsAndNotAConfiguration) {
   const std::size_t after = ::mallinfo2().uordblks;
   ASSERT_EQ(all.points.size(), 4000U);
   if (after == 0) GTEST_SKIP() << "this allocator does not say what is in use";
-  EXPECT_LT((after - before) / all.points.size(), 1500U) << "bytes a point";
+  EXPECT_LT((after - before) / all.points.size(), 1500U) << "bytes per point";
 }
 
 /// 100,000 points that waited took 464 MB of database, nearly all of it configurations.
@@ -258,7 +258,7 @@ TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
   const std::string path = folder + "/a.sqlite";
   SweepDatabase database(path);
   database.add(all);
-  EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes a point";
+  EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes per point";
   EXPECT_EQ(database.statuses_of(all.points), std::vector<std::string>(2000, "pending"));
 
   database.set_running({point_task(all.points[7], "", "grtx", folder, {})});

@@ -163,7 +163,7 @@ TEST(GpuComponent, HasItsLinksInTheHierarchyByTheNamesOfTheWaveform) {
   const auto found = nlohmann::json::parse(child.result());
   EXPECT_EQ(found.count("wrong"), 0u) << found;
   ASSERT_EQ(found["a"].size(), found["b"].size());
-  // An SM has four to and from the RT unit, and two a port of the L1; the GPU four an SM and two a slice.
+  // An SM has four to and from the RT unit, and two per port of the L1; the GPU four per SM and two per slice.
   EXPECT_GE(found["a"].size(), 2u * (4 + 2 * 2 + 4) + 2 * options.machine.interleave.slices);
   for (const auto& pushed : found["pushed"]) EXPECT_GT(pushed, 0u) << found["pushed"];
   // A scope of the waveform is a part of such a name.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of records: what is put in comes out, as text that does not depend on the order, one line a statistic.
+// The table of records: what is put in comes out, as text that does not depend on the order, one line per statistic.
 #include "grtx/rtl_tlm/run/statistics_table.h"
 
 #include <gtest/gtest.h>
