@@ -36,7 +36,7 @@ def cell_functions():
 
 
 def toggles(netlist, operands):
-    """Toggles of input pins an operation, mean. Bit k of a number is what a net is for operand k."""
+    """Toggles of input pins per operation, mean. Bit k of a number is what a net is for operand k."""
     top = next(iter(json.loads(netlist)["modules"].values()))
     functions = cell_functions()
     ones = (1 << len(operands)) - 1
