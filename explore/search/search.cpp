@@ -351,7 +351,7 @@ class Search {
     return {
         {"schema", "grtx.search/1"},
         {"program", program_version()},
-        {"machine", plan_.common.on.name},
+        {"machine", plan_.common.base_machine.name},
         {"seed", plan_.seed},
         {"population", plan_.population},
         {"margin", plan_.margin},

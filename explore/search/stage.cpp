@@ -82,8 +82,8 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
   }
 }
 
-Stage::Made Stage::make(const Coordinates& design) {
-  Made made;
+Stage::DesignPoints Stage::make(const Coordinates& design) {
+  DesignPoints made;
   const std::string default_design = plan_.designs.empty() ? "" : plan_.designs.front();
   for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, default_design, design));
   return made;
@@ -95,10 +95,10 @@ void Stage::check_name(const std::string& name, const std::string& place, const 
               fmt::format("unknown value '{}', the nearest is '{}'", name, nearest_name(name, known)));
 }
 
-Verdict Stage::check_costs(const Made& design) {
+Verdict Stage::check_costs(const DesignPoints& design) {
   Verdict verdict;
   const SweepPoint& first = design.front().point;
-  for (const PointMaker::Made& made : design) {
+  for (const PointMaker::TracedPoint& made : design) {
     if (verdict.reason.empty()) verdict.reason = made.point.broken;
   }
   if (verdict.reason.empty()) {
@@ -114,7 +114,7 @@ Verdict Stage::check_costs(const Made& design) {
   }
   for (const SearchConstraint& constraint : search_.constraints) {
     if (!is_cost(constraint.value)) continue;
-    const auto price = [&](const Made& priced) {
+    const auto price = [&](const DesignPoints& priced) {
       const auto& prices = prices_.costs(priced.front().point);
       const auto found = prices.find(constraint.value);
       return std::vector<double>{found == prices.end() ? 0.0 : found->second};
@@ -147,15 +147,15 @@ std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const
   };
   SweepPoints batch;
   std::set<std::string> traces;
-  const auto run = [&](const Made& design) {
-    for (const PointMaker::Made& made : design) {
+  const auto run = [&](const DesignPoints& design) {
+    for (const PointMaker::TracedPoint& made : design) {
       if (!requested_.insert(made.point.key).second) continue;
       if (traces.insert(made.trace->key).second) batch.traces.push_back(made.trace);
       batch.points.push_back(made.point);
     }
   };
   run(reference_);
-  std::vector<Made> all;
+  std::vector<DesignPoints> all;
   std::vector<Verdict> verdicts;
   for (const Coordinates& design : designs) {
     all.push_back(make(design));
@@ -172,7 +172,7 @@ std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const
 
 void Stage::read_reference() {
   SweepDatabase& database = session_.database();
-  for (const PointMaker::Made& made : reference_) {
+  for (const PointMaker::TracedPoint& made : reference_) {
     const std::string& key = made.point.key;
     if (const std::string status = database.status_of_point(key); status != "done") {
       throw Error(plan_.path, search_.reference_place,
@@ -196,10 +196,10 @@ void Stage::read_reference() {
   }
 }
 
-Verdict Stage::measure(const Made& design) const {
+Verdict Stage::measure(const DesignPoints& design) const {
   Verdict verdict;
   SweepDatabase& database = session_.database();
-  for (const PointMaker::Made& made : design) {
+  for (const PointMaker::TracedPoint& made : design) {
     const std::string status = database.status_of_point(made.point.key);
     if (status == "done") continue;
     const std::string reason = database.reason_of_point(made.point.key);
@@ -214,7 +214,7 @@ Verdict Stage::measure(const Made& design) const {
   }
   const auto values = [&](const std::string& name) {
     std::vector<double> list;
-    for (const PointMaker::Made& made : design) list.push_back(database.value(made.point.key, name));
+    for (const PointMaker::TracedPoint& made : design) list.push_back(database.value(made.point.key, name));
     return list;
   };
   try {

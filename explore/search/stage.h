@@ -68,14 +68,14 @@ class Stage {
   std::size_t points() const { return requested_.size(); }
 
  private:
-  using Made = std::vector<PointMaker::Made>;  ///< a design's points, one per place (scene and view)
-  Made make(const Coordinates& design);
+  using DesignPoints = std::vector<PointMaker::TracedPoint>;  ///< a design's points, one per place (scene and view)
+  DesignPoints make(const Coordinates& design);
   void check_name(const std::string& name, const std::string& place, const std::vector<std::string>& known) const;
   void read_reference();
   /// Checks without simulating: whether the design is broken, and the constraints on costs.
-  Verdict check_costs(const Made& design);
+  Verdict check_costs(const DesignPoints& design);
   /// Verdict of a simulated design: its failure, or else ratios and constraints.
-  Verdict measure(const Made& design) const;
+  Verdict measure(const DesignPoints& design) const;
   /// values: one per place.
   void apply(const SearchConstraint& constraint, const std::vector<double>& values,
              const std::vector<double>& reference, Verdict& verdict) const;
@@ -85,7 +85,7 @@ class Stage {
   SweepSession& session_;
   Prices& prices_;
   PointMaker maker_;
-  Made reference_;
+  DesignPoints reference_;
   std::map<std::string, std::vector<double>> reference_values_;  ///< by name of objective or constraint, one per place
   std::set<std::string> requested_;                              ///< keys of points
 };

@@ -46,7 +46,7 @@ struct SweepPlan {
   std::vector<std::string> designs = {"grtx"};  ///< empty if tracer.accel or tracer.checkpoint is set
   std::string mode = "cycle";
   std::string confirm;                        ///< mode for simulating the front again; "" for none
-  NamedMachine on;                            ///< base machine, overridden by `base`
+  NamedMachine base_machine;                  ///< base machine, overridden by `base`
   std::string base;                           ///< configuration file; "" for the machine alone
   sim::GpuConfig machine;                     ///< machine and configuration file combined
   sim::RivalKeys rivals;                      ///< keys of the memory clock that they set

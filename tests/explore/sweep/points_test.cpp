@@ -69,7 +69,7 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
          p.points = {{{"l1.latency", 21}}};
        }},
       {"mode", false, [](SweepPlan& p) { p.mode = "windows"; }},
-      {"machine", false, [](SweepPlan& p) { p.on.name = "paper-charged"; }},
+      {"machine", false, [](SweepPlan& p) { p.base_machine.name = "paper-charged"; }},
   };
   for (const auto& c : cases) {
     SweepPlan changed = plan();
@@ -182,7 +182,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   SweepPlan p = plan();
   p.mode = "windows";
-  p.on.name = "own";
+  p.base_machine.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
   sim::GpuConfig config;
