@@ -48,7 +48,7 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
         "When any-hit shaders run: while the ray waits, or when its warp's traversal of the round has ended; a machine "
         "may choose another");
   visit("ahead", o.ahead,
-        "Nodes of a ray under way at once, so that t_max is later known, as where a warp runs ahead; a machine may "
+        "Nodes of a ray under way at once, so that t_max is known later, as in a warp that runs ahead; a machine may "
         "choose another",
         InRange{1U, traces::kMostAhead});
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");

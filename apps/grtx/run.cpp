@@ -171,7 +171,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
   options->mode_option = add_mode_option(command, options->mode, "Which events take time, as in grtx sim")
-                             ->default_str("cycle; of full frames windows, which a line says");
+                             ->default_str("cycle; windows for full frames, as a line then says");
   add_estimate_options(command, options->estimate);
   command->add_option(
       "--jobs", options->plan.jobs,

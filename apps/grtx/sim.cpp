@@ -177,11 +177,11 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
 void add_warming_options(CLI::App* command, SimArguments& options) {
   command
       ->add_option("--warm", options.simulation.warm_trace,
-                   "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")
+                   "Trace that runs before, to warm caches and DRAM rows (default: none)")
       ->type_name(kInputFile);
   command
       ->add_option("--save-state", options.simulation.save_state,
-                   "File to write, of what the run leaves in caches and DRAM rows (default: none)")
+                   "File to write, with the contents of caches and DRAM rows after the run (default: none)")
       ->type_name(kOutputFile);
   command
       ->add_option("--warm-state", options.simulation.warm_state,
@@ -231,7 +231,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
-  add_mode_option(command, options->mode, "What is simulated: all warps, or (whole frames) windows of them");
+  add_mode_option(command, options->mode, "Warps to simulate: all, or (whole frames) windows of them");
   add_estimate_options(command, options->estimate);
   const auto gone = [](const std::string&) {
     throw Error("sim", "--threads",
