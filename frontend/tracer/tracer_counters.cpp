@@ -38,7 +38,7 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
                    "most entries in one buffer of a ray")
           .sum(&C::checkpoint_overflows, "checkpoint.overflows", "rounds", "rounds whose destination buffer ran full")
           .largest(&C::evictions_max_per_ray, "eviction.max_per_ray", "entries", "most entries in one eviction buffer")
-          .sum(&C::processed, "processed", "hits", "k-buffer entries looked at when blending")
+          .sum(&C::processed, "processed", "hits", "k-buffer entries processed for blending")
           .sum(&C::blended, "blended", "hits", "hits blended into a pixel")
           .sum(&C::terminated, "terminated", "rays", "rays ended by early ray termination")
           .value(&C::ert_share, "ert_share", "ratio", "rays ended by early ray termination / rays")
