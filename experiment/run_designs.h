@@ -57,7 +57,7 @@ struct DesignResults {
   nlohmann::ordered_json json;  ///< results.json, grtx.run/1
   sim::SimulationMode mode = sim::SimulationMode::cycle;
   frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
-  std::map<std::string, sim::ResultNotes> notes;  ///< what limits each design's figures
+  std::map<std::string, sim::ResultNotes> notes;  ///< limitations of each design's figures
   std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
   /// Whether all designs gave the same image and no conservation law was violated.

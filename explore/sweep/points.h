@@ -32,7 +32,7 @@ struct SweepPoint {
   std::string mode;
   std::string scene;
   std::string design;
-  nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
+  nlohmann::ordered_json coordinates;  ///< values that the plan varies, at this point
   PointConfig config;
   sim::MachineUse use;  ///< units that the machine needs, for its cost
   std::string broken;   ///< why it cannot run; "" if it can

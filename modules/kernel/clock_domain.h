@@ -23,8 +23,8 @@ class Alarm;
 
 /// Contents of caches and open DRAM rows when a launch begins.
 enum class Caches : std::uint8_t {
-  cold,  ///< nothing
-  warm,  ///< what the previous launch left
+  cold,  ///< empty, closed
+  warm,  ///< as the previous launch left them
 };
 
 /// The interface through which a clock domain calls a module, the same in unit tests, in the GPU and on other

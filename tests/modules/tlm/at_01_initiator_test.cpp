@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// AtInitiator: works with every habit a base-protocol target may have, without a violation; back-pressure; payload
-// pool.
+// AtInitiator: works with every behaviour that a base-protocol target may have, without a violation; back-pressure;
+// payload pool.
 #include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/tlm/at_mocks.h"

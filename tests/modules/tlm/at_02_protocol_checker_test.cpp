@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// AtProtocolChecker: each forbidden habit of a target, and each wrong request, is reported with its clause.
+// AtProtocolChecker: each forbidden behaviour of a target, and each wrong request, is reported with its clause.
 #include <gmock/gmock.h>
 
 #include "grtx/modules/tlm/at_payload_pool.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both ends of a TLM-2.0 AT socket for tests: a scripted initiator and a target with all the awkward habits the
+// Both ends of a TLM-2.0 AT socket for tests: a scripted initiator and a target with all the awkward behaviours the
 // standard allows, and some it does not.
 #pragma once
 
