@@ -24,15 +24,16 @@ struct Column {
   /// Value of the run, or the geometric mean of several; NaN if one has none.
   double value(const RunTarget& target) const {
     double logarithms = 0.0;
-    for (const ReportRun* run : of) logarithms += std::log(target.of_run(run->results));
-    return of.size() == 1 ? target.of_run(of.front()->results) : std::exp(logarithms / static_cast<double>(of.size()));
+    for (const ReportRun* run : runs) logarithms += std::log(target.of_run(run->results));
+    return runs.size() == 1 ? target.of_run(runs.front()->results)
+                            : std::exp(logarithms / static_cast<double>(runs.size()));
   }
   /// Value of a single run; NaN if it has no checkpointing design, or the cost is unknown.
   double value(const CostTarget& target) const {
     double value = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t i = 0; of.size() == 1 && i < of.front()->machines.size(); ++i) {
-      const std::string& design = of.front()->results.designs[i].name;
-      const MachineFigures& machine = of.front()->machines[i];
+    for (std::size_t i = 0; runs.size() == 1 && i < runs.front()->machines.size(); ++i) {
+      const std::string& design = runs.front()->results.designs[i].name;
+      const MachineFigures& machine = runs.front()->machines[i];
       if ((design == "grtx" || design == "hw") && !machine.cost.is_null()) value = target.of_machine(machine.cost);
     }
     return value;

@@ -230,7 +230,7 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
                     "Cycles of the RT units: a warp was scheduled (issue), or why none was" + suffix},
                    stalls) +
          bars_html({"energy", "energy", "J", "part",
-                    "Energy of the run by part, central estimate, process node of grtx cost" + of},
+                    "Energy of the run by part, central estimate, process node of grtx cost" + suffix},
                    energy) +
          "</section>\n";
 }
