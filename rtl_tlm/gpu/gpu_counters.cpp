@@ -107,7 +107,7 @@ void describe(const GpuCounters& c, StatisticList& list) {
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
   list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
-           "lane visits a node fetch");
+           "lane visits per node fetch");
   const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
   for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
     for (std::size_t u = 0; u < units; ++u) {
