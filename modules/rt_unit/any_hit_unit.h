@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any-hit unit of the RT unit: takes the time of keeping each ray's k nearest hits in a heap in the registers of its
-// warp, without a shader (GauTracer, ISCA 2026, "AGHU"). Which hits stay is in the trace
-// (frontend/tracer/hit_policy.h). It takes the place of the any-hit collector. A hit that falls out while checkpointing
-// is on goes to the SIMT core's load-store unit, which stores it. Cost: a comparator and an address per heap logic.
-// docs/model/any_hit_unit.md has the timing.
+// Any-hit unit of the RT unit: models the time of keeping each ray's k nearest hits in a heap in the registers of its
+// warp, without a shader (GauTracer, ISCA 2026, "AGHU"). The trace says which hits stay
+// (frontend/tracer/hit_policy.h). The unit takes the place of the any-hit collector. A hit that falls out while
+// checkpointing is on goes to the SIMT core's load-store unit, which stores it. Cost: a comparator and an address per
+// heap logic. docs/model/any_hit_unit.md has the timing.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class AnyHitUnit final : public AnyHitModule {
   void begin_lane(LaneId id, unsigned preloaded) override { fill_[id] = preloaded; }
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned /*entry*/) override {}
-  /// Answers the hits that are done; those that fall out are sent to be stored first, one a cycle.
+  /// Answers the hits that are done; those that fall out are sent to be stored first, one per cycle.
   void invoke(Cycle now) override;
   Cycle next_due(Cycle now) const override;
 

@@ -24,7 +24,7 @@
 
 namespace grtx::modules {
 
-/// What one of the project's schedulers did in a cycle, for observers.
+/// Activity of one of the project's schedulers in a cycle, for observers.
 class RtSchedulerState {
  public:
   /// Stall reason of the current state, which idle cycles are counted under.

@@ -49,8 +49,8 @@ class RtSchedulerModule : public RtPart,
   using RtPart::RtPart;
 };
 
-/// Base class of schedulers whose warps walk together (rt.traversal = warp). Fetched nodes come to them, as one node is
-/// for many lanes: a visit's lane number (node_fetch_if) is that of a node slot.
+/// Base class of schedulers whose warps walk together (rt.traversal = warp). They receive fetched nodes themselves,
+/// since one node serves many lanes: a visit's lane number (node_fetch_if) is that of a node slot.
 class WarpWalkModule : public RtSchedulerModule, public fetched_node_if {
  public:
   sc_core::sc_port<node_test_if> node_test{"node_test"};

@@ -74,11 +74,11 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
     std::vector<LaneWalk> lanes = std::vector<LaneWalk>(kMaxLanes);
     std::deque<unsigned> done;  ///< slots of finished nodes whose children are not on the stack yet
     std::size_t next = WarpStack::kNone;
-    unsigned fetching = 0;                 ///< slots whose node is not there
-    unsigned testing = 0;                  ///< tests of lanes that the units have
+    unsigned fetching = 0;                 ///< slots whose node has not arrived
+    unsigned testing = 0;                  ///< tests of lanes in the units
     unsigned hits = 0;                     ///< not answered
-    unsigned held = 0;                     ///< places for hits that leaf tests and hits take
-    bool moving = false, filling = false;  ///< the stack unit is at work for it
+    unsigned held = 0;                     ///< places reserved for hits, by leaf tests and by hits
+    bool moving = false, filling = false;  ///< the stack unit works for this warp
   };
   void end_of_elaboration() override;
   /// Starts the entry at `place` of the warp's stack.
@@ -99,7 +99,7 @@ class WarpWalkScheduler final : public WarpWalkModule, public RtSchedulerState {
   RtScheduler::Config scheduler_;
   unsigned entries_;
   StackEntryLayout layout_;
-  unsigned record_bits_;  ///< of a node, as read
+  unsigned record_bits_;  ///< bits of a node that a visit reads
   bool boxes_;
   bool by_slot_;  ///< children are visited in slot order
   std::unique_ptr<WarpSelection> selection_;

@@ -128,7 +128,7 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
     const traces::Ray& ray = group.rays[lane];
     if (round >= ray.rounds.size() || ray.rounds[round].event_count == 0) continue;
     const std::span<const traces::Event> events(ray.events.data() + first_event[lane], ray.rounds[round].event_count);
-    if (trees[lane].plant(events, group, traffic_) != nullptr) return call;
+    if (trees[lane].build(events, group, traffic_) != nullptr) return call;
     hits.begin(lane, ray.rounds[round].preloaded);
     root.lanes |= bit(lane);
     root.address = trees[lane].address(0);
