@@ -41,9 +41,9 @@ class Targets {
   /// open_partial() of an added target; from the moment the file exists, a signal removes it.
   int open(const std::string& target, std::string& name) {
     const std::lock_guard lock(mutex_);
-    const EndHeld held;
+    const DelayedSignals delayed;
     const int file = open_partial(target, name);
-    if (file >= 0) partial_files_.at(target).emplace(name, held);
+    if (file >= 0) partial_files_.at(target).emplace(name, delayed);
     return file;
   }
   void remove(const std::string& target) {

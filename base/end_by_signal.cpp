@@ -49,14 +49,14 @@ void print_line(int signal) {
 
 }  // namespace
 
-EndHeld::EndHeld() {
+DelayedSignals::DelayedSignals() {
   sigset_t all;
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, &before_);
   while (list_taken.test_and_set(std::memory_order_acquire)) ::sched_yield();
 }
 
-EndHeld::~EndHeld() {
+DelayedSignals::~DelayedSignals() {
   list_taken.clear(std::memory_order_release);
   ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
@@ -88,16 +88,16 @@ void end(int signal) {
 
 }  // namespace
 
-RemovedBySignal::RemovedBySignal(std::string path) : RemovedBySignal(std::move(path), EndHeld()) {}
+RemovedBySignal::RemovedBySignal(std::string path) : RemovedBySignal(std::move(path), DelayedSignals()) {}
 
-RemovedBySignal::RemovedBySignal(std::string path, const EndHeld&) : path_(std::move(path)), owner_(::getpid()) {
+RemovedBySignal::RemovedBySignal(std::string path, const DelayedSignals&) : path_(std::move(path)), owner_(::getpid()) {
   next_ = list_begin;
   if (next_ != nullptr) next_->before_ = this;
   list_begin = this;
 }
 
 RemovedBySignal::~RemovedBySignal() {
-  const EndHeld held;
+  const DelayedSignals delayed;
   (before_ != nullptr ? before_->next_ : list_begin) = next_;
   if (next_ != nullptr) next_->before_ = before_;
 }

@@ -9,14 +9,14 @@
 
 namespace grtx {
 
-/// While it lives, signals do not end this process: the handlers are delayed. Hold it briefly and do not nest it in a
+/// Delays the handlers of signals while it lives, so that none ends this process. Keep it briefly, and at most one per
 /// thread.
-class EndHeld {
+class DelayedSignals {
  public:
-  EndHeld();
-  ~EndHeld();
-  EndHeld(const EndHeld&) = delete;
-  EndHeld& operator=(const EndHeld&) = delete;
+  DelayedSignals();
+  ~DelayedSignals();
+  DelayedSignals(const DelayedSignals&) = delete;
+  DelayedSignals& operator=(const DelayedSignals&) = delete;
 
  private:
   sigset_t before_{};
@@ -26,8 +26,8 @@ class EndHeld {
 class RemovedBySignal {
  public:
   explicit RemovedBySignal(std::string path);
-  /// For a file created while `held` blocks the signals, so that there is no gap before it is registered.
-  RemovedBySignal(std::string path, const EndHeld& held);
+  /// For a file created while `delayed` blocks the signals, so that there is no gap before it is registered.
+  RemovedBySignal(std::string path, const DelayedSignals& delayed);
   ~RemovedBySignal();
   RemovedBySignal(const RemovedBySignal&) = delete;
   RemovedBySignal& operator=(const RemovedBySignal&) = delete;

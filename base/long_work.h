@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What long work will take, said before it begins.
+// Announces the time and memory of long work before it begins.
 #pragma once
 
 #include <cstdint>

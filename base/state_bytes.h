@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model state as bytes, to be continued by another process: little-endian numbers and texts, read in the order in which
-// they were written.
+// Model state as bytes, from which another process continues: little-endian numbers and texts, read in the order in
+// which they were written.
 #pragma once
 
 #include <concepts>

@@ -66,7 +66,7 @@ class Bus final : public sc_core::sc_module {
   }
 };
 
-/// 4 KiB, 30 ns an access.
+/// 4 KiB, 30 ns per access.
 class Memory final : public sc_core::sc_module {
  public:
   explicit Memory(const sc_core::sc_module_name& name) : sc_module(name) {

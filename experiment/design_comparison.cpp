@@ -19,7 +19,7 @@ DesignComparison::DesignComparison(const std::vector<std::string>& names, bool s
   }
   for (const explore::Design& design : explore::designs()) {
     const bool asked =
-        names.empty() ? !design.if_named : std::find(names.begin(), names.end(), design.name) != names.end();
+        names.empty() ? !design.only_if_named : std::find(names.begin(), names.end(), design.name) != names.end();
     const ComparedDesign compared(design);
     if (!asked || (several_objects && !traces::is_two_level(compared.kind))) continue;
     designs_.push_back(compared);

@@ -10,7 +10,7 @@
 namespace grtx::experiment {
 
 struct Heatmap {
-  std::string name;  ///< what is counted
+  std::string name;  ///< name of the counts
   std::string unit;  ///< added to the name in the title
   unsigned width = 0, height = 0;
   std::vector<double> values;  ///< row by row, the top one first; not negative

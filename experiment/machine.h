@@ -21,7 +21,7 @@ using sim::kDefaultMachine;
 using sim::machine_names;
 using sim::set_machines_folder;
 
-/// What a command says of the machine, from the bottom up: each lies over those before it.
+/// A command's settings of the machine, from the bottom up: each overrides those before it.
 struct MachineChoice {
   std::string machine = kDefaultMachine;   ///< a name, a file, or "": all keys at their defaults, no tracer options
   std::string config = {};                 ///< a file of what differs, its tracer options included; "" for none

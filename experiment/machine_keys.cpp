@@ -30,7 +30,7 @@ std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {
     return rt_units * unit.count / unit.interval * ghz;
   };
   std::vector<MachineFigure> figures = {
-      {"warps an SM", static_cast<double>(c.resident()), "warps", "gpu.resident_warps, simt.registers"},
+      {"warps per SM", static_cast<double>(c.resident()), "warps", "gpu.resident_warps, simt.registers"},
       {"rays in flight", 32.0 * c.sms * c.resident(), "rays", "gpu.sms, and the warps of an SM"},
       {"L1 bandwidth", c.sms * c.l1.banks * kSector * ghz, "GB/s", "gpu.sms, l1.banks, gpu.core_mhz"},
       {"node bandwidth", rt_units * c.rt.memory.sectors_per_cycle * kSector * ghz, "GB/s",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a machine resolves to: every key with its value, where that comes from and on whose word, and figures that
-// follow.
+// The resolved keys of a machine, each with value, origin, source and confidence, and figures that follow from
+// them.
 #pragma once
 
 #include <nlohmann/json.hpp>

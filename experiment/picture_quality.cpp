@@ -78,21 +78,21 @@ double psnr_on(const frontend::Image& image, const frontend::Image& reference, c
   return std::isnan(psnr) ? 0.0 : psnr;
 }
 
-unsigned ReferencePictures::tiles_a_side(std::uint64_t gaussians, std::uint64_t most_pairs) {
+unsigned ReferencePictures::tiles_per_side(std::uint64_t gaussians, std::uint64_t most_pairs) {
   constexpr std::uint64_t kRays = std::uint64_t{frontend::kReferenceTile} * frontend::kReferenceTile;
   unsigned tiles = kMostTilesASide;
   while (tiles > 0 && kRays * tiles * tiles * gaussians > most_pairs) --tiles;
   return tiles;
 }
 
-const ReferencePictures::Frames& ReferencePictures::of(const TracerSettings& settings, frontend::AccelKind accel) {
+const ReferencePictures::Frames& ReferencePictures::frames(const TracerSettings& settings, frontend::AccelKind accel) {
   frontend::ReferenceOptions options = reference_options(settings, accel);
   const auto [known, is_new] =
       frames_.try_emplace({static_cast<int>(options.proxy), options.sort_by_peak ? 1 : 0}, Frames());
   if (!is_new || scene_ == nullptr) return known->second;
   options.objects = optical_objects(settings.secondary, *scene_, cameras_.front());
   options.quiet = quiet_;
-  options.tiles_a_side = tiles_a_side(scene_->size(), options.objects.empty() ? kMostPairs : kMostPairsOfObjects);
+  options.tiles_a_side = tiles_per_side(scene_->size(), options.objects.empty() ? kMostPairs : kMostPairsOfObjects);
   if (options.tiles_a_side == 0) return known->second;
   for (const frontend::Camera& camera : cameras_) {
     frontend::ReferenceResult result = frontend::render_reference(*scene_, camera, options);

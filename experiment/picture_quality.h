@@ -54,10 +54,10 @@ class ReferencePictures {
     std::vector<std::size_t> pixels;  ///< of each that the reference has rendered
   };
   /// The frames as this design orders its hits; none where the reference would take too long.
-  const Frames& of(const TracerSettings& settings, frontend::AccelKind accel);
+  const Frames& frames(const TracerSettings& settings, frontend::AccelKind accel);
 
   /// Tiles along a side for a scene of so many Gaussians; 0: too many of them.
-  static unsigned tiles_a_side(std::uint64_t gaussians, std::uint64_t most_pairs);
+  static unsigned tiles_per_side(std::uint64_t gaussians, std::uint64_t most_pairs);
 
  private:
   const frontend::Scene* scene_;

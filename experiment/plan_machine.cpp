@@ -9,8 +9,8 @@
 namespace grtx::experiment {
 
 std::vector<std::string> put_on_machine(explore::SweepPlan& plan, const std::string& machine) {
-  plan.on.name = machine_name(machine);
-  plan.on.option = machine.ends_with(".toml") ? std::filesystem::absolute(machine).string() : machine;
+  plan.base_machine.name = machine_name(machine);
+  plan.base_machine.option = machine.ends_with(".toml") ? std::filesystem::absolute(machine).string() : machine;
   ChosenMachine chosen = choose_machine({.machine = machine, .config = plan.base});
   plan.machine = std::move(chosen.config);
   plan.rivals = chosen.rivals;

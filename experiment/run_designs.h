@@ -33,7 +33,7 @@ struct RunPlan {
   TracerSettings tracer;
   std::string machine = kDefaultMachine;  ///< its name in results
   sim::GpuConfig config;                  ///< the hardware of all designs, but for a design's own keys
-  /// What the machine and its file choose for the tracer, below the designs; none: what the machine does.
+  /// Tracer options of the machine and its file, which designs override; none: those of the machine.
   std::optional<std::map<std::string, std::string>> chosen_tracer;
   std::vector<std::string> designs;         ///< names; empty: all (explore/sweep/designs.h)
   std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
@@ -57,7 +57,7 @@ struct DesignResults {
   nlohmann::ordered_json json;  ///< results.json, grtx.run/1
   sim::SimulationMode mode = sim::SimulationMode::cycle;
   frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
-  std::map<std::string, sim::ResultNotes> notes;  ///< what limits each design's figures
+  std::map<std::string, sim::ResultNotes> notes;  ///< limitations of each design's figures
   std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
   /// Whether all designs gave the same image and no conservation law was violated.

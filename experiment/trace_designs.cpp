@@ -22,9 +22,10 @@ bool same(const Images& a, const Images& b) {
 /// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not. Gaussians that
 /// are rounded to their codes have an order of their own.
 std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
-  const std::string of = frontend::is_quantised(settings.layout) ? " of quantised Gaussians" : "";
-  if (settings.options.sort_key == frontend::SortKey::peak) return "peak" + of;
-  return (frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra") + of;
+  const std::string suffix = frontend::is_quantised(settings.layout) ? " of quantised Gaussians" : "";
+  if (settings.options.sort_key == frontend::SortKey::peak) return "peak" + suffix;
+  return (frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra") +
+         suffix;
 }
 
 /// Compares the images of designs: those that blend in one order must be the same.
@@ -39,7 +40,7 @@ class ImageComparison {
     if (!is_new) all.identical = all.identical && same(known->second, images);
   }
   Images first() { return std::move(by_order_[first_]); }
-  const Images& of(const std::string& order) const { return by_order_.at(order); }
+  const Images& at(const std::string& order) const { return by_order_.at(order); }
 
  private:
   std::string first_;  ///< order of the first design
@@ -58,7 +59,7 @@ Images at_full_precision(frontend::SceneTracer& scene, TracerSettings settings, 
   return images;
 }
 
-bool rounds(const TracerSettings& settings) {
+bool is_rounded(const TracerSettings& settings) {
   return frontend::is_quantised(settings.layout) ||
          settings.options.response_precision != frontend::ResponsePrecision::fp32;
 }
@@ -96,7 +97,7 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
   // Before a structure is built, which may round the scene.
   ReferencePictures references(scene.view() == nullptr ? nullptr : &scene.view()->scene(), cameras, tracing.quiet);
   for (const ComparedDesign& design : comparison.designs()) {
-    references.of(design_settings(tracing.tracer, design, tracing.named), design.kind);
+    references.frames(design_settings(tracing.tracer, design, tracing.named), design.kind);
   }
   for (const ComparedDesign& design : comparison.designs()) {
     const TracerSettings settings = design_settings(tracing.tracer, design, tracing.named);
@@ -116,19 +117,19 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     PictureQuality& quality = all.pictures[design.name];
     quality.order = order_of(settings, design.kind);
     images.take(all, design.name, quality.order, traced);
-    const ReferencePictures::Frames& reference = references.of(settings, design.kind);
-    const Images& own = images.of(quality.order);
+    const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
+    const Images& own = images.at(quality.order);
     quality.fp64 = !reference.images.empty();
     if (quality.fp64) {
       compare_with(own, reference.images, reference.pixels, quality);
     } else {
-      compare_with(own, rounds(settings) ? at_full_precision(scene, settings, design, files, tracing.quiet) : own, {},
-                   quality);
+      compare_with(own, is_rounded(settings) ? at_full_precision(scene, settings, design, files, tracing.quiet) : own,
+                   {}, quality);
     }
   }
-  const Images& over = images.of(all.pictures.at(comparison.reference()).order);
+  const Images& over = images.at(all.pictures.at(comparison.reference()).order);
   for (auto& [name, quality] : all.pictures) {
-    const Images& own = images.of(quality.order);
+    const Images& own = images.at(quality.order);
     for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
   }
   all.images = images.first();

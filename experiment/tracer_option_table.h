@@ -19,7 +19,7 @@ inline constexpr const char* kKernelDegree =
 template <typename Settings, typename Visit>
 void visit_traced_options(Settings& settings, Visit&& visit) {
   auto& o = settings.options;
-  visit("k", o.k, "k-buffer entries a ray", InRange{1U, frontend::kMaxK});
+  visit("k", o.k, "k-buffer entries per ray", InRange{1U, frontend::kMaxK});
   visit("checkpoint-capacity", o.checkpoint_capacity, "Entries of one checkpoint buffer of a ray", InRange{1U, 65535U});
   visit("checkpoint-bins", o.checkpoint_bins,
         "Near lists of a ray by distance, and a far one, of --checkpoint-capacity entries each; 0: two buffers",
@@ -27,9 +27,10 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("below-instance", o.below_instance,
         "Nodes of an instance beyond t_max: checkpointed, or visited, and a hit goes to the eviction buffer");
   visit("ert", o.ert, "Transmittance below which a ray ends", InRange{0.0, 1.0});
-  visit("ert-check", o.ert_check,
-        "When transmittance is tested: after each hit, or once a round, when all its hits are blended; the image then "
-        "depends on --k");
+  visit(
+      "ert-check", o.ert_check,
+      "When transmittance is tested: after each hit, or once per round, when all its hits are blended; the image then "
+      "depends on --k");
   visit("sort-key", o.sort_key, "Distance that orders a ray's hits");
   visit("resume", o.resume, "How a round continues: (t, id) order, or the paper's t_min < t");
   visit("kernel-radius", settings.kernel_radius,
@@ -44,7 +45,7 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
         "When any-hit shaders run: while the ray waits, or when its warp's traversal of the round has ended; a machine "
         "may choose another");
   visit("ahead", o.ahead,
-        "Nodes of a ray under way at once, so that t_max is later known, as where a warp runs ahead; a machine may "
+        "Nodes of a ray under way at once, so that t_max is known later, as in a warp that runs ahead; a machine may "
         "choose another",
         InRange{1U, traces::kMostAhead});
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");

@@ -205,13 +205,13 @@ def l1_cache():
     for index, client in enumerate(["rt_node", "simt", "rt_checkpoint", "rt_prefetch", "rt_stack"]):
         f.box(client, 10, 24 + 46 * index, 110, 34, client)
     f.places["clients"] = (10, 24, 110, 218)
-    f.box("pick", 170, 90, 140, 80, "accept", "one a bank a cycle,", "rotating priority;", "else stall.*", kind="unit")
+    f.box("pick", 170, 90, 140, 80, "accept", "one per bank/cycle,", "rotating priority;", "else stall.*", kind="unit")
     f.arrow("clients:r", "pick:l", "")
     f.box("tags", 370, 34, 150, 70, "tags and data", "banks; 32 B sectors", "of 128 B lines", kind="mem")
     f.arrow("pick:t", "tags:l", "hit", dx=0)
     f.box("mshr", 370, 130, 150, 50, "MSHRs", "a sector each; merge", kind="unit")
     f.arrow("pick:r.6", "mshr:l", "miss")
-    f.box("queue", 580, 130, 160, 50, "miss queue", "one a cycle", kind="unit")
+    f.box("queue", 580, 130, 160, 50, "miss queue", "one per cycle", kind="unit")
     f.arrow("mshr:r", "queue:l")
     f.box("back", 580, 210, 160, 50, "write-back buffer", "dirty lines that leave", kind="unit")
     f.arrow("tags:r.7", "back:l", "", bend=0.5)
@@ -219,7 +219,7 @@ def l1_cache():
     f.box("xbar", 580, 285, 160, 28, "crossbar", kind="area")
     f.arrow("back:b", "xbar:t")
     f.arrow("queue:r.5", "xbar:r.5", "", bend=12)
-    f.box("fill", 370, 279, 150, 40, "fill", "one sector a cycle", kind="unit")
+    f.box("fill", 370, 279, 150, 40, "fill", "one sector per cycle", kind="unit")
     f.arrow("xbar:l", "fill:r")
     f.arrow("fill:l", "clients:b.7", "answers every waiter", dx=20)
     f.arrow("tags:t.3", "clients:t.5", "", bend=-14)
@@ -255,7 +255,7 @@ def dram_channel():
     f.box("queue", 140, 60, 110, 60, "queue", "bursts; one", "request waits", kind="unit")
     f.box("banks", 300, 10, 150, 60, "each bank's", "oldest request,", "oldest row hit", kind="unit")
     f.box("policy", 300, 120, 150, 60, "dram.scheduling", "fr_fcfs, fr_fcfs_cap,", "fcfs", kind="mark")
-    f.box("commands", 500, 60, 110, 60, "commands", "one row, one", "column a clock", kind="unit")
+    f.box("commands", 500, 60, 110, 60, "commands", "one row, one", "column per clock", kind="unit")
     f.box("cells", 650, 10, 100, 60, "banks", "rcd, ras, rp,", "rrd, faw, …", kind="mem")
     f.box("bus", 650, 120, 100, 60, "data bus", "ccd a burst,", "turn", kind="mem")
     f.arrow("slice:r", "queue:l")
@@ -275,7 +275,7 @@ def crossbar():
         f.box(f"in{index}", 10, 15 + 65 * index, 110, 44, what, "head of its link", kind="area")
     for index, what in enumerate(["slice 0", "slice m"]):
         y = 25 + 100 * index
-        f.box(f"pick{index}", 290, y, 120, 60, "arbiter", "round robin,", "one a cycle", kind="unit")
+        f.box(f"pick{index}", 290, y, 120, 60, "arbiter", "round robin,", "one per cycle", kind="unit")
         f.box(f"buffer{index}", 450, y, 150, 60, "in transit, buffer", "latency packets,", "then output_buffer", kind="mem")
         f.box(f"out{index}", 650, y + 8, 100, 44, what, kind="area")
         f.arrow(f"pick{index}:r", f"buffer{index}:l")
@@ -294,7 +294,7 @@ def memory_scheduler():
     f.box("lanes", 10, 40, 110, 60, "lanes", "of one warp,", "a node each", kind="area")
     f.box("merge", 160, 40, 130, 60, "merge", "one node: one fetch,", "also in flight", kind="unit")
     f.box("queue", 330, 40, 120, 60, "queue", "64 fetches", kind="unit")
-    f.box("sectors", 490, 40, 120, 60, "sectors", "oldest fetch first,", "one a cycle", kind="unit")
+    f.box("sectors", 490, 40, 120, 60, "sectors", "oldest fetch first,", "one per cycle", kind="unit")
     f.box("l1", 650, 40, 100, 60, "L1", "client rt_node", kind="area")
     for a, b in ["lanes merge".split(), "merge queue".split(), "queue sectors".split(), "sectors l1".split()]:
         f.arrow(f"{a}:r", f"{b}:l")
@@ -380,7 +380,7 @@ def prefetcher():
     for name in ["sibling"]:
         f.arrow(f"{name}:r", "queue:l", bend=0.5)
     f.box("l1", 600, 32, 150, 70, "L1", "client rt_prefetch:", "useful, late, unused", kind="area")
-    f.arrow("queue:r", "l1:l", "sector a cycle")
+    f.arrow("queue:r", "l1:l", "sector per cycle")
     return f
 
 
@@ -388,7 +388,7 @@ def work_distributor():
     f = Figure("Work distributor", 190)
     f.box("trace", 10, 60, 110, 60, "trace file", "groups in order", kind="area")
     f.box("source", 160, 60, 140, 60, "TraceSource", "pool of decoded", "groups, ahead", kind="mem")
-    f.box("distributor", 350, 60, 150, 60, "work distributor", "one launch a cycle,", "SMs in turn", kind="unit")
+    f.box("distributor", 350, 60, 150, 60, "work distributor", "one launch per cycle,", "SMs in turn", kind="unit")
     f.arrow("trace:r", "source:l")
     f.arrow("source:r", "distributor:l")
     for index, sm in enumerate(["SM 0", "SM 1", "SM n"]):
@@ -403,7 +403,7 @@ def any_hit_unit():
     f = Figure("Any-hit unit: a heap for each ray, in registers", 200)
     f.box("gaussian", 10, 20, 150, 60, "ray_gaussian", "peak of the response,", "alpha", kind="unit")
     f.box("queue", 220, 20, 130, 60, "hits that wait", "lane l: logic", "l mod count", kind="mem")
-    f.box("logic", 410, 20, 150, 60, "heap logic", "compare, swap: 2 to 12", "cycles a hit", kind="unit")
+    f.box("logic", 410, 20, 150, 60, "heap logic", "compare, swap: 2 to 12", "cycles per hit", kind="unit")
     f.box("heaps", 620, 20, 130, 60, "registers", "k hits a ray:", "t, alpha, id", kind="mem")
     f.box("lane", 410, 130, 150, 50, "lane goes on", "t_max: root of the heap", kind="area")
     f.box("simt", 620, 130, 130, 50, "SIMT core", "blends; stores", "what falls out", kind="area")
@@ -424,7 +424,7 @@ def warp_walk():
         f.box(name, 20, 28 + 28 * row, 150, 26, f"node {name}: {mask}", kind=kind)
     f.box("memory", 20, 198, 150, 20, "memory: spilled", kind="mem")
     f.box("slots", 250, 50, 150, 70, "node slots", f"ahead ({default('rt.warp_stack.ahead')}): record,", "lanes in tests", kind="mem")
-    f.box("units", 460, 20, 130, 60, "units", "a test a lane", kind="unit")
+    f.box("units", 460, 20, 130, 60, "units", "a test per lane", kind="unit")
     f.box("hits", 460, 120, 130, 60, "hits", "128, a list a lane", kind="mem")
     f.box("any", 650, 120, 110, 60, "any-hit unit", "or collector", kind="area")
     f.box("fetch", 250, 158, 150, 50, "memory scheduler", "once for all lanes", kind="area")

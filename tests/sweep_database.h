@@ -74,7 +74,7 @@ inline void write_documents(const std::string& path) {
 /// timed out, 58 are done. config: resolved configuration of all points, as JSON text (warp buffer, lanes and L1 are
 /// set in it). For warps w, lanes l, L1 b KiB and k: time = 1000 + 6000 / w + 300 / l + 20000 / b + 40 |k - 8| us, area
 /// = 10 + 0.2 w
-/// + 0.05 l + 0.02 b mm2, energy = 50 + time / 40 nJ a ray.
+/// + 0.05 l + 0.02 b mm2, energy = 50 + time / 40 nJ per ray.
 inline void make_grid(const std::string& path, const std::string& config) {
   execute(path, std::string(kSchema) + R"(
 BEGIN;

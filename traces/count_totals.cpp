@@ -17,15 +17,15 @@ void RoundCounts::count(std::span<const Event> events) {
     ++cells[static_cast<std::size_t>(event.kind()) * kDetails + event.detail % kDetails];
     written += bits_of_byte(event.checkpoints);
   }
-  const auto of = [&](EventKind kind) { return &cells[static_cast<std::size_t>(kind) * kDetails]; };
+  const auto cells_of = [&](EventKind kind) { return &cells[static_cast<std::size_t>(kind) * kDetails]; };
   const auto sum = [](const std::uint32_t* first) {
     return std::accumulate(first, first + kDetails, std::uint64_t{0});
   };
-  internal = sum(of(EventKind::visit_internal));
-  instances = sum(of(EventKind::visit_instance));
-  std::copy_n(of(EventKind::visit_leaf), kDetails, leaves.begin());
-  culls = sum(of(EventKind::cull));
-  read = events.size() - internal - instances - sum(of(EventKind::visit_leaf)) - culls;
+  internal = sum(cells_of(EventKind::visit_internal));
+  instances = sum(cells_of(EventKind::visit_instance));
+  std::copy_n(cells_of(EventKind::visit_leaf), kDetails, leaves.begin());
+  culls = sum(cells_of(EventKind::cull));
+  read = events.size() - internal - instances - sum(cells_of(EventKind::visit_leaf)) - culls;
 }
 
 void count_round(const Header& header, const Round& round, const RoundCounts& counts, std::uint64_t& in_eviction_buffer,

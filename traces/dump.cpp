@@ -140,7 +140,7 @@ class JsonLine {
  public:
   JsonLine(const RayGroup& group, const NodeSizes& sizes) : group_(group), sizes_(sizes) {}
 
-  std::string of(std::optional<unsigned> lane) {
+  std::string text(std::optional<unsigned> lane) {
     put(R"({{"group":{},"frame":{},"kind":"{}","nodes":[)", group_.index, group_.frame, name_of(group_.kind));
     list(group_.nodes, [this](const NodeDefinition& node) {
       put("[{},{}", bytes(node.address), bytes(node.child_base));
@@ -234,7 +234,7 @@ void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint6
   RayGroup decoded;
   for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
     reader.read(index, decoded);
-    out << JsonLine(decoded, reader.header().node_sizes()).of(lane);
+    out << JsonLine(decoded, reader.header().node_sizes()).text(lane);
   }
 }
 

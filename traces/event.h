@@ -35,9 +35,9 @@
 // traversal, the shaders take each queue in order. Outcome and shifts are those of the hit's turn. With box leaves
 // every visit_leaf is queued, because only the intersection shader finds its outcome. t_max is the end of the ray in
 // all rounds, so there are no culls, and `beyond` is what lies behind that end.
-// Header::ahead says how many nodes of a ray were under way at once. The events stand as above, depth first. A ray did
-// not handle them in that order: what it culled and what became of its hits is as t_max and k-buffer were when it came
-// to the event. So a hit may be displaced or rejected before the list shows the k-buffer full.
+// Header::ahead says how many nodes of a ray were under way at once. The events are listed depth first, as above, but
+// the ray did not handle them in that order: its culls and the outcomes of its hits follow from t_max and k-buffer as
+// they were when it handled the event. So a hit may be displaced or rejected before the list shows the k-buffer full.
 #pragma once
 
 #include <array>

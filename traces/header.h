@@ -25,7 +25,7 @@ struct SceneLeaf {
 };
 
 struct Header {
-  // What was traced.
+  // Structure, tracing rules and image.
   AccelKind accel = AccelKind::tri20;
   Tracing tracing = Tracing::multi;
   unsigned k = 8;  ///< entries of the k-buffer or list; 1 for tracing = closest

@@ -9,7 +9,7 @@
 
 namespace grtx::traces {
 
-/// The acceleration structure: a monolithic BVH over proxies, or a TLAS over one shared BLAS.
+/// Acceleration structure: a monolithic BVH over proxies, or a TLAS over one shared BLAS.
 enum class AccelKind : std::uint8_t { tri20, tri80, ellipsoid, box, tlas_tri20, tlas_tri80, tlas_sphere, tlas_box };
 constexpr auto enum_names(AccelKind) {
   return names_in_order<AccelKind>(
@@ -58,7 +58,7 @@ constexpr auto enum_names(PopTest) { return names_in_order<PopTest>({"on", "off"
 enum class AnyHit : std::uint8_t { immediate, delayed };
 constexpr auto enum_names(AnyHit) { return names_in_order<AnyHit>({"immediate", "delayed"}); }
 
-/// When blending tests a ray's transmittance for early termination: after each hit, or once a round, behind all its
+/// When blending tests a ray's transmittance for early termination: after each hit, or once per round, after all its
 /// hits.
 enum class ErtCheck : std::uint8_t { hit, round };
 constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "round"}); }

@@ -10,8 +10,8 @@
 
 namespace grtx::traces {
 
-/// Node types as stored in the node image (Xe encoding). Wide ones are those leaves of layout quantised whose Gaussian
-/// no code of 32 B holds: bit 2 on top of the kind.
+/// Node types as stored in the node image (Xe encoding). Wide leaves exist in layout quantised, for Gaussians that no
+/// code of 32 B can hold; bit 2 is then set on top of the kind.
 enum class NodeKind : std::uint8_t {
   internal = 0,
   instance = 1,
@@ -21,7 +21,7 @@ enum class NodeKind : std::uint8_t {
   wide_procedural = 7
 };
 constexpr bool is_wide(NodeKind kind) { return kind == NodeKind::wide_instance || kind == NodeKind::wide_procedural; }
-/// The kind of a leaf whatever its size.
+/// The kind of a leaf without its width.
 constexpr NodeKind without_width(NodeKind kind) {
   return is_wide(kind) ? static_cast<NodeKind>(static_cast<unsigned>(kind) & 3u) : kind;
 }
@@ -43,8 +43,8 @@ inline constexpr unsigned kTrianglesOfPatch = 4;  ///< most triangles of a trian
 // Layout compressed: every node is one unit of 64 B.
 inline constexpr std::uint64_t kCompressedBytes = kNodeUnit;
 
-// Layout quantised: instance and procedural leaves are one unit of 32 B; what else there is has 64 B: internal nodes
-// and triangles as in vulkan_sim, wide ellipsoids as in vulkan_sim, wide instances as in compressed.
+// Layout quantised: instance and procedural leaves are one unit of 32 B, all other nodes two: internal nodes, triangles
+// and wide ellipsoids as in vulkan_sim, wide instances as in compressed.
 inline constexpr std::uint64_t kQuantisedUnit = 32;
 inline constexpr unsigned kQuantisedWidth = 6;  ///< most children of an internal node
 
@@ -118,7 +118,7 @@ class NodeSizes {
   bool wide_leaves_;
 };
 
-/// Bytes of a Gaussian's spherical harmonics up to `degree`: three channels a coefficient, fp32 or, in layout
+/// Bytes of a Gaussian's spherical harmonics up to `degree`: three channels per coefficient, fp32 or, in layout
 /// quantised, fp16 in whole words.
 constexpr std::uint64_t sh_record_bytes(NodeLayout layout, unsigned degree) {
   const std::uint64_t values = 3ULL * (degree + 1) * (degree + 1);

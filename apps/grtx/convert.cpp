@@ -62,7 +62,7 @@ void add_convert(CLI::App& app, CommonOptions& common) {
       ->required();
   command->add_option("--lod", options->read.sog_lod, "Level of detail of a streamed SOG scene; 0: the finest");
   command->add_flag("--spz-raw-axes", options->read.spz_raw_axes,
-                    "The .spz that is read has the axes of a .ply, as splat-transform writes (default: off)");
+                    "An .spz input has the axes of a .ply, as splat-transform writes it (default: off)");
 }
 
 }  // namespace grtx::apps

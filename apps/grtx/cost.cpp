@@ -147,7 +147,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
              "Whether stack entries hold their t; a machine may choose another");
   command->add_flag("--objects", options->use.objects,
                     "Designs sw and grtx for scenes of several objects (default: off)");
-  add_choice(command, "--leaves", options->use.leaves, "What the primitive leaves are: of boxes, a shader tests them");
+  add_choice(command, "--leaves", options->use.leaves, "Kind of the primitive leaves; a shader tests boxes");
   add_choice(command, "--layout", options->use.layout,
              "Node image that the machine reads; a machine may choose another");
   command
@@ -172,10 +172,10 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_option("--eviction-entries", options->buffers.eviction_entries, "Entries of a ray's eviction buffer");
   command
       ->add_option("--checkpoint-copies", options->buffers.checkpoint_copies,
-                   "Checkpoint buffers a ray: source and destination")
+                   "Checkpoint buffers per ray: source and destination")
       ->check(in_range(1u, 2u));
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
-  command->add_flag("--items", options->items, "Also what each module is made of (default: off)");
+  command->add_flag("--items", options->items, "Also list the parts of each module (default: off)");
   command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)")->type_name(kOutputFile);
   command
       ->add_option("--stats", options->statistics,

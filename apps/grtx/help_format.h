@@ -7,7 +7,7 @@
 
 namespace grtx::apps {
 
-/// What follows an option's name: ` UINT:0 to 32=8 ... REQUIRED Needs: --a Excludes: --b`. CLI11 2.1 to 2.3 write
+/// The text behind an option's name: ` UINT:0 to 32=8 ... REQUIRED Needs: --a Excludes: --b`. CLI11 2.1 to 2.3 write
 /// defaults so, later versions in brackets.
 class HelpFormat final : public CLI::Formatter {
  public:

@@ -26,7 +26,7 @@ constexpr std::array<JsonForm, 20> kForms = {{
     {"reference", "grtx.reference/1", "the image and its size"},
     {"compare", "grtx.compare/1", "the differences"},
     {"trace-check", "grtx.trace_check/1", "the totals"},
-    {"trace-dump", "", "JSON Lines with every field, the file, then a line a warp"},
+    {"trace-dump", "", "JSON Lines with every field, the file, then a line per warp"},
     {"ray", "grtx.ray/1", "the page and what is on it"},
     {"sim", "grtx.stats/1", "what --stats writes"},
     {"machine", "grtx.machine/1", "every key and derived figure, with where it comes from"},

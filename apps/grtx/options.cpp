@@ -94,10 +94,11 @@ void add_flatten_option(CLI::App* command, bool& flatten) {
 
 void add_heatmap_option(CLI::App* command, std::vector<std::string>& texts, const std::vector<std::string>& names) {
   command
-      ->add_option("--heatmap", texts,
-                   fmt::format("NAME or NAME=F.png: picture of a number a pixel, and the raw values as F.exr; NAME is "
-                               "one of {}; may be repeated (default: none)",
-                               fmt::join(names, ", ")))
+      ->add_option(
+          "--heatmap", texts,
+          fmt::format("NAME or NAME=F.png: picture of a number per pixel, and the raw values as F.exr; NAME is "
+                      "one of {}; may be repeated (default: none)",
+                      fmt::join(names, ", ")))
       ->type_name(kOutputFile)
       ->allow_extra_args(false);
 }

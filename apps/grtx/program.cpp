@@ -72,7 +72,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
                                                 grtx::sim::kModelVersion, grtx::apps::kCommit, grtx::apps::kCompiler));
   CommonOptions common;
-  app.add_flag("--list-json", common.list_json, "Print what --json of each command gives, as Markdown");
+  app.add_flag("--list-json", common.list_json, "Describe the --json output of each command, as Markdown");
   grtx::apps::add_synth(app, common);
   grtx::apps::add_info(app, common);
   grtx::apps::add_convert(app, common);

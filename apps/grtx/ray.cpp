@@ -57,7 +57,7 @@ void add_ray(CLI::App& app, CommonOptions& common) {
   CLI::Option* pixel =
       command
           ->add_option("--pixel", options->plan.rays.pixel,
-                       "The ray of pixel X,Y, and those that glass and mirrors make of it (default: none)")
+                       "The ray of pixel X,Y, and its secondary rays from glass and mirrors (default: none)")
           ->delimiter(',')
           ->expected(2)
           ->type_name("X,Y");
@@ -85,7 +85,7 @@ void add_ray(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command
       ->add_option("--timeline", options->plan.timeline,
-                   "What 'grtx sim --timeline' wrote: a time axis (default: none)")
+                   "File of 'grtx sim --timeline', for a time axis (default: none)")
       ->type_name(kInputFile);
   command->add_option("-o,--output", options->output, "HTML file to write (no default)")
       ->type_name(kOutputFile)

@@ -171,11 +171,11 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
   options->mode_option = add_mode_option(command, options->mode, "Which events take time, as in grtx sim")
-                             ->default_str("cycle; of full frames windows, which a line says");
+                             ->default_str("cycle; windows for full frames, as a line then says");
   add_estimate_options(command, options->estimate);
   command->add_option(
       "--jobs", options->plan.jobs,
-      "Simulations at a time, each a process of its own; 0: one a core, while there is memory for each");
+      "Simulations at a time, each a process of its own; 0: one per core, while there is memory for each");
   command
       ->add_option("-o,--output", options->plan.output,
                    "Folder for results.json, report.html, image.png and the traces (no default)")

@@ -227,7 +227,7 @@ void add_selftest(CLI::App& app, CommonOptions& common) {
   CLI::App* command =
       make_command(app, common, "selftest", "Small runs against hashes and numbers on record; OK in under a minute",
                    [print, &common] { return selftest(*print, common.json, common.quiet); });
-  command->add_flag("--print", *print, "Print what this program gives in place of comparing it (default: off)");
+  command->add_flag("--print", *print, "Print this program's results instead of comparing them (default: off)");
 }
 
 }  // namespace grtx::apps

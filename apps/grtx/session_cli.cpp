@@ -17,7 +17,7 @@ void add_session_options(CLI::App* command, explore::SessionOptions& options) {
       ->type_name(kOutputFile);
   command->add_option("--launcher", options.launcher, "Processes of this machine, or a job array of Slurm")
       ->check(one_of({"local", "slurm"}));
-  command->add_option("--jobs", options.jobs, "Points at a time; 0: one a core, or as many as Slurm grants");
+  command->add_option("--jobs", options.jobs, "Points at a time; 0: one per core, or as many as Slurm grants");
   command->add_option("--sbatch", options.slurm_options,
                       "Further options for sbatch, in one text: \"-p long -A project\" (default: none)");
   command->add_option("--program", options.program, "The grtx that traces and simulates (default: this one)");

@@ -105,20 +105,24 @@ void check_estimate(const SimArguments& options) {
   }
 }
 
-int run_simulation(SimArguments options, const CommonOptions& common) {
+/// Prints the requested list of keys or statistics as Markdown. Returns false if none is requested.
+bool print_list(const SimArguments& options, const CommonOptions& common) {
   if (common.json && (options.list_config || options.list_statistics)) {
     throw Error("--json", "", "needs a trace: lists are Markdown");
   }
   if (options.list_config) {
     fmt::print("{}", sim::config_reference());
-    return 0;
+    return true;
   }
-  if (options.list_statistics) {
-    modules::StatisticList kinds = sim::statistic_kinds();
-    explore::describe_energy({}, {}, 0, kinds);
-    fmt::print("{}", sim::statistics_reference(kinds));
-    return 0;
-  }
+  if (!options.list_statistics) return false;
+  modules::StatisticList kinds = sim::statistic_kinds();
+  explore::describe_energy({}, {}, 0, kinds);
+  fmt::print("{}", sim::statistics_reference(kinds));
+  return true;
+}
+
+int run_simulation(SimArguments options, const CommonOptions& common) {
+  if (print_list(options, common)) return 0;
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");
   const sim::WindowOptions windows = estimate_options(options.estimate, options.mode);
   if (!options.machine.design.empty()) {
@@ -169,6 +173,40 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   return report_faults(result);
 }
 
+/// Options on the contents of caches and DRAM rows before and after the run.
+void add_warming_options(CLI::App* command, SimArguments& options) {
+  command
+      ->add_option("--warm", options.simulation.warm_trace,
+                   "Trace that runs before, to warm caches and DRAM rows (default: none)")
+      ->type_name(kInputFile);
+  command
+      ->add_option("--save-state", options.simulation.save_state,
+                   "File to write, with the contents of caches and DRAM rows after the run (default: none)")
+      ->type_name(kOutputFile);
+  command
+      ->add_option("--warm-state", options.simulation.warm_state,
+                   "File of --save-state from which the run begins, in place of --warm (default: none)")
+      ->type_name(kInputFile);
+}
+
+/// Options of waveform, timeline and heat map.
+void add_observation_options(CLI::App* command, SimArguments& options) {
+  command->add_option("--vcd", options.simulation.waveform.path, "Waveform to write (default: none)")
+      ->type_name(kOutputFile);
+  command->add_option(
+      "--vcd-scope", options.simulation.waveform.scope,
+      "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
+  command->add_option("--vcd-window", options.window, "Core cycles A:B in the waveform (default: all)");
+  add_choice(command, "--vcd-level", options.simulation.waveform.level,
+             "units: their state and levels; signals: also warps, slots, links");
+  command
+      ->add_option("--timeline", options.simulation.timeline.path,
+                   "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)")
+      ->type_name(kOutputFile);
+  command->add_option("--timeline-window", options.timeline_window, "Core cycles A:B in the timeline (default: all)");
+  add_heatmap_option(command, options.heatmaps, {"cycles"});
+}
+
 }  // namespace
 
 void add_sim(CLI::App& app, CommonOptions& common) {
@@ -193,7 +231,7 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                     "Refuse a trace that was not made with the machine's tracer options (default: off)");
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);
-  add_mode_option(command, options->mode, "What is simulated: all warps, or (whole frames) windows of them");
+  add_mode_option(command, options->mode, "Warps to simulate: all, or (whole frames) windows of them");
   add_estimate_options(command, options->estimate);
   const auto gone = [](const std::string&) {
     throw Error("sim", "--threads",
@@ -201,32 +239,8 @@ void add_sim(CLI::App& app, CommonOptions& common) {
                 "runs several side by side");
   };
   command->add_option_function<std::string>("--threads", gone)->group("");
-  command
-      ->add_option("--warm", options->simulation.warm_trace,
-                   "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")
-      ->type_name(kInputFile);
-  command
-      ->add_option("--save-state", options->simulation.save_state,
-                   "File to write, of what the run leaves in caches and DRAM rows (default: none)")
-      ->type_name(kOutputFile);
-  command
-      ->add_option("--warm-state", options->simulation.warm_state,
-                   "File of --save-state from which the run begins, in place of --warm (default: none)")
-      ->type_name(kInputFile);
-  command->add_option("--vcd", options->simulation.waveform.path, "Waveform to write (default: none)")
-      ->type_name(kOutputFile);
-  command->add_option(
-      "--vcd-scope", options->simulation.waveform.scope,
-      "Shell patterns, separated by commas, of the signals or scopes in the waveform: sm0.rt*,l2_slice0");
-  command->add_option("--vcd-window", options->window, "Core cycles A:B in the waveform (default: all)");
-  add_choice(command, "--vcd-level", options->simulation.waveform.level,
-             "units: their state and levels; signals: also warps, slots, links");
-  command
-      ->add_option("--timeline", options->simulation.timeline.path,
-                   "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)")
-      ->type_name(kOutputFile);
-  command->add_option("--timeline-window", options->timeline_window, "Core cycles A:B in the timeline (default: all)");
-  add_heatmap_option(command, options->heatmaps, {"cycles"});
+  add_warming_options(command, *options);
+  add_observation_options(command, *options);
   command
       ->add_option("--watchdog", options->simulation.watchdog_cycles,
                    "Cycles without progress, or anything scheduled for later, that count as deadlock")

@@ -167,7 +167,7 @@ class PointList {
     std::vector<explore::StoredPoint*> points;
     for (explore::StoredPoint& point : told_) points.push_back(&point);
     for (explore::StoredPoint& point : earlier_) points.push_back(&point);
-    explore::tell_apart(points);
+    explore::add_distinguishing_inputs(points);
   }
 
   const explore::SweepPoints& all_;

@@ -108,7 +108,7 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   sim::print_notes({{"trace", experiment::view_notes(traced, options.tracer)}});
   if (!common.quiet && !common.json) {
     const auto& c = result.counters;
-    say("{}: {} rays, {} rounds, {:.1f} visits a ray, {} blended, {:.1f} B a Gaussian, {:.3g} Mvisits/s{}",
+    say("{}: {} rays, {} rounds, {:.1f} visits per ray, {} blended, {:.1f} B per Gaussian, {:.3g} Mvisits/s{}",
         options.accel, c.rays, c.rounds,
         static_cast<double>(c.visits()) / static_cast<double>(std::max<std::uint64_t>(1, c.rays)), c.blended,
         static_cast<double>(scene.structure().image.size()) /
@@ -143,7 +143,7 @@ void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::S
   command->add_option("-o,--output", options->output, "Trace file to write (default: none)")->type_name(kOutputFile);
   command
       ->add_option("--image", options->image,
-                   "Image to write: .png, .exr or .pfm; of a sequence one a frame, NAME_0.png on (default: none)")
+                   "Image to write: .png, .exr or .pfm; of a sequence one per frame, NAME_0.png on (default: none)")
       ->type_name(kOutputFile);
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with a command line, in the program's words.
+// Error messages for invalid command lines.
 #pragma once
 
 #include <CLI/CLI.hpp>

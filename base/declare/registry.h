@@ -43,8 +43,8 @@ class Registry {
     if (found == entries_.end()) throw Error("configuration", key_, unknown_name(name, names()));
     return found->thing;
   }
-  /// What the factory of that name makes, where things are factories. Throws Error for an unknown name and if it makes
-  /// nothing.
+  /// Makes a thing by the factory of that name, where things are factories. Throws Error for an unknown name and if the
+  /// factory makes nothing.
   template <typename... Arguments>
   auto make(std::string_view name, Arguments&&... arguments) const {
     const Thing& factory = at(name);

@@ -157,7 +157,7 @@ std::string cost_text(const MachineCost& cost, unsigned depth, bool items) {
     for (const auto& field : cost.storage.fields) out += fmt::format("  {:<24}{:>8} bits\n", field.name, field.bits);
     out += fmt::format("  {:<24}{:>8} B = {}\n", "total", cost.storage.bytes(), human_bytes(cost.storage.bytes()));
     out += wrapped(fmt::format(
-               "Buffers in global memory: {} B a ray, {} for {} SMs ({} checkpoint entries x{}, {} evictions)",
+               "Buffers in global memory: {} B per ray, {} for {} SMs ({} checkpoint entries x{}, {} evictions)",
                cost.buffers.bytes_per_ray(), human_bytes(cost.buffers.bytes()), cost.buffers.sms,
                cost.buffers.checkpoint_entries, cost.buffers.checkpoint_copies, cost.buffers.eviction_entries)) +
            "\n";

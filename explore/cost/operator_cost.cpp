@@ -84,7 +84,7 @@ const std::vector<OperatorCost>& operator_costs() {
        0.45,
        "Yosys/Nangate45: line coalescer of 32 lanes",
        'B'},
-      {"mux", 32, true, {48, 64, 80}, 0, {0.02, 0.05, 0.1}, 0.2, "2 GE a bit", 'C'},
+      {"mux", 32, true, {48, 64, 80}, 0, {0.02, 0.05, 0.1}, 0.2, "2 GE per bit", 'C'},
       // Age matrix of n entries: 564 GE at 8, 9,256 at 32 with its n^2 flip-flops; 3.1 GE a cell is logic.
       {"arbiter", 8, true, {50, 100, 200}, 0, {0.1, 0.2, 0.4}, 0.45, "Yosys/Nangate45: age matrix", 'B'},
   };

@@ -23,7 +23,7 @@ struct EnergyPart {
   std::string name;    ///< e.g. rt.ray_box, l1, dram, leakage
   double actions = 0;  ///< number of actions
   Range nanojoules;
-  std::string basis;  ///< what an action is
+  std::string basis;  ///< meaning of an action
 };
 
 /// Returns the value of a run's statistic, by name (docs of `grtx sim`); nullopt if the run does not have it.

@@ -107,9 +107,9 @@ class Nsga2::Engine {
   Engine(const SearchSpace& space, unsigned seed, unsigned population, std::size_t costs,
          const std::vector<Choices>& first, Evaluate evaluate)
       : space_(space),
-        evaluate_([this, asked = std::move(evaluate)](const std::vector<Choices>& designs) {
+        evaluate_([this, evaluate_designs = std::move(evaluate)](const std::vector<Choices>& designs) {
           seen_.insert(designs.begin(), designs.end());
-          return asked(designs);
+          return evaluate_designs(designs);
         }),
         problem_(space_, costs, &evaluate_),
         random_(seed),
@@ -134,28 +134,28 @@ class Nsga2::Engine {
   void step() {
     const bool idle = seen_.size() == seen_before_;
     seen_before_ = seen_.size();
-    const std::size_t unlucky = idle ? random_() % population_.size() : population_.size();
-    std::set<Choices> here, drawn = seen_;
+    const std::size_t replaced = idle ? random_() % population_.size() : population_.size();
+    std::set<Choices> present, drawn = seen_;
     std::vector<std::size_t> places;
-    std::vector<Choices> fresh;
+    std::vector<Choices> replacements;
     for (std::size_t i = 0; i < population_.size(); ++i) {
-      const bool is_copy = !here.insert(problem_.decode(population_.get_x()[i].data())).second;
-      if (!is_copy && i != unlucky) continue;
+      const bool is_duplicate = !present.insert(problem_.decode(population_.get_x()[i].data())).second;
+      if (!is_duplicate && i != replaced) continue;
       Choices design = draw(drawn);
       if (!drawn.insert(design).second) continue;
       places.push_back(i);
-      fresh.push_back(std::move(design));
+      replacements.push_back(std::move(design));
     }
-    if (!fresh.empty()) {
-      const auto costs = problem_.evaluate(fresh);
-      for (std::size_t i = 0; i < fresh.size(); ++i) {
-        population_.set_xf(places[i], problem_.encode(fresh[i]), costs[i]);
+    if (!replacements.empty()) {
+      const auto costs = problem_.evaluate(replacements);
+      for (std::size_t i = 0; i < replacements.size(); ++i) {
+        population_.set_xf(places[i], problem_.encode(replacements[i]), costs[i]);
       }
     }
     population_ = algorithm_.evolve(population_);
   }
 
-  std::size_t looked_at() const { return seen_.size(); }
+  std::size_t evaluated_count() const { return seen_.size(); }
 
  private:
   /// Draws a random design that is not in `known`, or any design if none is found.
@@ -189,6 +189,6 @@ Nsga2::~Nsga2() = default;
 
 void Nsga2::step() { engine_->step(); }
 
-std::size_t Nsga2::looked_at() const { return engine_->looked_at(); }
+std::size_t Nsga2::evaluated_count() const { return engine_->evaluated_count(); }
 
 }  // namespace grtx::explore

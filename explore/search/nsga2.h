@@ -43,7 +43,7 @@ class Nsga2 {
   /// new design.
   void step();
   /// Number of different designs evaluated so far.
-  std::size_t looked_at() const;
+  std::size_t evaluated_count() const;
 
  private:
   class Engine;

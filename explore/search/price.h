@@ -12,10 +12,10 @@ namespace grtx::explore {
 class Prices {
  public:
   /// The cost.* values of a point's machine, by name. Each different machine is elaborated once, in a child process.
-  const std::map<std::string, double>& of(const SweepPoint& point);
+  const std::map<std::string, double>& costs(const SweepPoint& point);
 
  private:
-  std::map<std::string, std::map<std::string, double>> known_;  ///< by all inputs of the machine
+  std::map<std::string, std::map<std::string, double>> costs_;  ///< by all inputs of the machine
 };
 
 }  // namespace grtx::explore

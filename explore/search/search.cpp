@@ -20,9 +20,9 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Costs of designs that break a constraint: above all ratios, ordered by the violation (Deb's constrained domination).
-constexpr double kRefused = 1e6;
+constexpr double kRefusedCost = 1e6;
 /// Costs of designs that do not run.
-constexpr double kUseless = 1e12;
+constexpr double kFailedCost = 1e12;
 constexpr unsigned kIdleGenerations = 50;  ///< generations without a new design that end the search
 
 struct Candidate {
@@ -85,10 +85,10 @@ class Search {
 
   ordered_json run() {
     screening_.judge({}, "reference");  // checks the names of values before simulating candidates
-    breed();
+    screen();
     confirm();
     evaluate();
-    if (plan_.path) walk();
+    if (plan_.path) find_path();
     return result();
   }
 
@@ -117,7 +117,7 @@ class Search {
   std::vector<std::vector<double>> costs_of(const std::vector<Choices>& designs) {
     std::vector<Coordinates> unknown;
     for (const Choices& choices : designs) {
-      if (!place_.emplace(choices, candidates_.size()).second) continue;
+      if (!index_.emplace(choices, candidates_.size()).second) continue;
       Candidate candidate;
       candidate.choices = choices;
       candidate.coordinates = coordinates_of(choices);
@@ -131,26 +131,26 @@ class Search {
     }
     std::vector<std::vector<double>> costs;
     for (const Choices& choices : designs) {
-      const Verdict& verdict = candidates_[place_.at(choices)].screened;
+      const Verdict& verdict = candidates_[index_.at(choices)].screened;
       switch (verdict.kind) {
         case Verdict::Kind::measured:
           costs.push_back(verdict.ratios);
           break;
         case Verdict::Kind::refused:
-          costs.emplace_back(plan_.objectives.size(), kRefused * (1.0 + verdict.excess));
+          costs.emplace_back(plan_.objectives.size(), kRefusedCost * (1.0 + verdict.excess));
           break;
         default:
-          costs.emplace_back(plan_.objectives.size(), kUseless);
+          costs.emplace_back(plan_.objectives.size(), kFailedCost);
       }
     }
     return costs;
   }
 
-  void breed() {
+  void screen() {
     Nsga2 nsga2(space_, plan_.seed, plan_.population, plan_.objectives.size(), first(),
                 [this](const std::vector<Choices>& designs) { return costs_of(designs); });
     for (unsigned idle = 0; idle < kIdleGenerations;) {
-      const std::size_t before = nsga2.looked_at();
+      const std::size_t before = nsga2.evaluated_count();
       if (!quiet_) {
         fmt::print(stderr, "generation {}: {} candidates, {} on the front\n", generation_, before, front().size());
       }
@@ -159,7 +159,7 @@ class Search {
       if (static_cast<double>(before) >= space_.size()) break;
       ++generation_;
       nsga2.step();
-      idle = nsga2.looked_at() == before ? idle + 1 : 0;
+      idle = nsga2.evaluated_count() == before ? idle + 1 : 0;
     }
   }
 
@@ -168,16 +168,16 @@ class Search {
     std::vector<std::size_t> list;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       if (candidates_[i].screened.kind != Verdict::Kind::measured) continue;
-      const std::vector<double>& mine = candidates_[i].screened.ratios;
-      bool beaten = false;
-      for (std::size_t o = 0; o < candidates_.size() && !beaten; ++o) {
+      const std::vector<double>& ratios = candidates_[i].screened.ratios;
+      bool dominated = false;
+      for (std::size_t o = 0; o < candidates_.size() && !dominated; ++o) {
         if (candidates_[o].screened.kind != Verdict::Kind::measured) continue;
         std::vector<double> other = candidates_[o].screened.ratios;
-        beaten = o < i && other == mine;
+        dominated = o < i && other == ratios;
         for (double& ratio : other) ratio *= 1.0 + plan_.margin;
-        beaten = beaten || dominates(other, mine);
+        dominated = dominated || dominates(other, ratios);
       }
-      if (!beaten) list.push_back(i);
+      if (!dominated) list.push_back(i);
     }
     return list;
   }
@@ -212,33 +212,33 @@ class Search {
   }
 
   /// Greedy path from the reference to the best design: the most beneficial change first.
-  void walk() {
+  void find_path() {
     if (front_.empty()) return;
     const Coordinates& best = candidates_[front_.front()].coordinates;
-    std::vector<std::string> left;
+    std::vector<std::string> remaining;
     for (const auto& [key, value] : best) {
       const SweepValue* before = value_of(plan_.reference, key);
-      if (before == nullptr || *before != value) left.push_back(key);
+      if (before == nullptr || *before != value) remaining.push_back(key);
     }
-    Coordinates here = plan_.reference;
-    while (!left.empty()) {
+    Coordinates current = plan_.reference;
+    while (!remaining.empty()) {
       std::vector<Coordinates> designs;
-      for (const std::string& key : left) designs.push_back(with(here, best, key));
-      const std::vector<Verdict> verdicts =
-          confirming_.judge(designs, fmt::format("path, {} changes left", left.size()), Stage::Dear::simulated);
-      std::size_t chosen = left.size();
-      for (std::size_t i = 0; i < left.size(); ++i) {
+      for (const std::string& key : remaining) designs.push_back(with(current, best, key));
+      const std::vector<Verdict> verdicts = confirming_.judge(
+          designs, fmt::format("path, {} changes left", remaining.size()), Stage::CostlyDesigns::simulate);
+      std::size_t chosen = remaining.size();
+      for (std::size_t i = 0; i < remaining.size(); ++i) {
         if (verdicts[i].ratios.empty()) continue;
-        if (chosen == left.size() || verdicts[i].ratios < verdicts[chosen].ratios) chosen = i;
+        if (chosen == remaining.size() || verdicts[i].ratios < verdicts[chosen].ratios) chosen = i;
       }
-      const bool stuck = chosen == left.size();  // no change runs alone: the first is combined with the next
-      if (stuck) chosen = 0;
-      const std::string key = left[chosen];
-      const SweepValue* before = value_of(here, key);
+      const bool none_runs = chosen == remaining.size();  // no change runs alone: the first is combined with the next
+      if (none_runs) chosen = 0;
+      const std::string key = remaining[chosen];
+      const SweepValue* before = value_of(current, key);
       path_.push_back(
-          {key, before == nullptr ? ordered_json() : *before, *value_of(best, key), verdicts[chosen], stuck});
-      here = designs[chosen];
-      left.erase(left.begin() + static_cast<std::ptrdiff_t>(chosen));
+          {key, before == nullptr ? ordered_json() : *before, *value_of(best, key), verdicts[chosen], none_runs});
+      current = designs[chosen];
+      remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(chosen));
     }
   }
 
@@ -351,7 +351,7 @@ class Search {
     return {
         {"schema", "grtx.search/1"},
         {"program", program_version()},
-        {"machine", plan_.common.on.name},
+        {"machine", plan_.common.base_machine.name},
         {"seed", plan_.seed},
         {"population", plan_.population},
         {"margin", plan_.margin},
@@ -379,7 +379,7 @@ class Search {
   SearchSpace space_;
   unsigned generation_ = 0;
   std::vector<Candidate> candidates_;  ///< in order of evaluation
-  std::map<Choices, std::size_t> place_;
+  std::map<Choices, std::size_t> index_;
   std::vector<std::size_t> front_;  ///< indices of confirmed candidates, sorted by the first objective
   std::vector<Step> path_;
 };

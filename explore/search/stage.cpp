@@ -70,11 +70,11 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
       maker_(plan_, tracer, program_version()),
       reference_(make(search.reference)) {
   assert(!reference_.empty());  // every stage has a scene
-  if (const Verdict verdict = look(reference_); verdict.kind == Verdict::Kind::broken) {
+  if (const Verdict verdict = check_costs(reference_); verdict.kind == Verdict::Kind::broken) {
     throw Error(plan_.path, search_.reference_place, "reference: " + verdict.reason);
   }
   std::vector<std::string> costs;
-  for (const auto& [name, value] : prices_.of(reference_.front().point)) costs.push_back(name);
+  for (const auto& [name, value] : prices_.costs(reference_.front().point)) costs.push_back(name);
   for (const SearchObjective& objective : search_.objectives) {
     if (is_cost(objective.value)) check_name(objective.value, objective.place, costs);
   }
@@ -83,10 +83,10 @@ Stage::Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer
   }
 }
 
-Stage::Made Stage::make(const Coordinates& design) {
-  Made made;
-  const std::string standard = plan_.designs.empty() ? "" : plan_.designs.front();
-  for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, standard, design));
+Stage::DesignPoints Stage::make(const Coordinates& design) {
+  DesignPoints made;
+  const std::string default_design = plan_.designs.empty() ? "" : plan_.designs.front();
+  for (const PointMaker::Place& place : maker_.places()) made.push_back(maker_.make(place, default_design, design));
   return made;
 }
 
@@ -96,10 +96,10 @@ void Stage::check_name(const std::string& name, const std::string& place, const 
               fmt::format("unknown value '{}', the nearest is '{}'", name, nearest_name(name, known)));
 }
 
-Verdict Stage::look(const Made& design) {
+Verdict Stage::check_costs(const DesignPoints& design) {
   Verdict verdict;
   const SweepPoint& first = design.front().point;
-  for (const PointMaker::Made& made : design) {
+  for (const PointMaker::TracedPoint& made : design) {
     if (verdict.reason.empty()) verdict.reason = made.point.broken;
   }
   if (verdict.reason.empty()) {
@@ -115,8 +115,8 @@ Verdict Stage::look(const Made& design) {
   }
   for (const SearchConstraint& constraint : search_.constraints) {
     if (!is_cost(constraint.value)) continue;
-    const auto price = [&](const Made& of) {
-      const auto& prices = prices_.of(of.front().point);
+    const auto price = [&](const DesignPoints& priced) {
+      const auto& prices = prices_.costs(priced.front().point);
       const auto found = prices.find(constraint.value);
       return std::vector<double>{found == prices.end() ? 0.0 : found->second};
     };
@@ -140,38 +140,40 @@ void Stage::apply(const SearchConstraint& constraint, const std::vector<double>&
   verdict.excess += constraint.bound == 0.0 ? std::fabs(value) : std::fabs(value / constraint.bound - 1.0);
 }
 
-std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const std::string& what, Dear dear) {
-  const auto runs = [&](const Verdict& look) {
-    return look.kind == Verdict::Kind::measured || (look.kind == Verdict::Kind::refused && dear == Dear::simulated);
+std::vector<Verdict> Stage::judge(const std::vector<Coordinates>& designs, const std::string& what,
+                                  CostlyDesigns costly) {
+  const auto is_simulated = [&](const Verdict& verdict) {
+    return verdict.kind == Verdict::Kind::measured ||
+           (verdict.kind == Verdict::Kind::refused && costly == CostlyDesigns::simulate);
   };
   SweepPoints batch;
   std::set<std::string> traces;
-  const auto run = [&](const Made& design) {
-    for (const PointMaker::Made& made : design) {
-      if (!asked_.insert(made.point.key).second) continue;
+  const auto run = [&](const DesignPoints& design) {
+    for (const PointMaker::TracedPoint& made : design) {
+      if (!requested_.insert(made.point.key).second) continue;
       if (traces.insert(made.trace->key).second) batch.traces.push_back(made.trace);
       batch.points.push_back(made.point);
     }
   };
   run(reference_);
-  std::vector<Made> all;
+  std::vector<DesignPoints> all;
   std::vector<Verdict> verdicts;
   for (const Coordinates& design : designs) {
     all.push_back(make(design));
-    verdicts.push_back(look(all.back()));
-    if (runs(verdicts.back())) run(all.back());
+    verdicts.push_back(check_costs(all.back()));
+    if (is_simulated(verdicts.back())) run(all.back());
   }
   if (!batch.points.empty()) session_.run(batch, what);
   if (reference_values_.empty()) read_reference();
   for (std::size_t i = 0; i < designs.size(); ++i) {
-    if (runs(verdicts[i])) verdicts[i] = measure(all[i]);
+    if (is_simulated(verdicts[i])) verdicts[i] = measure(all[i]);
   }
   return verdicts;
 }
 
 void Stage::read_reference() {
   SweepDatabase& database = session_.database();
-  for (const PointMaker::Made& made : reference_) {
+  for (const PointMaker::TracedPoint& made : reference_) {
     const std::string& key = made.point.key;
     if (const std::string status = database.status_of_point(key); status != "done") {
       throw Error(plan_.path, search_.reference_place,
@@ -195,10 +197,10 @@ void Stage::read_reference() {
   }
 }
 
-Verdict Stage::measure(const Made& design) const {
+Verdict Stage::measure(const DesignPoints& design) const {
   Verdict verdict;
   SweepDatabase& database = session_.database();
-  for (const PointMaker::Made& made : design) {
+  for (const PointMaker::TracedPoint& made : design) {
     const std::string status = database.status_of_point(made.point.key);
     if (status == "done") continue;
     const std::string reason = database.reason_of_point(made.point.key);
@@ -213,7 +215,7 @@ Verdict Stage::measure(const Made& design) const {
   }
   const auto values = [&](const std::string& name) {
     std::vector<double> list;
-    for (const PointMaker::Made& made : design) list.push_back(database.value(made.point.key, name));
+    for (const PointMaker::TracedPoint& made : design) list.push_back(database.value(made.point.key, name));
     return list;
   };
   try {

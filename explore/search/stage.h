@@ -47,11 +47,14 @@ class Stage {
   /// constraint names an unknown cost.
   Stage(SweepPlan plan, const SearchPlan& search, const TracerRules& tracer, SweepSession& session, Prices& prices);
 
-  enum class Dear : std::uint8_t { spared, simulated };  ///< whether to simulate designs whose cost breaks a constraint
+  enum class CostlyDesigns : std::uint8_t {
+    skip,
+    simulate
+  };  ///< whether to simulate designs whose cost breaks a constraint
   /// Judges a batch of designs: runs those not in the database; the first batch also runs the reference. what: label of
   /// the progress bar. Throws Error if the reference did not run, or lacks a value of an objective or constraint.
   std::vector<Verdict> judge(const std::vector<Coordinates>& designs, const std::string& what,
-                             Dear dear = Dear::spared);
+                             CostlyDesigns costly = CostlyDesigns::skip);
 
   /// The objectives of the reference at a view.
   struct View {
@@ -62,17 +65,17 @@ class Stage {
   /// Valid after the first judge().
   std::vector<View> reference() const;
   /// Number of different points requested.
-  std::size_t points() const { return asked_.size(); }
+  std::size_t points() const { return requested_.size(); }
 
  private:
-  using Made = std::vector<PointMaker::Made>;  ///< a design's points, one per place (scene and view)
-  Made make(const Coordinates& design);
+  using DesignPoints = std::vector<PointMaker::TracedPoint>;  ///< a design's points, one per place (scene and view)
+  DesignPoints make(const Coordinates& design);
   void check_name(const std::string& name, const std::string& place, const std::vector<std::string>& known) const;
   void read_reference();
   /// Checks without simulating: whether the design is broken, and the constraints on costs.
-  Verdict look(const Made& design);
+  Verdict check_costs(const DesignPoints& design);
   /// Verdict of a simulated design: its failure, or else ratios and constraints.
-  Verdict measure(const Made& design) const;
+  Verdict measure(const DesignPoints& design) const;
   /// values: one per place.
   void apply(const SearchConstraint& constraint, const std::vector<double>& values,
              const std::vector<double>& reference, Verdict& verdict) const;
@@ -82,9 +85,9 @@ class Stage {
   SweepSession& session_;
   Prices& prices_;
   PointMaker maker_;
-  Made reference_;
+  DesignPoints reference_;
   std::map<std::string, std::vector<double>> reference_values_;  ///< by name of objective or constraint, one per place
-  std::set<std::string> asked_;                                  ///< keys of points
+  std::set<std::string> requested_;                              ///< keys of points
 };
 
 }  // namespace grtx::explore

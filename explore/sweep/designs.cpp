@@ -80,8 +80,8 @@ unsigned k_of(const Design& design, const std::string& text) {
 
 Design::Texts keys_for(const Design& design, unsigned k) {
   Design::Texts keys = design.keys;
-  if (design.words_a_hit != 0) {
-    keys.emplace_back("simt.payload_registers", std::to_string(std::min(design.words_a_hit * k, 255U)));
+  if (design.registers_per_hit != 0) {
+    keys.emplace_back("simt.payload_registers", std::to_string(std::min(design.registers_per_hit * k, 255U)));
   }
   return keys;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The named designs, which are compared: each is a structure, options of the tracer, and configuration keys of its own.
-// The machine is the configuration that all compared designs share.
+// The named designs, which are compared. Each has a structure, tracer options, and configuration keys of its own; the
+// machine is the configuration that all compared designs share.
 #pragma once
 
 #include <map>
@@ -19,10 +19,10 @@ struct Design {
   std::string name;
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
-  Texts tracer;              ///< options of the tracer, by name with _ for -
-  Texts keys;                ///< configuration keys, but for registers of heaps
-  unsigned words_a_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
-  bool if_named = false;     ///< compared only when it is asked for by name
+  Texts tracer;                    ///< options of the tracer, by name with _ for -
+  Texts keys;                      ///< configuration keys, but for registers of heaps
+  unsigned registers_per_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
+  bool only_if_named = false;      ///< compared only when it is asked for by name
 };
 
 /// What plans call a design among what they vary.
@@ -35,11 +35,11 @@ const std::vector<Design>& designs();
 const std::vector<std::string>& design_names();
 /// Throws Error for an unknown name.
 const Design& design_of(std::string_view name);
-/// Options of the tracer for a design, by name with _ for -: those of the machine, over them the design's, over them
-/// those that the user names.
+/// Tracer options for a design, by name with _ for -: the machine's, overridden by the design's, overridden by those
+/// that the user sets.
 std::map<std::string, std::string> tracer_of(const Design& design, std::map<std::string, std::string> machine,
                                              const std::map<std::string, std::string>& named);
-/// The k that this text gives; the design's own, or 0 if it has none, where it gives none.
+/// The k in this text; if it holds none, the design's own k, or 0 if the design has none.
 unsigned k_of(const Design& design, const std::string& text = "");
 /// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.
 Design::Texts keys_for(const Design& design, unsigned k);

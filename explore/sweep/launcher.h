@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grtx/explore/sweep/own_folder.h"
+#include "grtx/explore/sweep/marked_folder.h"
 #include "grtx/explore/sweep/program_run.h"
 #include "grtx/explore/sweep/task.h"
 
@@ -44,7 +44,7 @@ class WorkFolder {
   void remove() const { folder_.remove(); }
 
  private:
-  OwnFolder folder_;
+  MarkedFolder folder_;
 };
 
 class Launcher {

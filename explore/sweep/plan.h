@@ -46,10 +46,10 @@ struct SweepPlan {
   std::vector<std::string> designs = {"grtx"};  ///< empty if tracer.accel or tracer.checkpoint is set
   std::string mode = "cycle";
   std::string confirm;                        ///< mode for simulating the front again; "" for none
-  NamedMachine on;                            ///< base machine, overridden by `base`
+  NamedMachine base_machine;                  ///< base machine, overridden by `base`
   std::string base;                           ///< configuration file; "" for the machine alone
   sim::GpuConfig machine;                     ///< machine and configuration file combined
-  sim::RivalKeys rivals;                      ///< what they name
+  sim::RivalKeys rivals;                      ///< keys of the memory clock that they set
   std::map<std::string, std::string> tracer;  ///< their tracer options, by name with _ for -; a design's lie over them
   Coordinates settings;                       ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;

@@ -40,7 +40,7 @@ class PointConfigs {
  public:
   using Settings = std::vector<std::pair<std::string, std::string>>;
 
-  /// rivals: what the base was made of.
+  /// rivals: keys of the memory clock that the base sets.
   explicit PointConfigs(const sim::GpuConfig& base, const sim::RivalKeys& rivals = {});
   /// The base with these keys set; the last setting of a key counts. If no such machine can exist and `broken` is
   /// empty, sets it to the reason. Throws Error for an unknown key or invalid value.

@@ -146,16 +146,16 @@ SweepTrace PointMaker::Scene::trace(unsigned view, const Structure& structure,
 }
 
 /// Inputs of a trace; key of the cache.
-struct PointMaker::Asked {
+struct PointMaker::TraceRequest {
   std::size_t scene = 0;
   unsigned view = 0;
   std::string accel;
   bool checkpoint = false;
   std::map<std::string, std::string> options;
-  auto operator<=>(const Asked&) const = default;
+  auto operator<=>(const TraceRequest&) const = default;
 };
 
-struct PointMaker::Traced {
+struct PointMaker::ResolvedTrace {
   std::shared_ptr<const SweepTrace> trace;
   std::string broken;
   sim::MachineUse use;
@@ -166,7 +166,7 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
       tracer_(tracer),
       program_(std::move(program)),
       configs_(plan.machine, plan.rivals),
-      asked_(std::make_unique<std::map<Asked, Traced>>()) {
+      resolved_(std::make_unique<std::map<TraceRequest, ResolvedTrace>>()) {
   for (const PlanScene& scene : plan.scenes) {
     for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
     scenes_.emplace_back(scene, tracer, program_);
@@ -175,18 +175,18 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
 
 PointMaker::~PointMaker() = default;
 
-const PointMaker::Traced& PointMaker::traced(Asked asked) {
-  const auto found = asked_->find(asked);
-  if (found != asked_->end()) return found->second;
-  const Structure structure{asked.accel, asked.checkpoint};
-  Traced made;
+const PointMaker::ResolvedTrace& PointMaker::traced(TraceRequest request) {
+  const auto found = resolved_->find(request);
+  if (found != resolved_->end()) return found->second;
+  const Structure structure{request.accel, request.checkpoint};
+  ResolvedTrace made;
   made.trace = std::make_shared<SweepTrace>(
-      scenes_.at(asked.scene).trace(asked.view, structure, asked.options, tracer_, program_, made.broken));
-  made.use = machine_use(structure, made.trace->options.at("tracer"), scenes_.at(asked.scene).input.several_objects);
-  return asked_->emplace(std::move(asked), std::move(made)).first->second;
+      scenes_.at(request.scene).trace(request.view, structure, request.options, tracer_, program_, made.broken));
+  made.use = machine_use(structure, made.trace->options.at("tracer"), scenes_.at(request.scene).input.several_objects);
+  return resolved_->emplace(std::move(request), std::move(made)).first->second;
 }
 
-PointMaker::Made PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
+PointMaker::TracedPoint PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
   const Design* from = design.empty() ? nullptr : &design_of(design);
   for (const auto& [name, value] : varied) {
     if (name == kDesign) from = &design_of(text_of(value));
@@ -216,15 +216,16 @@ PointMaker::Made PointMaker::make(const Place& place, const std::string& design,
   }
 
   const Scene& scene = scenes_.at(place.scene);
-  Made made;
+  TracedPoint made;
   SweepPoint& point = made.point;
   point.design = design_name(structure, from);
-  const Traced& known = traced({place.scene, place.view, structure.accel, structure.checkpoint, std::move(options)});
+  const ResolvedTrace& known =
+      traced({place.scene, place.view, structure.accel, structure.checkpoint, std::move(options)});
   made.trace = known.trace;
   point.broken = known.broken;
   point.use = known.use;
   point.trace_key = made.trace->key;
-  point.machine = plan_.on.name;
+  point.machine = plan_.base_machine.name;
   point.mode = plan_.mode;
   point.scene = scene.plan->name;
   point.coordinates = ordered_json::object();
@@ -243,7 +244,7 @@ SweepPoints expand(const SweepPlan& plan, const TracerRules& tracer, const std::
   for (const PointMaker::Place& place : maker.places()) {
     for (const std::string& design : designs) {
       for (const Coordinates& varied : plan.points) {
-        PointMaker::Made made = maker.make(place, design, varied);
+        PointMaker::TracedPoint made = maker.make(place, design, varied);
         if (traces.insert(made.trace->key).second) all.traces.push_back(std::move(made.trace));
         if (points.insert(made.point.key).second) all.points.push_back(std::move(made.point));
       }

@@ -32,7 +32,7 @@ struct SweepPoint {
   std::string mode;
   std::string scene;
   std::string design;
-  nlohmann::ordered_json coordinates;  ///< what the plan varies at this point
+  nlohmann::ordered_json coordinates;  ///< values that the plan varies, at this point
   PointConfig config;
   sim::MachineUse use;  ///< units that the machine needs, for its cost
   std::string broken;   ///< why it cannot run; "" if it can
@@ -51,7 +51,7 @@ class PointMaker {
     std::size_t scene = 0;  ///< index in the plan
     unsigned view = 0;
   };
-  struct Made {
+  struct TracedPoint {
     std::shared_ptr<const SweepTrace> trace;  ///< shared by all points that use it
     SweepPoint point;
   };
@@ -66,13 +66,13 @@ class PointMaker {
   const std::vector<Place>& places() const { return places_; }
   /// design: "" if tracer.accel and tracer.checkpoint define it. varied: settings of this point in addition to the
   /// plan's; an entry "design" overrides `design`.
-  Made make(const Place& place, const std::string& design, const Coordinates& varied);
+  TracedPoint make(const Place& place, const std::string& design, const Coordinates& varied);
 
  private:
   struct Scene;
-  struct Asked;
-  struct Traced;
-  const Traced& traced(Asked asked);
+  struct TraceRequest;
+  struct ResolvedTrace;
+  const ResolvedTrace& traced(TraceRequest request);
 
   const SweepPlan& plan_;
   const TracerRules& tracer_;
@@ -80,7 +80,7 @@ class PointMaker {
   std::vector<Scene> scenes_;
   std::vector<Place> places_;
   PointConfigs configs_;
-  std::unique_ptr<std::map<Asked, Traced>> asked_;  ///< cache: resolving options is slow
+  std::unique_ptr<std::map<TraceRequest, ResolvedTrace>> resolved_;  ///< cache: resolving options is slow
 };
 
 /// All points of a plan. Points with the same inputs are merged. Combinations that the machine or tracer does not

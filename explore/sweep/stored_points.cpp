@@ -138,7 +138,7 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
   return points;
 }
 
-void tell_apart(const std::vector<StoredPoint*>& points) {
+void add_distinguishing_inputs(const std::vector<StoredPoint*>& points) {
   // The first point of a group with a known trace, and with a known configuration.
   struct First {
     const StoredPoint* traced = nullptr;

@@ -19,8 +19,8 @@ struct StoredPoint {
   std::string key;
   std::string machine;  ///< name; "" for none, or if an old database does not record it
   std::string mode, scene, design;
-  /// Varied parameters of this point, name -> value; after tell_apart() also all other inputs that differ between
-  /// points. May include the view: "view", "width", "height", "fov_scale".
+  /// Varied parameters of this point, name -> value; after add_distinguishing_inputs() also all other inputs that
+  /// differ between points. May include the view: "view", "width", "height", "fov_scale".
   nlohmann::ordered_json coordinates;
   nlohmann::ordered_json config;                        ///< resolved; empty while pending
   std::shared_ptr<const nlohmann::ordered_json> trace;  ///< trace_inputs(); null if unknown
@@ -47,6 +47,6 @@ std::vector<StoredPoint> read_points(
 
 /// Adds to the coordinates all inputs in which points of equal machine, mode, scene and design differ, including
 /// settings of an edited plan, so that no two points have the same name.
-void tell_apart(const std::vector<StoredPoint*>& points);
+void add_distinguishing_inputs(const std::vector<StoredPoint*>& points);
 
 }  // namespace grtx::explore

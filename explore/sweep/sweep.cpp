@@ -15,10 +15,10 @@ namespace grtx::explore {
 namespace {
 
 /// Schedules tasks: points wait for their trace, points and traces for a free job.
-class Queue {
+class TaskScheduler {
  public:
-  Queue(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting,
-        std::set<std::string>& sound_traces)
+  TaskScheduler(const SweepPoints& all, SweepDatabase& database, const SweepSetting& setting,
+                std::set<std::string>& sound_traces)
       : database_(database), setting_(setting), sound_traces_(sound_traces) {
     for (const auto& trace : all.traces) traces_[trace->key] = trace.get();
     const std::vector<std::string> statuses = database.statuses_of(all.points);
@@ -45,7 +45,7 @@ class Queue {
       if (sound_traces_.contains(key)) {
         ready_.push_back(point);
       } else if (status == "done" || status == "pending") {  // for a done trace, the task verifies the file
-        if (waiting_[key].empty()) untraced_.add(*traces_.at(key));
+        if (waiting_[key].empty()) traces_to_make_.add(*traces_.at(key));
         waiting_[key].push_back(point);
       } else {
         refused.push_back({point, "trace: " + database_.reason_of_trace(key)});
@@ -63,9 +63,9 @@ class Queue {
           {point_task(*ready_.front(), setting_.machine, setting_.program, setting_.traces, setting_.limits)});
       ready_.pop_front();
     }
-    while (jobs.size() < places && !untraced_.empty()) {
+    while (jobs.size() < places && !traces_to_make_.empty()) {
       Job& job = jobs.emplace_back();
-      for (const SweepTrace* trace : untraced_.take(places - jobs.size() + 1, most_tasks)) {
+      for (const SweepTrace* trace : traces_to_make_.take(places - jobs.size() + 1, most_tasks)) {
         job.push_back(trace_task(*trace, setting_.program, setting_.traces, setting_.limits));
       }
     }
@@ -79,7 +79,7 @@ class Queue {
     database_.record(outcome);
     if (outcome.structures_built) work_.add({1, *outcome.structures_built});
     if (!outcome.is_trace) {
-      if (outcome.status == "pending") forget_trace_of(outcome.key);
+      if (outcome.status == "pending") recheck_trace_of(outcome.key);
       return 1;
     }
     const std::vector<const SweepPoint*> points = waiting_[outcome.key];
@@ -96,7 +96,7 @@ class Queue {
   }
 
  private:
-  void forget_trace_of(const std::string& key) {
+  void recheck_trace_of(const std::string& key) {
     for (const SweepPoint* point : pending_) {
       if (point->key == key) sound_traces_.erase(point->trace_key);
     }
@@ -108,7 +108,7 @@ class Queue {
   std::map<std::string, const SweepTrace*> traces_;
   std::vector<const SweepPoint*> pending_;
   std::deque<const SweepPoint*> ready_;
-  TraceQueue untraced_;
+  TraceQueue traces_to_make_;
   std::map<std::string, std::vector<const SweepPoint*>> waiting_;  ///< by trace key
   TraceWork work_;
 };
@@ -117,12 +117,12 @@ class Queue {
 
 TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                      const SweepSetting& setting, std::set<std::string>& sound_traces) {
-  Queue queue(all, database, setting, sound_traces);
-  Progress progress(setting.what, queue.pending(), "points", setting.quiet || queue.pending() == 0);
-  progress.add(queue.begin());
+  TaskScheduler scheduler(all, database, setting, sound_traces);
+  Progress progress(setting.what, scheduler.pending(), "points", setting.quiet || scheduler.pending() == 0);
+  progress.add(scheduler.begin());
   std::size_t under_way = 0;
   for (;;) {
-    if (const std::vector<Job> jobs = queue.take(launcher.free(), launcher.most_tasks()); !jobs.empty()) {
+    if (const std::vector<Job> jobs = scheduler.take(launcher.free(), launcher.most_tasks()); !jobs.empty()) {
       Job tasks;
       for (const Job& job : jobs) tasks.insert(tasks.end(), job.begin(), job.end());
       for (const Task& task : tasks) write_file(work.description(task.key), exact_json_text(task.description));
@@ -133,13 +133,13 @@ TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& 
     if (under_way == 0) break;
     for (const TaskOutcome& outcome : launcher.collect()) {
       --under_way;
-      progress.add(queue.end(outcome));
+      progress.add(scheduler.end(outcome));
       std::error_code ignored;
       std::filesystem::remove(work.result(outcome.key), ignored);
     }
   }
   progress.finish();
-  return queue.work();
+  return scheduler.work();
 }
 
 std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database) {

@@ -13,9 +13,9 @@
 #include "grtx/base/json.h"
 #include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/database.h"
-#include "grtx/explore/sweep/kept_tracer.h"
-#include "grtx/explore/sweep/own_folder.h"
+#include "grtx/explore/sweep/marked_folder.h"
 #include "grtx/explore/sweep/program_run.h"
+#include "grtx/explore/sweep/tracer_process.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/reader.h"
 
@@ -90,13 +90,13 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
 
  private:
-  const OwnFolder folder_;
+  const MarkedFolder folder_;
 };
 
 std::vector<std::string> texts(const ordered_json& list) { return list.get<std::vector<std::string>>(); }
 
 /// Whether a trace file exists and its content hash matches: a power loss may leave a file of zeros.
-bool is_sound(const std::string& trace) {
+bool is_intact(const std::string& trace) {
   try {
     traces::Reader(trace).verify_content();
     return true;
@@ -106,13 +106,13 @@ bool is_sound(const std::string& trace) {
 }
 
 /// Why a trace does not match the inputs of its key; "" if it does. files: expected FilesRead::hash().
-std::string misfit(const std::string& trace, const std::string& files, const ordered_json& tracer) {
+std::string mismatch(const std::string& trace, const std::string& files, const ordered_json& tracer) {
   const traces::Reader reader(trace);
   reader.verify_content();
   const auto& inputs = reader.header().inputs;
-  const auto is = [&](const std::string& name) { return inputs.contains(name) ? inputs.at(name) : "unknown"; };
-  if (is(kFilesHash) != files)
-    return fmt::format("was made from other files: {} {}, not {}", kFilesHash, is(kFilesHash), files);
+  const auto input_of = [&](const std::string& name) { return inputs.contains(name) ? inputs.at(name) : "unknown"; };
+  if (input_of(kFilesHash) != files)
+    return fmt::format("was made from other files: {} {}, not {}", kFilesHash, input_of(kFilesHash), files);
   for (const auto& [name, value] : tracer.items()) {
     if (inputs.contains(name) && value != inputs.at(name)) {
       return fmt::format("was made with {} = {}, not {}", name, inputs.at(name), value.get<std::string>());
@@ -122,9 +122,9 @@ std::string misfit(const std::string& trace, const std::string& files, const ord
 }
 
 /// Whether an existing trace file is valid and matches its key.
-bool fits(const std::string& trace, const std::string& files, const ordered_json& tracer) {
+bool matches_key(const std::string& trace, const std::string& files, const ordered_json& tracer) {
   try {
-    return misfit(trace, files, tracer).empty();
+    return mismatch(trace, files, tracer).empty();
   } catch (const Error&) {
     return false;
   }
@@ -138,7 +138,7 @@ class GeneratedScene {
 
   /// FilesRead::hash() of the generated files; generates them if there is no note.
   std::string files() const {
-    if (const std::string made = noted(); !made.empty()) return made;
+    if (const std::string made = recorded_hash(); !made.empty()) return made;
     std::vector<std::string> arguments = texts(task_.at("synth"));
     const std::string made = commands_.file("scene.ply"), made_cameras = commands_.file("scene.cameras.json");
     arguments.insert(arguments.end(), {"-o", made, "--quiet"});
@@ -149,18 +149,18 @@ class GeneratedScene {
     // The note is written last: if it exists, so do the files. Another task may write the same bytes at the same time.
     fs::rename(made_cameras, cameras_);
     fs::rename(made, scene_);
-    write_file(note(), files.hash());
+    write_file(hash_file(), files.hash());
     return files.hash();
   }
   /// Call if the files do not match the note: the next files() generates them again.
-  void forget() const { fs::remove(note()); }
+  void forget() const { fs::remove(hash_file()); }
 
  private:
-  std::string note() const { return scene_ + ".hash"; }
+  std::string hash_file() const { return scene_ + ".hash"; }
   /// The hash in the note; "" if there is none (another task may be generating the scene).
-  std::string noted() const {
+  std::string recorded_hash() const {
     try {
-      return fs::exists(scene_) ? read_file(note()) : "";
+      return fs::exists(scene_) ? read_file(hash_file()) : "";
     } catch (const Error&) {
       return "";
     }
@@ -172,43 +172,43 @@ class GeneratedScene {
 };
 
 /// Cost of making a trace.
-struct Making {
+struct TraceEffort {
   double seconds = 0.0;
   std::uint64_t structures_built = 0;
 };
 
 /// tracer: shared process; null for a single trace. If a trace fails there, it is tried once more in its own process,
 /// so that its status and reason do not depend on other traces.
-Making make_trace(const std::vector<std::string>& arguments, const Commands& commands, KeptTracer* tracer) {
+TraceEffort make_trace(const std::vector<std::string>& arguments, const Commands& commands, TracerProcess* tracer) {
   if (tracer != nullptr) {
-    const KeptTracer::End end = tracer->trace(arguments);
+    const TracerProcess::Result end = tracer->trace(arguments);
     if (end.timeout) throw commands.too_long("trace");
     if (end.done) return {end.seconds, end.structures_built};
   }
   return {commands.run("trace", arguments), 1};
 }
 
-ordered_json do_trace(const ordered_json& task, const Commands& commands, KeptTracer* tracer) {
+ordered_json do_trace(const ordered_json& task, const Commands& commands, TracerProcess* tracer) {
   const std::string target = task.at("target");
   const bool generated = !task.at("synth").empty();
   const GeneratedScene scene(task, commands);
   ordered_json result;
-  for (bool again : {true, false}) {
+  for (bool may_retry : {true, false}) {
     const std::string files = generated ? scene.files() : task.at("files_hash").get<std::string>();
-    if (fits(target, files, task.at("tracer"))) break;
+    if (matches_key(target, files, task.at("tracer"))) break;
     std::vector<std::string> arguments = {"--scene", task.at("scene"), "--cameras", task.at("cameras")};
     for (const std::string& argument : texts(task.at("arguments"))) arguments.push_back(argument);
     const std::string made = commands.file("trace.grtx");
     arguments.insert(arguments.end(), {"-o", made, "--quiet"});
-    const Making making = make_trace(arguments, commands, tracer);
-    result["seconds"] = making.seconds;
-    result["structures_built"] = making.structures_built;
-    const std::string why = misfit(made, files, task.at("tracer"));
+    const TraceEffort effort = make_trace(arguments, commands, tracer);
+    result["seconds"] = effort.seconds;
+    result["structures_built"] = effort.structures_built;
+    const std::string why = mismatch(made, files, task.at("tracer"));
     if (why.empty()) {
       fs::rename(made, target);
       break;
     }
-    if (!generated || !again) throw Failure{"failed", "trace: " + why};
+    if (!generated || !may_retry) throw Failure{"failed", "trace: " + why};
     scene.forget();  // the scene file was changed
   }
   result["bytes"] = fs::file_size(target);
@@ -225,7 +225,7 @@ ordered_json do_point(const ordered_json& task, const Commands& commands) {
         commands.run("sim", {trace, "--config", config, "--machine", task.at("machine").get<std::string>(), "--mode",
                              task.at("mode").get<std::string>(), "--stats", statistics, "--quiet"});
   } catch (Failure& failure) {
-    if (failure.status == "failed" && !is_sound(trace)) failure.status = "pending";  // the next sweep remakes it
+    if (failure.status == "failed" && !is_intact(trace)) failure.status = "pending";  // the next sweep remakes it
     throw;
   }
   ordered_json document = sim::read_statistics(statistics);
@@ -297,7 +297,7 @@ void run_tasks(const std::vector<std::string>& descriptions, const std::vector<s
                const std::string& scratch) {
   if (descriptions.size() != results.size()) throw Error("--task", "", "each needs a --result");
   std::optional<Scratch> folder;
-  std::unique_ptr<KeptTracer> tracer;
+  std::unique_ptr<TracerProcess> tracer;
   for (std::size_t i = 0; i < descriptions.size(); ++i) {
     const ordered_json task = read_json(descriptions[i]);
     ordered_json outcome = {{"key", task.at("key")}, {"kind", task.at("kind")}, {"status", "done"}};
@@ -305,7 +305,7 @@ void run_tasks(const std::vector<std::string>& descriptions, const std::vector<s
       if (!folder) folder.emplace(scratch);
       const bool is_trace = task.at("kind") == "trace";
       if (is_trace && tracer == nullptr && descriptions.size() > 1) {
-        tracer = std::make_unique<KeptTracer>(task.at("program").get<std::string>(), scratch, limits_of(task));
+        tracer = std::make_unique<TracerProcess>(task.at("program").get<std::string>(), scratch, limits_of(task));
       }
       const Commands commands(task, scratch);
       outcome.update(is_trace ? do_trace(task, commands, tracer.get()) : do_point(task, commands));

@@ -48,7 +48,7 @@ Task point_task(const SweepPoint& point, const std::string& machine, const std::
 std::string trace_name(const std::string& key);
 
 /// Runs the described tasks in sequence and writes the result of each atomically. Skips a trace whose file is undamaged
-/// and made from the inputs of its key. Several traces share one process until one fails. scratch: OwnFolder for
+/// and made from the inputs of its key. Several traces share one process until one fails. scratch: MarkedFolder for
 /// temporary files, created and removed here. Throws only if a description cannot be parsed or a result cannot be
 /// written.
 void run_tasks(const std::vector<std::string>& descriptions, const std::vector<std::string>& results,

@@ -26,7 +26,7 @@ std::vector<const SweepTrace*> TraceQueue::take(std::size_t places, std::size_t 
   std::vector<Structure>& of_scene = scenes_.front().structures;
   const bool whole_scene = scenes_.size() >= places;
   if (const std::size_t processes = places / structures(); processes > 1) {  // that share this structure
-    most = std::min(most, std::max(kFewest, (of_scene.front().traces.size() + processes - 1) / processes));
+    most = std::min(most, std::max(kMinTraces, (of_scene.front().traces.size() + processes - 1) / processes));
   }
   do {
     std::vector<const SweepTrace*>& traces = of_scene.front().traces;

@@ -13,14 +13,14 @@ namespace grtx::explore {
 class TraceQueue {
  public:
   /// Minimum traces per process: building a structure takes about as long as tracing four small views.
-  static constexpr std::size_t kFewest = 4;
+  static constexpr std::size_t kMinTraces = 4;
 
   void add(const SweepTrace& trace);
   bool empty() const { return scenes_.empty(); }
   /// Removes and returns the traces for the next process, in order, at most `most`; empty if the queue is empty.
   /// places: number of free processes. Normally takes the traces of one structure. With at least as many scenes as
   /// places: all traces of a scene, structure by structure, so that the scene is read once. With at least twice as many
-  /// places as structures: a share of a structure's traces, at least kFewest.
+  /// places as structures: a share of a structure's traces, at least kMinTraces.
   std::vector<const SweepTrace*> take(std::size_t places, std::size_t most);
 
  private:

@@ -12,7 +12,7 @@ using traces::AccelKind;
 using traces::NodeLayout;
 
 AccelKind accel_from_name(const std::string& name);  ///< throws Error naming the nearest known name
-/// Whether the tracer reads Gaussians as leaves of this layout hold them: PreparedGaussians must be of the same form.
+/// Whether the tracer reads Gaussians as rounded in leaves of this layout; PreparedGaussians must then be quantised.
 constexpr bool is_quantised(NodeLayout layout) { return layout == NodeLayout::quantised; }
 std::string accel_name(AccelKind kind);
 

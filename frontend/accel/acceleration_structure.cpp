@@ -87,8 +87,8 @@ struct InstanceLeaf {
 
 /// Message for hosts with too little memory.
 std::string memory_of(AccelKind kind, std::size_t gaussians, std::size_t leaves) {
-  const auto gigabytes = [&](AccelKind of) {
-    return 1e-9 * static_cast<double>(bytes_to_build(of, gaussians, leaves));
+  const auto gigabytes = [&](AccelKind built) {
+    return 1e-9 * static_cast<double>(bytes_to_build(built, gaussians, leaves));
   };
   std::string text =
       fmt::format("a structure {} of {} Gaussians takes some {:.2g} GB", name_of(kind), gaussians, gigabytes(kind));
@@ -131,71 +131,78 @@ std::uint64_t bytes_to_build(AccelKind kind, std::size_t gaussians, std::size_t 
 
 AccelerationStructure::AccelerationStructure(const PreparedGaussians& gaussians, const AccelOptions& options)
     : options_(options), proxy_(proxy_of(options.kind)), patches_(proxy_), image_(options.width, 0) {
-  const std::size_t count = gaussians.size();
-  const unsigned width = options.width;
-  const bool sphere = proxy_.is_sphere();
-  const NodeKind primitive_kind = sphere ? NodeKind::procedural : NodeKind::triangle;
-  const bool compact = options.layout == NodeLayout::compact;
   assert(gaussians.quantised() || !is_quantised(options.layout));
-  const traces::NodeSizes sizes(options.layout, width);
-  const std::size_t leaves = leaves_of(proxy_, patches_, compact);
+  const std::size_t leaves = leaves_of(proxy_, patches_, options.layout == NodeLayout::compact);
   // Triangles in the world are as in other layouts, whatever they are the proxy of.
-  const bool coded_leaves = is_quantised(options.layout) && (sphere || two_level());
+  const bool coded_leaves = is_quantised(options.layout) && (proxy_.is_sphere() || two_level());
   const IsWide is_wide = coded_leaves && gaussians.wide_count() != 0
                              ? IsWide([&](std::uint32_t g) { return gaussians.wide(g); })
                              : nullptr;
-  const MemoryPurpose purpose(memory_of(options.kind, count, leaves));
-
-  if (!two_level()) {
-    const Tree tree = build_tree(
-        count * leaves, leaves,
-        [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
-          if (compact && !sphere) {
-            gaussians.write_patch_boxes(begin / leaves, end / leaves, proxy_, patches_, boxes);
-          } else {
-            gaussians.write_face_boxes(begin / leaves, end / leaves, proxy_, boxes);
-          }
-        },
-        width, is_wide);
-    build_seconds_ = tree.build_seconds;
-    counts_.wide = tree.wide;
-    height_ = tree.height;
-    const auto start = std::chrono::steady_clock::now();
-    image_ = NodeImage(width, packed_bytes(tree, primitive_kind, sizes), options_.box_bits, options.layout);
-    root_ = TreePacker(image_, tree, primitive_kind, WorldLeaf{gaussians, proxy_, patches_, compact}, true)
-                .pack(image_.size());
-    pack_seconds_ = seconds_since(start);
-    counts_.internal = tree.internals;
-    (sphere ? counts_.procedural : counts_.triangle) = count * leaves;
+  const MemoryPurpose purpose(memory_of(options.kind, gaussians.size(), leaves));
+  if (two_level()) {
+    build_two_level(gaussians, leaves, is_wide);
   } else {
-    const SharedBlas blas(proxy_, patches_, options.layout, width);
-    const Tree tlas = build_tree(
-        count, 1,
-        [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
-          gaussians.write_instance_boxes(begin, end, proxy_, options.corner_bounds, boxes);
-        },
-        width, is_wide);
-    build_seconds_ = tlas.build_seconds + blas.tree().build_seconds;
-    counts_.wide = tlas.wide;
-    height_ = tlas.height;
-    blas_height_ = blas.tree().height;
-    const auto start = std::chrono::steady_clock::now();
-    const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, sizes);
-    image_ = NodeImage(width, tlas_bytes + blas.bytes(), options_.box_bits, options.layout);
-    blas_header_ = tlas_bytes;
-    // The BLAS is packed behind the TLAS; its root follows its header.
-    blas_root_ = blas_header_ + sizes.header_bytes();
-    root_ = TreePacker(image_, tlas, NodeKind::instance, InstanceLeaf{gaussians, blas_header_, blas_root_}, true)
-                .pack(tlas_bytes);
-    [[maybe_unused]] const std::uint64_t packed_root = blas.pack(image_);
-    assert(packed_root == blas_root_);
-    pack_seconds_ = seconds_since(start);
-    counts_.internal = tlas.internals;
-    counts_.instance = count;
-    counts_.blas_nodes = blas.tree().internals + leaves;
+    build_monolithic(gaussians, leaves, is_wide);
   }
   if (is_quantised(options.layout)) image_.write_mean_grid(0, gaussians.mean_grid());
   assert(image_.allocated() == image_.size());
+}
+
+void AccelerationStructure::build_monolithic(const PreparedGaussians& gaussians, std::size_t leaves,
+                                             const IsWide& is_wide) {
+  const bool sphere = proxy_.is_sphere(), compact = options_.layout == NodeLayout::compact;
+  const NodeKind primitive_kind = sphere ? NodeKind::procedural : NodeKind::triangle;
+  const Tree tree = build_tree(
+      gaussians.size() * leaves, leaves,
+      [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
+        if (compact && !sphere) {
+          gaussians.write_patch_boxes(begin / leaves, end / leaves, proxy_, patches_, boxes);
+        } else {
+          gaussians.write_face_boxes(begin / leaves, end / leaves, proxy_, boxes);
+        }
+      },
+      options_.width, is_wide);
+  build_seconds_ = tree.build_seconds;
+  counts_.wide = tree.wide;
+  height_ = tree.height;
+  const auto start = std::chrono::steady_clock::now();
+  const traces::NodeSizes sizes(options_.layout, options_.width);
+  image_ = NodeImage(options_.width, packed_bytes(tree, primitive_kind, sizes), options_.box_bits, options_.layout);
+  root_ = TreePacker(image_, tree, primitive_kind, WorldLeaf{gaussians, proxy_, patches_, compact}, true)
+              .pack(image_.size());
+  pack_seconds_ = seconds_since(start);
+  counts_.internal = tree.internals;
+  (sphere ? counts_.procedural : counts_.triangle) = gaussians.size() * leaves;
+}
+
+void AccelerationStructure::build_two_level(const PreparedGaussians& gaussians, std::size_t leaves,
+                                            const IsWide& is_wide) {
+  const SharedBlas blas(proxy_, patches_, options_.layout, options_.width);
+  const Tree tlas = build_tree(
+      gaussians.size(), 1,
+      [&](std::size_t begin, std::size_t end, PrimitiveBox* boxes) {
+        gaussians.write_instance_boxes(begin, end, proxy_, options_.corner_bounds, boxes);
+      },
+      options_.width, is_wide);
+  build_seconds_ = tlas.build_seconds + blas.tree().build_seconds;
+  counts_.wide = tlas.wide;
+  height_ = tlas.height;
+  blas_height_ = blas.tree().height;
+  const auto start = std::chrono::steady_clock::now();
+  const traces::NodeSizes sizes(options_.layout, options_.width);
+  const std::uint64_t tlas_bytes = packed_bytes(tlas, NodeKind::instance, sizes);
+  image_ = NodeImage(options_.width, tlas_bytes + blas.bytes(), options_.box_bits, options_.layout);
+  blas_header_ = tlas_bytes;
+  // The BLAS is packed behind the TLAS; its root follows its header.
+  blas_root_ = blas_header_ + sizes.header_bytes();
+  root_ = TreePacker(image_, tlas, NodeKind::instance, InstanceLeaf{gaussians, blas_header_, blas_root_}, true)
+              .pack(tlas_bytes);
+  [[maybe_unused]] const std::uint64_t packed_root = blas.pack(image_);
+  assert(packed_root == blas_root_);
+  pack_seconds_ = seconds_since(start);
+  counts_.internal = tlas.internals;
+  counts_.instance = gaussians.size();
+  counts_.blas_nodes = blas.tree().internals + leaves;
 }
 
 }  // namespace grtx::frontend

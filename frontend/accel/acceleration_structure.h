@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@
 namespace grtx::frontend {
 
 ProxyKind proxy_of(AccelKind kind);
-/// Bytes that a structure takes while it is built, with `leaves` primitive leaves a Gaussian. Measured
+/// Bytes that a structure takes while it is built, with `leaves` primitive leaves per Gaussian. Measured
 /// (docs/guide/scenes.md).
 std::uint64_t bytes_to_build(AccelKind kind, std::size_t gaussians, std::size_t leaves);
 
@@ -35,7 +36,7 @@ class AccelerationStructure {
 
   struct Counts {
     std::uint64_t internal = 0, instance = 0, triangle = 0, procedural = 0, blas_nodes = 0;
-    std::uint64_t wide = 0;  ///< of instances and procedural leaves, those of a wide kind
+    std::uint64_t wide = 0;  ///< wide leaves among instances and procedural leaves
   };
   const Counts& counts() const { return counts_; }
   unsigned height() const { return height_; }              ///< levels of the monolithic BVH or the TLAS
@@ -44,6 +45,10 @@ class AccelerationStructure {
   double pack_seconds() const { return pack_seconds_; }    ///< encoding the node image
 
  private:
+  using IsWide = std::function<bool(std::uint32_t primitive)>;  ///< which leaves are wide; null: none
+  void build_monolithic(const PreparedGaussians& gaussians, std::size_t leaves, const IsWide& is_wide);
+  void build_two_level(const PreparedGaussians& gaussians, std::size_t leaves, const IsWide& is_wide);
+
   AccelOptions options_;
   Proxy proxy_;
   FacePatches patches_;

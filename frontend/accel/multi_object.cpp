@@ -61,6 +61,13 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   if (placements.empty()) throw Error("objects", "", "must be at least one");
   const auto start = std::chrono::steady_clock::now();
+  take_objects(std::move(scenes), kernel);
+  build_structure();
+  update();
+  build_seconds_ = seconds_since(start);
+}
+
+void MultiObjectWorld::take_objects(std::vector<Scene> scenes, Kernel kernel) {
   for (Scene& scene : scenes) {
     objects_.push_back(std::make_unique<SharedObject>(std::move(scene), kernel));
     const Scene& own = objects_.back()->scene;
@@ -68,21 +75,23 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
     records_ += own.size();
     sh_degree_ = std::max(sh_degree_, own.sh_degree);
   }
-  std::uint64_t total = 0;
-  for (const Placement& placement : placements) {
+  for (const Placement& placement : placements_) {
     if (placement.object >= objects_.size()) throw Error("objects", "", "placement of an object that is not there");
     const Scene& scene = objects_[placement.object]->scene;
-    total += scene.size();
-    offset_ += world_position(placement, scene) / static_cast<double>(placements.size());
+    gaussians_ += scene.size();
+    offset_ += world_position(placement, scene) / static_cast<double>(placements_.size());
   }
-  if (std::max(total, records_) > (std::uint64_t{1} << 31)) throw Error("objects", "", "hold more than 2^31 Gaussians");
-  gaussians_ = total;
+  if (std::max(gaussians_, records_) > (std::uint64_t{1} << 31)) {
+    throw Error("objects", "", "hold more than 2^31 Gaussians");
+  }
+}
 
-  const unsigned width = options.width;
-  const traces::NodeSizes sizes(options.layout, width);
-  const SharedBlas blas(proxy_, patches_, options.layout, width);
+void MultiObjectWorld::build_structure() {
+  const unsigned width = options_.width;
+  const traces::NodeSizes sizes(options_.layout, width);
+  const SharedBlas blas(proxy_, patches_, options_.layout, width);
   std::vector<Tree> tlases;
-  const std::uint64_t n = placements.size();
+  const std::uint64_t n = placements_.size();
   scene_tlas_bytes_ = sizes.header_bytes() + std::max<std::uint64_t>(1, n - 1) * sizes.bytes(NodeKind::internal) +
                       n * sizes.bytes(NodeKind::instance);
   std::uint64_t end = scene_tlas_bytes_;
@@ -90,7 +99,7 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
     tlases.push_back(build_tree(
         object->scene.size(),
         [&](std::size_t i) {
-          return object->gaussians.instance_box(static_cast<std::uint32_t>(i), proxy_, options.corner_bounds);
+          return object->gaussians.instance_box(static_cast<std::uint32_t>(i), proxy_, options_.corner_bounds);
         },
         width));
     object->bounds = tlases.back().bounds;
@@ -98,7 +107,7 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   const std::uint64_t blas_header = end;
   blas_root_ = blas_header + sizes.header_bytes();
-  image_ = std::make_unique<NodeImage>(width, end + blas.bytes(), options.box_bits, options.layout);
+  image_ = std::make_unique<NodeImage>(width, end + blas.bytes(), options_.box_bits, options_.layout);
   image_->allocate(scene_tlas_bytes_);
   for (std::size_t i = 0; i < tlases.size(); ++i) {
     SharedObject& object = *objects_[i];
@@ -111,8 +120,6 @@ MultiObjectWorld::MultiObjectWorld(std::vector<Scene> scenes, const std::vector<
   }
   blas.pack(*image_);
   assert(image_->allocated() == image_->size());
-  update();
-  build_seconds_ = seconds_since(start);
 }
 
 void MultiObjectWorld::move(const std::vector<Placement>& placements) {

@@ -87,6 +87,8 @@ class MultiObjectWorld {
   std::uint64_t update_bytes() const { return update_bytes_; }
 
  private:
+  void take_objects(std::vector<Scene> scenes, Kernel kernel);
+  void build_structure();  ///< shared BLAS and the objects' TLASes
   void update();
   void place();
   void write_scene_tlas();

@@ -125,13 +125,13 @@ class NodeImage {
   /// of a BLAS.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const glm::vec3* to_unit = nullptr,
                         const glm::vec3& mean = {});
-  /// Layout quantised: an ellipsoid in the world, or an instance of the shared BLAS.
+  /// Layout quantised: writes an ellipsoid in the world, or an instance of the shared BLAS.
   void write_quantised(std::uint64_t address, const QuantisedGaussian& gaussian);
-  /// Layout quantised: behind the bounds of the header.
+  /// Layout quantised: writes the grid behind the bounds of the header.
   void write_mean_grid(std::uint64_t header, const MeanGrid& grid);
-  /// Layout compact: the triangles of a patch. leaf: its index among all leaves of the structure.
+  /// Layout compact: writes the triangles of a patch. leaf: index of the leaf among all leaves of the structure.
   void write_patch(std::uint64_t address, const PatchRecord& patch, std::uint32_t leaf);
-  /// Layout compact: a procedural leaf with its transform. world_to_object: 3x3 rows.
+  /// Layout compact: writes a procedural leaf with its transform. world_to_object: 3x3 rows.
   void write_procedural(std::uint64_t address, std::uint32_t primitive, const Box& box,
                         const glm::vec3 (&world_to_object)[3], const glm::vec3& mean);
   /// world_to_object: 3x3 rows; object_to_world: 3x3 columns and translation, as in the Xe instance leaf.
@@ -139,7 +139,7 @@ class NodeImage {
                       const glm::vec3 (&world_to_object)[3], const glm::vec3 (&object_to_world)[3],
                       const glm::vec3& translation);
 
-  /// The 64 B instance leaf of layout compressed, which is the wide one of layout quantised.
+  /// Writes the 64 B instance leaf of layout compressed, which is the wide instance leaf of layout quantised.
   void write_compressed_instance(std::uint64_t address, std::uint32_t instance, std::uint64_t blas_root,
                                  const glm::vec3 (&world_to_object)[3], const glm::vec3& translation);
 
@@ -168,12 +168,12 @@ class NodeImage {
     return gaussian;
   }
   std::uint32_t patch_gaussian(std::uint64_t leaf) const { return read_u32(leaf + 72); }  ///< triangle leaf, compact
-  /// Primitive or instance index of the leaf at this address in units: the number that is in the leaf's bytes, too, but
-  /// stored close together. A tracer that needs nothing else touches a sixteenth of the memory.
+  /// Primitive or instance index of the leaf at this address in units. The leaf's bytes hold it, too; here the indices
+  /// lie close together, so a tracer that needs nothing else touches a sixteenth of the memory.
   std::uint32_t leaf_index(std::uint32_t units) const { return leaf_index_[units]; }
   const std::uint32_t* leaf_indices() const { return leaf_index_.data(); }
-  /// Prefetches all children at `child_base` (units), nodes and leaf indices, whether this ray meets them or not: the
-  /// next rays meet others.
+  /// Prefetches all children at `child_base` (units), nodes and leaf indices, even if this ray does not hit them: the
+  /// next rays may.
   void prefetch_children(std::uint32_t child_base) const {
     const std::uint8_t* const first = node_at(child_base);
     for (unsigned i = 0; i < 6; ++i) __builtin_prefetch(first + i * sizeof(Line));

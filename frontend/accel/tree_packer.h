@@ -23,7 +23,7 @@ inline std::uint64_t packed_bytes(const Tree& tree, NodeKind leaf_kind, const tr
 
 /// Packs depth first: a node's children lie together, followed by each child's subtree. Leaf: leaf(image, address,
 /// primitive) writes one leaf, from any thread. An optional leaf.prefetch(primitive) is called some time before, and an
-/// optional leaf.wide(primitive) says whether the leaf is a wide one, as it was when the tree was built.
+/// optional leaf.wide(primitive) says whether the leaf is wide, as for the build of the tree.
 template <typename Leaf>
 class TreePacker {
  public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The faces of a proxy in patches of four: what a triangle leaf of layout compact holds. Four connected triangles of a
-// convex proxy have six vertices, and a ray enters the proxy through one face only, so a patch has one answer.
+// The faces of a proxy in patches of four, as triangle leaves of layout compact hold them. Four connected triangles of
+// a convex proxy have six vertices, and a ray enters the proxy through one face only, so a patch has one answer.
 #pragma once
 
 #include <array>

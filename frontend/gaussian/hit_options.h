@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of a hit: what orders it, whether it counts, and how its response is computed.
+// Options of a hit: the distance that orders it, whether it counts, and how its response is computed.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace grtx::frontend {
 enum class SortKey : std::uint8_t { entry, peak };
 constexpr auto enum_names(SortKey) { return names_in_order<SortKey>({"entry", "peak"}); }
 
-/// What happens to a Gaussian whose proxy contains the ray origin: it is skipped, or it counts (spheres only).
+/// Treatment of a Gaussian whose proxy contains the ray origin: it is skipped, or it counts as a hit (spheres only).
 enum class InsideRule : std::uint8_t { skip, count };
 constexpr auto enum_names(InsideRule) { return names_in_order<InsideRule>({"skip", "count"}); }
 

@@ -88,14 +88,14 @@ void choose_finer_grid(const Scene& scene, LeafWidths& widths) {
       widths.set_wide(g);
     }
   }
-  widths.grid = MeanGrid::of(narrow);
+  widths.grid = MeanGrid::covering(narrow);
 }
 
 }  // namespace
 
-LeafWidths LeafWidths::of(const Scene& scene) {
+LeafWidths LeafWidths::choose(const Scene& scene) {
   LeafWidths widths;
-  widths.grid = MeanGrid::of(scene.mean);
+  widths.grid = MeanGrid::covering(scene.mean);
   widths.wide.resize(scene.size());
   const double step = largest_step(widths.grid);
   const auto coarse = std::count_if(scene.scale.begin(), scene.scale.end(),

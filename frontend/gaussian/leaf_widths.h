@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout quantised: which Gaussians the 32 B of a leaf hold, and the grid of their means. The others get wide leaves.
+// Layout quantised: which Gaussians fit leaves of 32 B, and the grid of their means. The others get wide leaves.
 // The rule and its figures: docs/model/node-image.md.
 #pragma once
 
@@ -17,11 +17,11 @@ struct LeafWidths {
   /// The grid of all means stays unless it is too coarse for more than this share of the Gaussians.
   static constexpr double kMostCoarse = 1.0 / 8;
 
-  MeanGrid grid;  ///< of the Gaussians that are not wide; of all if the wide ones are not there for their means
+  MeanGrid grid;            ///< of all means, or of those with narrow leaves if other means would make it too coarse
   std::vector<bool> wide;   ///< [Gaussian]
-  std::uint64_t count = 0;  ///< of wide ones
+  std::uint64_t count = 0;  ///< number of wide leaves
 
-  static LeafWidths of(const Scene& scene);
+  static LeafWidths choose(const Scene& scene);
   void set_wide(std::size_t g) {
     count += wide[g] ? 0 : 1;
     wide[g] = true;

@@ -35,7 +35,7 @@ PreparedGaussians::PreparedGaussians(const Scene& scene, Kernel kernel, bool qua
     if (scene.size() > std::size_t{1} << QuantisedGaussian::kIdBits) {
       throw Error("--layout", "quantised", "numbers at most 2^26 Gaussians");
     }
-    widths_ = LeafWidths::of(scene);
+    widths_ = LeafWidths::choose(scene);
     codes_ = HugePageVector<QuantisedGaussian>(scene.size());
   }
   std::vector<float> distance(scene.size());

@@ -32,7 +32,7 @@ static_assert(sizeof(GaussianRecord) == 64);
 
 class PreparedGaussians {
  public:
-  /// quantised: each Gaussian is what a leaf of layout quantised holds of it; of a wide leaf it is the whole Gaussian.
+  /// quantised: each Gaussian is rounded as its leaf of layout quantised holds it; wide leaves do not round.
   PreparedGaussians(const Scene& scene, Kernel kernel, bool quantised = false);
 
   std::size_t size() const { return records_.size(); }

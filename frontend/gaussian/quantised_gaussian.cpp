@@ -34,7 +34,7 @@ int exponent_of(const glm::dvec3& row) {
 
 }  // namespace
 
-MeanGrid MeanGrid::of(const std::vector<glm::vec3>& means) {
+MeanGrid MeanGrid::covering(const std::vector<glm::vec3>& means) {
   MeanGrid grid;
   if (means.empty()) return grid;
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Gaussian in 32 B: what a leaf of layout quantised holds. The tracer reads every Gaussian of that layout through
-// this code, so what is drawn is what the hardware would decode. Fields and precision: docs/model/node-image.md.
+// A Gaussian in 32 B, as a leaf of layout quantised holds it. The tracer reads every Gaussian of that layout through
+// this code, so it draws what the hardware would decode. Fields and precision: docs/model/node-image.md.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace grtx::frontend {
 
-/// Where the codes of means count from: mean = origin + code * step, a power of two of each axis.
+/// Grid of the codes of means: mean = origin + code * step, with a power of two as step on each axis.
 struct MeanGrid {
   glm::vec3 origin{0.0f};
   glm::vec3 step{1.0f};
   static constexpr double kMostCode = (1 << 22) - 1;
   static constexpr double kLeastStep = 0x1p-100;
-  /// The finest grid that holds all of these.
-  static MeanGrid of(const std::vector<glm::vec3>& means);
+  /// The finest grid that holds all these means.
+  static MeanGrid covering(const std::vector<glm::vec3>& means);
 };
 
 class QuantisedGaussian {
@@ -34,7 +34,7 @@ class QuantisedGaussian {
   float opacity() const { return decoded_opacity(static_cast<unsigned>(field(kIdBits, kOpacityBits))); }
   glm::vec3 mean(const MeanGrid& grid) const;
   glm::vec3 row(unsigned axis) const;
-  /// Whether a code holds these: the grid has the mean, and no row is beyond the exponents.
+  /// Whether a code can hold these values: the mean lies on the grid, and no row exceeds the exponents.
   static bool holds(const MeanGrid& grid, const glm::vec3& mean, const glm::dvec3 (&to_unit)[3]);
   const std::array<std::uint32_t, 8>& words() const { return words_; }
 

@@ -110,7 +110,7 @@ bool has_size_of_type(const std::string& type, const std::string& value) {
                                                            {"chromaticities", 32},
                                                            {"deepImageState", 1}};
   if (const auto known = sizes.find(type); known != sizes.end()) return value.size() == known->second;
-  if (type == "preview") {  // width, height, four bytes a pixel
+  if (type == "preview") {  // width, height, four bytes per pixel
     return value.size() >= 8 && value.size() == 8 + 4 * std::uint64_t{u32_at(value, 0)} * u32_at(value, 4);
   }
   if (type == "chlist") {  // names, each followed by 16 bytes; an empty one ends the list

@@ -40,7 +40,7 @@ struct OpticalObjects {
 /// Throws Error for a radius, size or index out of range.
 GlassSphere make_glass(const glm::dvec3& centre, double radius, double index);
 /// `normal` of any length > 0. The width runs along the horizontal cross(y, normal), with z for y when the normal is
-/// within 25 degrees of y. Throws Error for a null normal or sizes that are not positive.
+/// within 25 degrees of y. Throws Error for a zero normal or sizes that are not positive.
 Mirror make_mirror(const glm::dvec3& centre, const glm::dvec3& normal, double width, double height);
 /// Throws Error when the mirror cuts or lies in the glass: a path would then have to end in the middle of it.
 void check_apart(const OpticalObjects& objects);

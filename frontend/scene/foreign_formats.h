@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats of Gaussians that people have and this project does not read: what to say of such a file. One table.
+// Messages for files of Gaussians in formats that this project does not read. One table.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace grtx::frontend {
 
-/// What the bytes of such a format are, and how they become a scene that is read; "" if they are of none that is known.
+/// Names the format of these bytes and says how to convert them to one that is read; "" for an unknown format.
 std::string foreign_content(std::string_view bytes);
-/// The same by the file's name, for bytes that tell nothing.
+/// The same by the file's name, for bytes that do not show their format.
 std::string foreign_name(const std::string& path);
 
 }  // namespace grtx::frontend

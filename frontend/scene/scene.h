@@ -11,7 +11,7 @@
 
 namespace grtx::frontend {
 
-/// What loading dropped, clamped or noticed, by reason (e.g. "dropped: non-finite position"); only non-zero counts.
+/// Non-zero counts of what loading dropped, clamped or noticed, by reason (e.g. "dropped: non-finite position").
 struct LoadReport {
   std::uint64_t rows = 0;  ///< rows in the file
   std::map<std::string, std::uint64_t> dropped;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `grtx info` prints about a scene: counts, boxes, distributions, and what loading dropped, clamped or noticed.
+// Figures printed by `grtx info`: counts, boxes, distributions, and what loading dropped, clamped or noticed.
 #pragma once
 
 #include <array>

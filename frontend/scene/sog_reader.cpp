@@ -68,9 +68,9 @@ std::vector<double> numbers(const json& value, std::size_t count, const std::str
   return list;
 }
 
-std::vector<std::string> names(const json& part, const char* of, std::size_t count, const std::string& file) {
-  const std::string place = std::string(of) + ".files";
-  const json& value = member(part, std::string(of) + ".", "files", file);
+std::vector<std::string> names(const json& part, const char* key, std::size_t count, const std::string& file) {
+  const std::string place = std::string(key) + ".files";
+  const json& value = member(part, std::string(key) + ".", "files", file);
   std::vector<std::string> list;
   if (value.is_array()) {
     for (const json& entry : value) {
@@ -186,9 +186,9 @@ Codebook steps(double low, double high) {
 }
 
 /// The codebook of each channel of a picture.
-std::vector<Codebook> codebooks(const json& part, const char* of, std::size_t channels, unsigned version,
+std::vector<Codebook> codebooks(const json& part, const char* key, std::size_t channels, unsigned version,
                                 const std::string& file) {
-  const std::string place = std::string(of) + ".";
+  const std::string place = std::string(key) + ".";
   const auto list = [&](const char* name, std::size_t count) {
     return numbers(member(part, place, name, file), count, place + name, file);
   };
@@ -215,8 +215,8 @@ constexpr std::size_t coefficients_of(unsigned degree) { return std::size_t{degr
 void read_palette_of_version_1(const json& part, const Load& load, const std::string& name, const std::string& file,
                                Harmonics& harmonics) {
   if (part.value("quantization", json(8)) != 8) throw Error(file, "shN.quantization", "must be 8");
-  const auto number = [&](const char* of) {
-    return numbers(json::array({member(part, "shN.", of, file)}), 1, std::string("shN.") + of, file).front();
+  const auto number = [&](const char* key) {
+    return numbers(json::array({member(part, "shN.", key, file)}), 1, std::string("shN.") + key, file).front();
   };
   harmonics.codebook = steps(number("mins"), number("maxs"));
   harmonics.palette = picture(load, name, 1, file, kMostPaletteTexels);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a generated scene consists of: surfaces, the statistics its Gaussians follow, light, background and views.
+// Parts of a generated scene: surfaces, the statistics its Gaussians follow, light, background and views.
 #pragma once
 
 #include <array>

@@ -39,7 +39,7 @@ std::vector<Scene> scenes_of(const ObjectList& list, FilesRead& files) {
   return scenes;
 }
 
-/// Time as measured with 400,000 Gaussians on one core: 2.2 us a primitive.
+/// Time as measured with 400,000 Gaussians on one core: 2.2 us per primitive.
 void say_estimate(AccelKind kind, std::size_t gaussians) {
   const Proxy proxy(proxy_of(kind));
   const std::size_t leaves = traces::is_two_level(kind) || proxy.is_sphere() ? 1 : proxy.faces();

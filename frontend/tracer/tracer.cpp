@@ -125,6 +125,135 @@ void note_clamped(const LoadReport& report, traces::Header& header) {
   }
 }
 
+/// One call of render().
+class ViewRender {
+ public:
+  ViewRender(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
+             const RenderOptions& render, traces::Writer* writer)
+      : camera_(camera),
+        render_(render),
+        writer_(writer),
+        plan_(render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr),
+        origin_(camera.position - structure.offset),
+        groups_(map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size)),
+        workers_([this, &structure, &options] {
+          return Worker(structure, options, footprint_ ? &*footprint_ : nullptr,
+                        writer_ != nullptr ? &writer_->header() : nullptr);
+        }),
+        secondary_colours_(plan_ != nullptr ? plan_->rays.size() : 0),
+        secondary_costs_(render.pixel_costs ? secondary_colours_.size() : 0),
+        secondary_sequences_(render.keep_sequences ? secondary_colours_.size() : 0),
+        progress_(std::string(render.doing) + " " + accel_name(structure.options.kind),
+                  std::size_t{camera.width} * camera.height + secondary_colours_.size(), " rays", render.quiet) {
+    result_.image = Image(camera.width, camera.height);
+    if (render.keep_sequences) result_.sequences.resize(result_.image.pixels.size());
+    if (render.pixel_costs) result_.pixel_costs.resize(result_.image.pixels.size());
+    if (render.count_unique) footprint_.emplace(structure.image);
+  }
+
+  RenderResult run() {
+    const auto start = std::chrono::steady_clock::now();
+    // In order: the writer lets no group run far ahead of one that is missing.
+    for_each_in_order(groups_.size() + (plan_ != nullptr ? plan_->groups.size() : 0), render_.threads,
+                      [this](std::size_t i) {
+                        if (i < groups_.size()) {
+                          trace_group(i);
+                        } else {
+                          trace_secondary_group(i - groups_.size());
+                        }
+                      });
+    result_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    progress_.finish();
+    add_secondary_rays();
+    add_counters();
+    return std::move(result_);
+  }
+
+ private:
+  void trace_group(std::size_t index) {
+    Worker& worker = workers_.local();
+    const auto& pixels = groups_[index];
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::size_t lane = 0; lane < pixels.size(); ++lane) {
+        const std::uint32_t pixel = pixels[lane];
+        begin(pixel);
+        const glm::dvec3 direction = camera_.direction(pixel % camera_.width, pixel / camera_.width);
+        if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
+        if (render_.keep_sequences) worker.tracer.collect_blended(&result_.sequences[pixel]);
+        const float limit = render_.secondary != nullptr
+                                ? render_.secondary->primary_limit(origin_, glm::vec3(direction))
+                                : std::numeric_limits<float>::infinity();
+        measure(worker.tracer, render_.pixel_costs ? &result_.pixel_costs[pixel] : nullptr, [&] {
+          result_.image.pixels[pixel] =
+              worker.tracer.trace(TraceRay(origin_, glm::vec3(direction)), recorder, 1.0f, limit).colour;
+        });
+      }
+    };
+    trace_group_of(worker, render_.first_group + index, traces::RayKind::primary, writer_, trace_rays);
+    progress_.add(pixels.size());
+  }
+
+  void trace_secondary_group(std::size_t index) {
+    Worker& worker = workers_.local();
+    const SecondaryGroup& group = plan_->groups[index];
+    const std::uint64_t unique = worker.tracker ? worker.tracker->unique() : 0;
+    const auto trace_rays = [&](auto& recorder, auto&& begin) {
+      for (std::uint32_t lane = 0; lane < group.count; ++lane) {
+        const std::size_t number = group.first + lane;
+        const SecondaryRay& ray = plan_->rays[number];
+        begin(ray.pixel);
+        if (render_.keep_sequences) worker.secondary_tracer.collect_blended(&secondary_sequences_[number]);
+        measure(worker.secondary_tracer, render_.pixel_costs ? &secondary_costs_[number] : nullptr, [&] {
+          secondary_colours_[number] =
+              worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
+                  .colour;
+        });
+      }
+    };
+    trace_group_of(worker, render_.first_group + groups_.size() + index, group.kind, writer_, trace_rays);
+    if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
+    progress_.add(group.count);
+  }
+
+  /// Rays of one pixel add up in the order of their path, whichever thread traced them.
+  void add_secondary_rays() {
+    for (std::size_t i = 0; i < secondary_colours_.size(); ++i) {
+      const std::uint32_t pixel = plan_->rays[i].pixel;
+      result_.image.pixels[pixel] += secondary_colours_[i];
+      if (render_.pixel_costs) result_.pixel_costs[pixel] += secondary_costs_[i];
+      if (render_.keep_sequences) {
+        auto& sequence = result_.sequences[pixel];
+        sequence.insert(sequence.end(), secondary_sequences_[i].begin(), secondary_sequences_[i].end());
+      }
+    }
+  }
+
+  void add_counters() {
+    for (const Worker& worker : workers_) {
+      result_.secondary.add(worker.secondary_tracer.counters());
+      result_.secondary.visits_unique += worker.secondary_unique;
+      result_.counters.add(worker.tracer.counters());
+      result_.counters.add(worker.secondary_tracer.counters());
+      if (worker.tracker) result_.counters.visits_unique += worker.tracker->unique();
+    }
+    if (footprint_) result_.footprint_bytes = footprint_->bytes();
+  }
+
+  const Camera& camera_;
+  const RenderOptions& render_;
+  traces::Writer* writer_;
+  const SecondaryPlan* plan_;  ///< null: no secondary rays
+  glm::vec3 origin_;
+  std::vector<std::vector<std::uint32_t>> groups_;  ///< pixels of each group
+  std::optional<Footprint> footprint_;
+  tbb::enumerable_thread_specific<Worker> workers_;
+  RenderResult result_;
+  std::vector<glm::vec3> secondary_colours_;
+  std::vector<PixelCost> secondary_costs_;
+  std::vector<std::vector<std::uint32_t>> secondary_sequences_;
+  Progress progress_;
+};
+
 }  // namespace
 
 std::vector<std::vector<std::uint32_t>> map_pixels(unsigned width, unsigned height, bool linear, unsigned warp_size) {
@@ -189,101 +318,7 @@ RenderResult render(const Scene& scene, const PreparedGaussians& gaussians, cons
 RenderResult render(const TracedStructure& structure, const Camera& camera, const TracerOptions& options,
                     const RenderOptions& render, traces::Writer* writer) {
   if (writer != nullptr && !options.walk_blas) throw std::logic_error("a trace holds the hardware's visits");
-  RenderResult result;
-  result.image = Image(camera.width, camera.height);
-  if (render.keep_sequences) result.sequences.resize(result.image.pixels.size());
-  const auto groups = map_pixels(camera.width, camera.height, render.linear_mapping, render.warp_size);
-  const glm::vec3 origin(camera.position - structure.offset);
-
-  std::optional<Footprint> footprint;
-  if (render.count_unique) footprint.emplace(structure.image);
-  tbb::enumerable_thread_specific<Worker> workers([&] {
-    return Worker(structure, options, footprint ? &*footprint : nullptr,
-                  writer != nullptr ? &writer->header() : nullptr);
-  });
-  const SecondaryPlan* plan =
-      render.secondary != nullptr && !render.secondary->rays.empty() ? render.secondary : nullptr;
-  std::vector<glm::vec3> secondary_colours(plan != nullptr ? plan->rays.size() : 0);
-  if (render.pixel_costs) result.pixel_costs.resize(result.image.pixels.size());
-  std::vector<PixelCost> secondary_costs(render.pixel_costs ? secondary_colours.size() : 0);
-  std::vector<std::vector<std::uint32_t>> secondary_sequences(render.keep_sequences ? secondary_colours.size() : 0);
-  Progress progress(std::string(render.doing) + " " + accel_name(structure.options.kind),
-                    result.image.pixels.size() + secondary_colours.size(), " rays", render.quiet);
-
-  const auto trace_group = [&](std::size_t index) {
-    Worker& worker = workers.local();
-    const auto& pixels = groups[index];
-    const auto trace_rays = [&](auto& recorder, auto&& begin) {
-      for (std::size_t lane = 0; lane < pixels.size(); ++lane) {
-        const std::uint32_t pixel = pixels[lane];
-        begin(pixel);
-        const glm::dvec3 direction = camera.direction(pixel % camera.width, pixel / camera.width);
-        if (direction == glm::dvec3(0.0)) continue;  // the projection has no ray here
-        if (render.keep_sequences) worker.tracer.collect_blended(&result.sequences[pixel]);
-        const float limit = render.secondary != nullptr ? render.secondary->primary_limit(origin, glm::vec3(direction))
-                                                        : std::numeric_limits<float>::infinity();
-        measure(worker.tracer, render.pixel_costs ? &result.pixel_costs[pixel] : nullptr, [&] {
-          result.image.pixels[pixel] =
-              worker.tracer.trace(TraceRay(origin, glm::vec3(direction)), recorder, 1.0f, limit).colour;
-        });
-      }
-    };
-    trace_group_of(worker, render.first_group + index, traces::RayKind::primary, writer, trace_rays);
-    progress.add(pixels.size());
-  };
-
-  const auto trace_secondary_group = [&](std::size_t index) {
-    Worker& worker = workers.local();
-    const SecondaryGroup& group = plan->groups[index];
-    const std::uint64_t unique = worker.tracker ? worker.tracker->unique() : 0;
-    const auto trace_rays = [&](auto& recorder, auto&& begin) {
-      for (std::uint32_t lane = 0; lane < group.count; ++lane) {
-        const SecondaryRay& ray = plan->rays[group.first + lane];
-        begin(ray.pixel);
-        if (render.keep_sequences) {
-          worker.secondary_tracer.collect_blended(&secondary_sequences[group.first + lane]);
-        }
-        measure(worker.secondary_tracer, render.pixel_costs ? &secondary_costs[group.first + lane] : nullptr, [&] {
-          secondary_colours[group.first + lane] =
-              worker.secondary_tracer.trace(TraceRay(ray.origin, ray.direction), recorder, ray.transmittance, ray.limit)
-                  .colour;
-        });
-      }
-    };
-    trace_group_of(worker, render.first_group + groups.size() + index, group.kind, writer, trace_rays);
-    if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
-    progress.add(group.count);
-  };
-
-  const auto start = std::chrono::steady_clock::now();
-  // In order: the writer lets no group run far ahead of one that is missing.
-  for_each_in_order(groups.size() + (plan != nullptr ? plan->groups.size() : 0), render.threads, [&](std::size_t i) {
-    if (i < groups.size()) {
-      trace_group(i);
-    } else {
-      trace_secondary_group(i - groups.size());
-    }
-  });
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  progress.finish();
-  // Rays of one pixel add up in the order of their path, whichever thread traced them.
-  for (std::size_t i = 0; i < secondary_colours.size(); ++i) {
-    const std::uint32_t pixel = plan->rays[i].pixel;
-    result.image.pixels[pixel] += secondary_colours[i];
-    if (render.pixel_costs) result.pixel_costs[pixel] += secondary_costs[i];
-    if (render.keep_sequences) {
-      auto& sequence = result.sequences[pixel];
-      sequence.insert(sequence.end(), secondary_sequences[i].begin(), secondary_sequences[i].end());
-    }
-  }
-  for (const Worker& worker : workers) {
-    result.secondary.add(worker.secondary_tracer.counters());
-    result.secondary.visits_unique += worker.secondary_unique;
-    result.counters.add(worker.tracer.counters());
-    result.counters.add(worker.secondary_tracer.counters());
-    if (worker.tracker) result.counters.visits_unique += worker.tracker->unique();
-  }
-  if (footprint) result.footprint_bytes = footprint->bytes();
+  RenderResult result = ViewRender(structure, camera, options, render, writer).run();
   if (render.count_hits) result.counters.hits = count_hits(structure, camera, options, render);
   return result;
 }

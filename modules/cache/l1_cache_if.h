@@ -100,7 +100,7 @@ struct L1CacheConfig {
     geometry.shape_parameters(list);
     list.add("latency", latency, {1, kMaxLatency}, "cycles", "from request to response of a hit", kTable1);
     list.add("tag_latency", tag_latency, {1, kMaxLatency}, "cycles", "from request to a miss leaving the cache", kOurs);
-    list.add("banks", banks, {1, 64}, "banks", "sector-interleaved banks, one access a cycle each", kVulkanSim);
+    list.add("banks", banks, {1, 64}, "banks", "sector-interleaved banks, each with one access per cycle", kVulkanSim);
     list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding", kVulkanSim);
     list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
              kVulkanSim);

@@ -37,7 +37,7 @@ const CounterTable<L1Counters>& L1Counters::table() {
           .sum(&C::evictions, "evictions", "lines", "lines replaced")
           .sum(&C::kept_writes, "kept_writes", "sectors", "writes that stayed in the L1, dirty")
           .sum(&C::rewrites, "rewrites", "sectors", "of these, sectors that were dirty already")
-          .sum(&C::write_backs, "write_backs", "sectors", "dirty sectors written back when their line went")
+          .sum(&C::write_backs, "write_backs", "sectors", "dirty sectors written back when their line was evicted")
           .sum(&C::sent_reads, "sent_reads", "sectors", "read misses sent to the L2")
           .sum(&C::sent_writes, "sent_writes", "sectors", "writes sent to the L2: through and back")
           .sum(&C::mshr_cycles, "mshr_cycles", "entry-cycles", "occupied MSHR entries summed over cycles")

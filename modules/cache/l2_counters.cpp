@@ -31,7 +31,7 @@ const CounterTable<L2Counters>& L2Counters::table() {
           .sum(&C::dram_writes, "dram_writes", "sectors", "dirty sectors written back to DRAM")
           .by_name<Region>(&C::dram_reads_of, "dram_reads", "sectors", "sectors read from DRAM for {}")
           .by_name<Region>(&C::dram_writes_of, "dram_writes", "sectors",
-                           "sectors written back to DRAM that {} had written")
+                           "sectors written back to DRAM, written last by {}")
           .sum(&C::evictions, "evictions", "lines", "lines replaced")
           .sum(&C::mshr_cycles, "mshr_cycles", "entry-cycles", "occupied MSHR entries summed over cycles")
           .distribution(&C::miss_latency, "miss_latency", "cycles", "mean from MSHR allocation to fill",

@@ -266,11 +266,11 @@ std::uint64_t Dram::outstanding(unsigned channel) const {
 }
 
 DramChannelCounters Dram::channel_counters(unsigned channel) const {
-  const Channel& of = channels_[channel];
-  DramChannelCounters counters = of.channel.counters();
-  counters.responses = of.responded;
-  counters.refused = of.refused;
-  counters.full_clocks = of.full_clocks;
+  const Channel& c = channels_[channel];
+  DramChannelCounters counters = c.channel.counters();
+  counters.responses = c.responded;
+  counters.refused = c.refused;
+  counters.full_clocks = c.full_clocks;
   return counters;
 }
 

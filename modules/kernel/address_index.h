@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hash map from a line or sector number to an index: open addressing, fixed capacity. A lookup in a 256-way set costs
 // one probe instead of 256 comparisons. Key and value share an 8-byte entry, so a probe touches one cache line of the
-// host. It stands for the parallel comparators of a tag array or MSHR file and has no timing of its own.
+// host. The map stands for the parallel comparators of a tag array or MSHR file and has no timing of its own.
 #pragma once
 
 #include <bit>

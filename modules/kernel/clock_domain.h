@@ -21,10 +21,10 @@ inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 class Alarm;
 
-/// What caches and open DRAM rows hold when a launch begins.
+/// Contents of caches and open DRAM rows when a launch begins.
 enum class Caches : std::uint8_t {
-  cold,  ///< nothing
-  warm,  ///< what the previous launch left
+  cold,  ///< empty, closed
+  warm,  ///< as the previous launch left them
 };
 
 /// The interface through which a clock domain calls a module, the same in unit tests, in the GPU and on other
@@ -43,7 +43,7 @@ class Clocked {
   ~Clocked() = default;
 };
 
-/// What begins anew with a clock domain that does not call it: a link. Alarm::restarts() registers it.
+/// An object that restarts with a clock domain but is not called by it, such as a link. Alarm::restarts() registers it.
 class Restarted {
  public:
   /// For another launch: back to the constructed state.

@@ -36,7 +36,7 @@ class LinkObject : public sc_core::sc_object, public Restarted {
   /// as errors.
   explicit LinkObject(const std::string& name) : sc_object(free_name(name).c_str()) {}
 
-  // Checks of what a unit may ask of a link. No asserts: a user's release build has none, and this is a user's code.
+  // Checks a unit's calls of a link. Not by assert: a release build has none, and the unit may be a user's.
   void require(bool holds, const char* rule) const {
     if (!holds) [[unlikely]]
       refuse(rule);

@@ -9,7 +9,7 @@ namespace grtx::modules {
 
 class ClockDomain;
 
-/// It does so only while the kernel has nothing else to do; the kernel's work per tick was a seventh of all
+/// The loop runs only while the kernel has nothing else to do; the kernel's work per tick was a seventh of all
 /// instructions of a run. Ticks still happen in time order, so unlike temporal decoupling this does not change results:
 /// only the kernel's time lags behind, and TLM calls annotate the difference. Not for domains with a foreign DRAM,
 /// which may ignore annotated delays. See ClockDomain::allow_ahead().

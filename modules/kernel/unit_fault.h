@@ -13,7 +13,7 @@ namespace grtx::modules {
 
 inline constexpr const char* kUnitReport = "/grtx/unit";
 
-/// Type of the report of an Error that a unit has thrown, whose text is the report's: the kernel would forget its type.
+/// Report type for an Error that a unit has thrown: the kernel keeps an exception's text, but not its type.
 inline constexpr const char* kInputReport = "/grtx/input";
 
 /// unit: its name in the hierarchy.

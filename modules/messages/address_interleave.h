@@ -17,7 +17,7 @@ struct AddressInterleave {
   bool xor_hash = false;  ///< needs 2^n slices
   unsigned channels = 0;  ///< DRAM channels, a divisor of slices; 0: one per slice
   void parameters(ParameterList& list) {
-    list.add("slices", slices, {1, 256}, "slices", "of the L2, each with a port of a sector a cycle",
+    list.add("slices", slices, {1, 256}, "slices", "of the L2, each with a port of one sector per cycle",
              assumed("this project: 4 x 28 GB/s; the paper gives no count"));
     list.add("interleave_bytes", bytes, {128, 1 << 20}, "B", "consecutive bytes of one slice", kGpgpuSim);
     list.add("xor_hash", xor_hash, "higher address bits are folded into the slice number", kOurs);
@@ -28,7 +28,7 @@ struct AddressInterleave {
   }
   void channel_parameters(ParameterList& list) {
     list.add("channels", channels, {0, 256}, "channels",
-             "of the DRAM; each is shared by l2.slices / channels slices; 0: one a slice",
+             "of the DRAM; each is shared by l2.slices / channels slices; 0: one per slice",
              assumed("this project: 4 x 28 GB/s; the paper gives no count"))
         .came_later();
     list.rule(
@@ -44,7 +44,7 @@ struct AddressInterleave {
     list.under("dram", [&](ParameterList& keys) { copy.channel_parameters(keys); });
     require_allowed(list);
   }
-  // What follows takes check() for granted: with other numbers addresses are wrong, and only asserts say so.
+  // The functions below rely on check(): with other numbers addresses are wrong, which only asserts notice.
 
   /// Slice of a byte address, in [0, slices).
   unsigned slice(std::uint64_t address) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heap of a ray's k nearest hits in the registers of its warp, kept by the any-hit unit instead of a shader: how long
-// its operations take. GauTracer (ISCA 2026): a max-heap of t, alpha and id, 2 to 12 cycles an operation.
+// Timing of the heap of a ray's k nearest hits, which the any-hit unit keeps in the registers of the ray's warp in
+// place of a shader. GauTracer (ISCA 2026): a max-heap of t, alpha and id, 2 to 12 cycles per operation.
 #pragma once
 
 #include <bit>
@@ -19,14 +19,14 @@ struct HitHeap {
   unsigned level_latency = 2;
 
   void parameters(ParameterList& list) {
-    const char* const gautracer = "GauTracer, ISCA 2026: 2 to 12 cycles an operation";
+    const char* const gautracer = "GauTracer, ISCA 2026: 2 to 12 cycles per operation";
     list.add("enabled", enabled, "hits enter a heap in the registers of their warp; no any-hit shader runs",
              from_public("GauTracer, ISCA 2026"))
         .came_later();
     list.add("latency", latency, {1, kMaxLatency}, "cycles", "an operation that compares with the heap's root only",
              from_public(gautracer))
         .came_later();
-    list.add("level_latency", level_latency, {0, kMaxLatency}, "cycles", "a level of the heap that an entry passes",
+    list.add("level_latency", level_latency, {0, kMaxLatency}, "cycles", "per level of the heap that an entry passes",
              from_public(gautracer))
         .came_later();
   }

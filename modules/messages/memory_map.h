@@ -40,7 +40,7 @@ class MemoryMap {
   /// Throws Error if the map does not fit into 128 GiB.
   MemoryMap(const traces::Header& header, const MemoryMapConfig& config);
 
-  // Buffers, fields and indices are those that header and configuration have; beyond them only asserts say so.
+  // Buffers, fields and indices must be among those of header and configuration; only asserts check it.
 
   std::uint64_t node(std::uint64_t image_address) const { return image_address; }  ///< the node image lies at 0
   std::uint64_t gaussian_record(std::uint32_t gaussian) const { return gaussian_ + gaussian * gaussian_bytes_; }

@@ -22,7 +22,7 @@ constexpr bool lies_below(std::uint64_t limit, std::uint64_t address, std::uint6
 }
 inline constexpr const char* kSectorsRule = "must be 1, 2 or 4: a line has four sectors";  ///< for port widths
 
-/// What kind of data a memory request accesses; caches count hits per region.
+/// Kind of the data that a memory request accesses; caches count hits per region.
 enum class Region : std::uint8_t {
   tlas,        ///< internal nodes of the monolithic BVH or the TLAS, and their headers
   blas,        ///< nodes of the shared BLAS

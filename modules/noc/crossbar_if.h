@@ -65,7 +65,7 @@ struct CrossbarConfig {
   unsigned latency = 8;         ///< cycles from visible at the input to visible at the output
   unsigned output_buffer = 32;  ///< packets per output, in addition to those in transit
   void parameters(ParameterList& list) {
-    list.add("latency", latency, {1, kMaxLatency}, "cycles", "unloaded, each way", kOurs);
+    list.add("latency", latency, {1, kMaxLatency}, "cycles", "of a packet without contention, each way", kOurs);
     list.add("output_buffer", output_buffer, {1, kMaxEntries}, "packets", "waiting at an output", kGpgpuSim);
   }
 };

@@ -26,7 +26,7 @@ struct RtUnitContext {
   const RtUnitConfig& config;
   const traces::Header& header;
   const MemoryMap& map;
-  const NodeTraffic& traffic;  ///< which bytes a node visit reads
+  const NodeTraffic& traffic;  ///< the bytes that a node visit reads
   unsigned sm;                 ///< number of the SM: selects its per-ray buffers in the map
 };
 

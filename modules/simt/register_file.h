@@ -32,7 +32,7 @@ struct RegisterFile {
              kOurs)
         .came_later();
     list.add("payload_registers", payload_registers, {0, 255}, "registers",
-             "of a thread beside these: a k-buffer handed to the shaders as payload, two an entry", kOurs)
+             "of a thread beside these: a k-buffer handed to the shaders as payload, two per entry", kOurs)
         .came_later();
     list.rule(
         "payload_registers", [this] { return payload_registers == 0 || registers_per_thread != 0; },

@@ -61,7 +61,7 @@ class SimtCore final : public SimtCoreModule {
         {"free", "prologue", "evict_move", "trace_call", "tracing", "sort", "blend", "epilogue", "draining"});
   }
 
-  /// What a warp executes for the RT unit while it is being traced.
+  /// Shader that a warp executes for the RT unit while the RT unit traces the warp's rays.
   enum class Service : std::uint8_t { none, any_hit, node_fetch, intersection };
 
   /// The links to one RT unit, looked up once; the last two are null unless shaders fetch nodes.

@@ -79,8 +79,8 @@ struct SimtCoreConfig {
              "width of the load-store unit and of its port at the L1", kOurs)
         .came_later();
     list.add("dependent_loads", costs.dependent_loads,
-             "the loop of an any-hit shader over the k-buffer waits for what it reads before it goes on; else all its "
-             "loads go out at once",
+             "the any-hit shader's loop over the k-buffer waits for each load before the next iteration; else all its "
+             "loads are sent at once",
              kOurs);
     list.add("k_buffer_layout", k_buffer_layout,
              "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
@@ -88,9 +88,8 @@ struct SimtCoreConfig {
         .came_later();
     list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs).came_later();
     list.add("eviction_traffic", costs.eviction_traffic,
-             "whether what falls out of a k-buffer is written to memory and read from it; uncharged is an assumption, "
-             "no "
-             "hardware",
+             "whether hits that fall out of a k-buffer are written to memory and read back; uncharged is an "
+             "assumption, not hardware",
              kOurs)
         .came_later();
     list.add("list_batch", costs.list_batch, {1, 64}, "hits",

@@ -40,7 +40,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .sum(of_shader(&S::evictions), "evictions", "entries", "entries the any-hit shader wrote to eviction buffers")
           .sum(of_shader(&S::eviction_moves), "eviction_moves", "entries",
                "entries moved from eviction buffers to k-buffers")
-          .sum(of_shader(&S::entries_processed), "processed", "entries", "k-buffer entries looked at when blending")
+          .sum(of_shader(&S::entries_processed), "processed", "entries", "k-buffer entries processed for blending")
           .sum(of_shader(&S::entries_blended), "blended", "entries", "k-buffer entries blended")
           .sum(of_shader(&S::k_buffer_mismatches), "k_buffer_mismatches", "rounds",
                "ray rounds whose any-hit calls do not add up to the k-buffer of the trace; 0 in a correct run")
@@ -62,7 +62,7 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .sum(of_shader(&S::load_instructions), "lsu.load_instructions", "instructions", "warp load instructions")
           .sum(of_shader(&S::store_instructions), "lsu.store_instructions", "instructions", "warp store instructions")
           .sum(of_memory(&M::blocked_cycles), "lsu.blocked_cycles", "cycles",
-               "cycles in which the L1 took no request that waited")
+               "cycles in which requests waited and the L1 took none")
           .largest(of_memory(&M::deepest_queue), "lsu.deepest_queue", "sectors",
                    "most sectors that waited in one load-store unit")
           .own_counts(&C::own)
@@ -75,7 +75,8 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
           .value([](const C& c) { return c.phases[kIntersection]; }, "phases.intersection", "phases",
                  "executions of phase intersection")
           .when([](const C& c) { return c.shader.heap_cycles != 0; })
-          .sum(of_shader(&S::heap_cycles), "heap_cycles", "cycles", "taking hits out of heaps, summed over lanes");
+          .sum(of_shader(&S::heap_cycles), "heap_cycles", "cycles",
+               "cycles of taking hits out of heaps, summed over lanes");
   return table;
 }
 

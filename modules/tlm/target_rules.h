@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all targets of the project do alike with a payload: which they refuse whatever they are, and what a target
-// without data answers.
+// Rules that all targets of the project share: payloads that every target refuses, and the answer of a target without
+// data.
 #pragma once
 
 #include <algorithm>

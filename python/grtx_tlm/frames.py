@@ -61,7 +61,7 @@ def named(names: str | Iterable[str]) -> list[str]:
 
 
 def _quantities(stats: dict[str, Any], path: str, place: str) -> pd.DataFrame:
-    """{name: {value, unit, description}} as a frame of one row a statistic."""
+    """{name: {value, unit, description}} as a frame of one row per statistic."""
     for name, entry in stats.items():
         if not isinstance(entry, dict) or not {"value", "unit", "description"} <= set(entry):
             raise StatisticsError(path, f"{place}.{name}", "must have value, unit and description")
@@ -83,7 +83,7 @@ def _notes(notes: Any, path: str, place: str) -> list[dict[str, str]]:
 def read_statistics(path: StrPath) -> pd.DataFrame:
     """Statistics of one run (``grtx sim --stats``, schema grtx.stats/1).
 
-    Gives a frame of one row a statistic, index ``statistic``, columns ``value`` (float, which holds integers to 2**53; NaN
+    Gives a frame of one row per statistic, index ``statistic``, columns ``value`` (float, which holds integers to 2**53; NaN
     for null), ``unit``, ``description``. ``frame.attrs`` holds ``config``, ``inputs`` and ``over_time`` (dicts), and
     ``notes``: [{"id", "text"}], what limits the figures' meaning. Raises StatisticsError, OSError.
     """
@@ -123,14 +123,14 @@ def over_time(statistics: pd.DataFrame | StrPath) -> pd.DataFrame:
 class Results:
     """What ``grtx run`` measured.
 
-    - ``statistics``: frame of one row a statistic, one column a design (value; NaN where a design has none).
+    - ``statistics``: frame of one row per statistic, one column per design (value; NaN where a design has none).
     - ``quantities``: frame of the same rows: ``unit``, ``description``.
     - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
     - ``pictures``: frame of one row a design and frame: ``psnr`` against ``speedup_over`` and ``psnr_reference`` against the
       reference in the design's own order, in dB (infinite: identical pictures); ``order``, by which its hits are blended;
       ``reference``: "fp64", on ``reference_pixels`` of the frame, or "tracer", which traced it at full precision. Empty for
       files of earlier versions.
-    - ``frames``: frame of one row a frame of a sequence, a column a design, in cycles; empty for one view.
+    - ``frames``: frame of one row per frame of a sequence, a column per design, in cycles; empty for one view.
     - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
     """
@@ -199,7 +199,7 @@ def read_results(path: StrPath) -> Results:
 def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.DataFrame:
     """Points of a sweep or a search (SQLite, schema grtx.sweep/3, 2 or 1), opened read-only.
 
-    Gives a frame of one row a point, index ``point``: ``scene``, ``design``, ``machine``, ``mode``, ``status``, ``reason``,
+    Gives a frame of one row per point, index ``point``: ``scene``, ``design``, ``machine``, ``mode``, ``status``, ``reason``,
     ``seconds``, ``earlier_plan``, ``notes`` (ids of what limits its figures' meaning, docs/model/statistics.md; "" for none),
     a column for each coordinate, and one for each statistic and cost. Coordinates are what
     the plan varied, and whatever else points of equal machine, mode, scene and design differ in. ``earlier_plan``: the plan

@@ -26,7 +26,7 @@ def plot_speedup(speedups: pd.DataFrame | pd.Series, reference: Reference | None
                  over: str = "the baseline") -> Axes:
     """Bars of the designs' speed-ups, as in the paper's main figure.
 
-    ``speedups``: frame of one row a scene, one column a design (no unit), or the series of one scene. ``over``: whose cycles
+    ``speedups``: frame of one row per scene, one column per design (no unit), or the series of one scene. ``over``: whose cycles
     they are relative to.
     ``reference``: by design, drawn as a line over each bar (say the paper's means). Raises ValueError if empty.
     """

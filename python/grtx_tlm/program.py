@@ -8,7 +8,7 @@ from typing import Any
 
 from .errors import ProgramError, StrPath
 
-REPEATED = ("heatmap",)  # options given once a value; other lists are joined by commas
+REPEATED = ("heatmap",)  # options given once per value; other lists are joined by commas
 
 
 def find_program(program: StrPath | None = None) -> str:

@@ -106,7 +106,7 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
                  design: Any = None, mode: Any = None, target_error: Any = None, share: Any = None, seed: Any = None,
                  warm: Any = None, warm_state: Any = None, strict: Any = False, watchdog: Any = None,
                  construction_order: Any = None, no_idle_skip: Any = False, program: StrPath | None = None) -> pd.DataFrame:
-    """Every trace with every combination of settings: a frame of one row a run.
+    """Every trace with every combination of settings: a frame of one row per run.
 
     ``traces``: a path, several, or {name: path}. ``settings``: {key: value}. Options are simulate()'s. Each value may be a
     list, a range, an array or a series: an axis. Columns: ``trace``, what was given, then the statistics, integers as

@@ -37,8 +37,8 @@ class RayGroup:
 
     - ``index``, ``frame``: position in the file; frame of a sequence. ``kind``: 'primary', 'glass' or 'mirror'.
     - ``nodes``: the internal nodes visited, ascending: ``address``, ``child_base``, ``child_count``, ``child_kinds``
-      (8 a node; 0 internal or unused, 1 instance, 2 procedural, 3 triangle).
-    - ``rays``: one a lane: ``pixel`` (y * width + x), ``rounds``.
+      (8 per node; 0 internal or unused, 1 instance, 2 procedural, 3 triangle).
+    - ``rays``: one per lane: ``pixel`` (y * width + x), ``rounds``.
     - ``rounds``: in order of lane and round: ``events`` (how many), flags, k-buffer entries at begin (``preloaded``) and end
       (``k_count``), ``processed`` (how many), ``eviction_dropped``.
     - ``events``: in order: ``kind`` (see EVENT_KINDS), ``address``; of an internal visit ``detail`` and ``checkpoints`` are

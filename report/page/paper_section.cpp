@@ -20,20 +20,20 @@ using nlohmann::ordered_json;
 /// A column of the table: a run, or a mean over several.
 struct Column {
   std::string title;
-  std::vector<const ReportRun*> of;
+  std::vector<const ReportRun*> runs;
 
   /// Value of the run, or the geometric mean of several; NaN if one has none.
   double value(const RunTarget& target) const {
     std::vector<double> values;
-    for (const ReportRun* run : of) values.push_back(target.of_run(run->results));
+    for (const ReportRun* run : runs) values.push_back(target.of_run(run->results));
     return geometric_mean(values);
   }
   /// Value of a single run; NaN if it has no checkpointing design, or the cost is unknown.
   double value(const CostTarget& target) const {
     double value = std::numeric_limits<double>::quiet_NaN();
-    for (std::size_t i = 0; of.size() == 1 && i < of.front()->machines.size(); ++i) {
-      const std::string& design = of.front()->results.designs[i].name;
-      const MachineFigures& machine = of.front()->machines[i];
+    for (std::size_t i = 0; runs.size() == 1 && i < runs.front()->machines.size(); ++i) {
+      const std::string& design = runs.front()->results.designs[i].name;
+      const MachineFigures& machine = runs.front()->machines[i];
       if ((design == "grtx" || design == "hw") && !machine.cost.is_null()) value = target.of_machine(machine.cost);
     }
     return value;
@@ -54,19 +54,20 @@ std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
   std::vector<Column> means;
   for (const ReportRun& run : runs) {
     const auto fits = [&](const Column& mean) {
-      return std::all_of(mean.of.begin(), mean.of.end(), [&](const ReportRun* one) { return shares_mean(*one, run); });
+      return std::all_of(mean.runs.begin(), mean.runs.end(),
+                         [&](const ReportRun* one) { return shares_mean(*one, run); });
     };
     const auto mean = std::find_if(means.begin(), means.end(), fits);
     if (mean == means.end()) {
       means.push_back({"", {&run}});
     } else {
-      mean->of.push_back(&run);
+      mean->runs.push_back(&run);
     }
   }
   for (Column& mean : means) {
-    if (mean.of.size() < 2) continue;
-    const std::string machine = mean.of.front()->results.subject.setting("machine");
-    mean.title = fmt::format("geometric mean of {} views{}", mean.of.size(), machine.empty() ? "" : ", " + machine);
+    if (mean.runs.size() < 2) continue;
+    const std::string machine = mean.runs.front()->results.subject.setting("machine");
+    mean.title = fmt::format("geometric mean of {} views{}", mean.runs.size(), machine.empty() ? "" : ", " + machine);
     columns.push_back(std::move(mean));
   }
   return columns;
@@ -95,10 +96,10 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
     series.push_back(column.title);
   }
   titles.push_back({"place in the paper", false});
-  const std::string of = machines_of(runs);
-  Table table(
-      "The paper's figures and the model's, in small the model's over the paper's" + (of.empty() ? of : "; " + of),
-      titles);
+  const std::string machines = machines_of(runs);
+  Table table("The paper's figures and the model's, in small the model's over the paper's" +
+                  (machines.empty() ? "" : "; " + machines),
+              titles);
   ordered_json bars = ordered_json::array(), ticks = ordered_json::array();
   for (const RunTarget& target : run_targets()) {
     const auto shown = [&](double v) { return !std::isfinite(v) ? "" : target.ratio() ? times(v) : number(v); };
@@ -110,7 +111,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
       if (!std::isfinite(own)) continue;
       any = true;
       const std::string interval =
-          column.of.size() > 1 ? "" : interval_html(interval_of(target, column.of.front()->results), times);
+          column.runs.size() > 1 ? "" : interval_html(interval_of(target, column.runs.front()->results), times);
       cells.back() = with_quotient(shown(own) + interval, own / target.paper);
       if (target.ratio()) bars.push_back({{"label", target.name}, {"series", column.title}, {"value", own}});
     }
@@ -135,12 +136,14 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
     table.row(cells);
   }
   if (table.rows() == 0) return "";
-  const std::string caption = "Ratios of the model (bars) and of the paper (ticks)" + (of.empty() ? of : "; " + of);
+  const std::string caption =
+      "Ratios of the model (bars) and of the paper (ticks)" + (machines.empty() ? "" : "; " + machines);
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
          "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
          "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
          "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
-         "buffers are of the run's own machine; the paper's has 8 warps an RT core and 32 resident warps an SM.</p>\n" +
+         "buffers are of the run's own machine; the paper's has 8 warps per RT core and 32 resident warps per "
+         "SM.</p>\n" +
          (labels.empty() ? ""
                          : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
          table.html() + "</section>\n";

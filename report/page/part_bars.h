@@ -15,7 +15,7 @@ struct Bar {
   std::string label;
   std::vector<Part> parts;
 };
-/// What bars show. unit: "J", "B"; "" for counts.
+/// Titles of a chart of bars. unit: "J", "B"; "" for counts.
 struct BarWords {
   std::string id, value_title, unit, part_title, caption;
 };

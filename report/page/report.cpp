@@ -76,10 +76,10 @@ void price_machines(ReportSweep& sweep) {
     }
     if (best == nullptr) return;
     for (const ReportSweep::Machine& known : sweep.machines) {
-      if (known.point == best->of.front()) return;
+      if (known.point == best->points.front()) return;
     }
     const ReportedPoint& point = shown.first(*best);
-    sweep.machines.push_back({best->of.front(), what,
+    sweep.machines.push_back({best->points.front(), what,
                               machine_figures(point.config, machine_inputs(point.design, point.inputs), ordered_json(),
                                               sweep.results.file)});
   };
@@ -125,8 +125,8 @@ std::string machines_section(const Inputs& inputs) {
   for (const ReportRun& run : inputs.runs) {
     for (std::size_t i = 0; i < run.machines.size(); ++i) {
       const DesignResult& design = run.results.designs[i];
-      const std::string of = design.subject.text();
-      const std::string title = (of.empty() ? run.results.label : of) + ", " + design.name;
+      const std::string subject = design.subject.text();
+      const std::string title = (subject.empty() ? run.results.label : subject) + ", " + design.name;
       out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
     }
   }

@@ -75,14 +75,14 @@ std::string pictures_note(const RunResults& run) {
 /// Bars of the speed-ups as a table, which needs no script: design, bar and figure, what binds it.
 std::string speedups_html(const ReportRun& run) {
   const DesignResult* reference = run.results.design(run.results.speedup_over);
-  const double of = (reference == nullptr ? fastest(run.results) : *reference).value("gpu.cycles");
+  const double reference_cycles = (reference == nullptr ? fastest(run.results) : *reference).value("gpu.cycles");
   double most = 0.0;
-  for (const DesignResult& d : run.results.designs) most = std::max(most, of / d.value("gpu.cycles"));
+  for (const DesignResult& d : run.results.designs) most = std::max(most, reference_cycles / d.value("gpu.cycles"));
   bool any_paper = false, any_picture = false;
   for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
   std::string rows;
   for (const DesignResult& d : run.results.designs) {
-    const double speedup = of / d.value("gpu.cycles"), paper = paper_speedup(d.name);
+    const double speedup = reference_cycles / d.value("gpu.cycles"), paper = paper_speedup(d.name);
     const std::string shown = reference == nullptr
                                   ? number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number)
                                   : speedup_text(run, d);

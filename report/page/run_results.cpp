@@ -70,8 +70,8 @@ void find_picture(const ordered_json& document, const std::string& path, RunResu
 /// Reads intervals {"low", "high"} by design.
 std::map<std::string, Interval> intervals(const ordered_json& document, const char* name) {
   std::map<std::string, Interval> all;
-  const ordered_json of = document.value(name, ordered_json::object());
-  for (const auto& [design, interval] : of.items()) {
+  const ordered_json by_design = document.value(name, ordered_json::object());
+  for (const auto& [design, interval] : by_design.items()) {
     if (!interval.is_object() || !interval.contains("low") || !interval.contains("high")) continue;
     if (!interval.at("low").is_number() || !interval.at("high").is_number()) continue;
     const Interval found{interval.at("low").get<double>(), interval.at("high").get<double>()};
@@ -186,7 +186,7 @@ std::string label_of(const RunResults& run) {
   }
   if (!others.empty()) k += " (" + others + ")";
   std::string label = run.subject.scene().empty() ? run.file : "";
-  if (const std::string of = run.subject.text(k); !of.empty()) label += (label.empty() ? "" : ", ") + of;
+  if (const std::string subject = run.subject.text(k); !subject.empty()) label += (label.empty() ? "" : ", ") + subject;
   return label;
 }
 

@@ -60,7 +60,7 @@ std::string bytes_cell(const DesignResult& design, MemoryLevel level, std::size_
   return bytes > 0.0 ? with_unit(bytes, "B") : "";
 }
 
-/// A row a figure, a column a design, so that five designs fit; figures that no design has are absent.
+/// One row per figure and one column per design, so that five designs fit; figures that no design has are absent.
 std::string designs_table(const ReportRun& run) {
   const std::vector<DesignResult>& designs = run.results.designs;
   std::vector<Table::Column> columns = {{"figure", false}};
@@ -224,13 +224,13 @@ std::string bars_section(const std::vector<ReportRun>& runs) {
       energy.push_back({run.bar_label(i), energy_of(run.results.designs[i], run.machines[i])});
     }
   }
-  const std::string machines = machines_of(runs), of = machines.empty() ? "" : "; " + machines;
+  const std::string machines = machines_of(runs), suffix = machines.empty() ? "" : "; " + machines;
   return "<section id=\"bars\"><h2>Where cycles and energy went</h2>\n" + subjects_html(runs) +
          bars_html({"stalls", "cycles of all RT units", "", "cycles",
-                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + of},
+                    "Cycles of the RT units: a warp was scheduled (issue), or why none was" + suffix},
                    stalls) +
          bars_html({"energy", "energy", "J", "part",
-                    "Energy of the run by part, central estimate, process node of grtx cost" + of},
+                    "Energy of the run by part, central estimate, process node of grtx cost" + suffix},
                    energy) +
          "</section>\n";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bytes that a design moved, by what they were for.
+// Bytes that a design moved, by purpose.
 #pragma once
 
 #include <cstddef>

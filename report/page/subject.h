@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The subject of a result: machine, view, options, mode and model version. Results may be compared or averaged only if
-// their subjects match; this class decides that, for runs and for points of sweeps. What a design brings with it
-// (options and keys of explore/sweep/designs.h) is part of the design.
+// their subjects match; this class decides that, for runs and for points of sweeps. Options and keys that a design
+// brings with it (explore/sweep/designs.h) are part of the design.
 #pragma once
 
 #include <map>

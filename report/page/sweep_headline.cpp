@@ -41,7 +41,8 @@ std::string machines_of(const SweepResults& results) {
 
 std::string subject_html(const SweepResults& results) {
   std::string out;
-  if (const std::string of = machines_of(results); !of.empty()) out = "<p class=\"subject\">" + escape(of) + ".</p>\n";
+  if (const std::string machines = machines_of(results); !machines.empty())
+    out = "<p class=\"subject\">" + escape(machines) + ".</p>\n";
   std::vector<std::pair<sim::ResultNote, std::vector<std::int64_t>>>
       notes;  // {first note of each id, ids of its points}
   std::size_t done = 0;
@@ -88,10 +89,10 @@ std::string sweep_headline(const ReportSweep& sweep) {
   }
   cards += headline(number(static_cast<double>(front)), "Points on the front", "of mm² against time");
   const bool mean = !shown.views().empty() && shown.views().front().is_mean();
-  const std::string of = mean                       ? fmt::format(": {}, geometric means", shown.views().front().title)
-                         : shown.views().size() > 1 ? ": " + shown.views().front().title
-                                                    : "";
-  return fmt::format("<h3>{}{}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(of),
+  const std::string views = mean ? fmt::format(": {}, geometric means", shown.views().front().title)
+                            : shown.views().size() > 1 ? ": " + shown.views().front().title
+                                                       : "";
+  return fmt::format("<h3>{}{}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(views),
                      subject_html(results), cards);
 }
 

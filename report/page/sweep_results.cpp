@@ -64,7 +64,7 @@ SweepResults read_sweep_results(const std::string& path) {
     static_cast<explore::StoredPoint&>(points[point.id]) = std::move(point);
   std::vector<explore::StoredPoint*> all;
   for (auto& [id, point] : points) all.push_back(&point);
-  explore::tell_apart(all);
+  explore::add_distinguishing_inputs(all);
   select(database, "SELECT point_id, name, value FROM value ORDER BY point_id, name",
          [&](const explore::SqliteStatement& row) {
            const auto point = points.find(row.integer(0));

@@ -32,7 +32,7 @@ std::string words(const ReportedPoint& p) {
 /// Columns that distinguish the points of a view: machine and design if they vary, then the varying coordinates.
 struct Describing {
   std::string title;
-  std::function<ordered_json(const ReportedPoint&)> of;
+  std::function<ordered_json(const ReportedPoint&)> value;
 };
 std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& shown) {
   std::vector<Describing> list;
@@ -53,7 +53,7 @@ std::vector<Describing> describing(const SweepResults& sweep, const SweepViews& 
 /// Ids of the notes on a point; for a mean, those of all its points.
 std::string note_ids(const SweepResults& results, const ShownPoint& point) {
   std::vector<std::string> ids;
-  for (const std::size_t i : point.of) {
+  for (const std::size_t i : point.points) {
     for (const sim::ResultNote& note : results.points[i].notes) {
       if (std::find(ids.begin(), ids.end(), note.id) == ids.end()) ids.push_back(note.id);
     }
@@ -113,11 +113,12 @@ ordered_json rounded(double value) {
 ordered_json explored_point(const ReportSweep& sweep, const SweepViews& shown, const ShownPoint& point,
                             const std::vector<Describing>& columns) {
   const ReportedPoint& p = shown.first(point);
-  ordered_json row = {{"id", point.id},     {"label", point.label},     {"name", shown.name(p)}, {"view", point.view},
-                      {"keys", point.keys}, {"machine", point.machine}, {"base", p.machine},     {"design", p.design}};
+  ordered_json row = {{"id", point.id},     {"label", point.label},  {"name", shown.name(p)},
+                      {"view", point.view}, {"keys", point.setting}, {"machine", point.machine},
+                      {"base", p.machine},  {"design", p.design}};
   ordered_json fields = ordered_json::array(), metrics = ordered_json::array();
   for (const Describing& column : columns) {
-    const ordered_json value = column.of(p);
+    const ordered_json value = column.value(p);
     fields.push_back(value.is_structured() ? ordered_json(json_text(value)) : value);
   }
   for (const Metric& metric : kMetrics) metrics.push_back(rounded(metric.scale * shown.value(point, metric.name)));
@@ -165,7 +166,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   const bool several = shown.views().size() > 1;
   std::vector<Table::Column> titles = {{"point"}};
   if (several) titles.push_back({"view", false});
-  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ a ray"}) titles.push_back({title});
+  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ per ray"}) titles.push_back({title});
   titles.push_back({"on the front of", false});
   for (const char* title : {"cycles", "L1 hit rate", "DRAM MB", "mm², low – high"}) titles.push_back({title});
   for (const Describing& column : columns) titles.push_back({column.title});
@@ -192,7 +193,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
     cells.push_back(number(value("gpu.dram.bytes") * 1e-6));
     const double low = value("cost.mm2_low"), high = value("cost.mm2_high");
     cells.push_back(std::isfinite(low) && std::isfinite(high) ? number(low) + " – " + number(high) : "");
-    for (const Describing& column : columns) cells.push_back(cell(column.of(p)));
+    for (const Describing& column : columns) cells.push_back(cell(column.value(p)));
     if (any_notes) cells.push_back(escape(note_ids(sweep.results, point)));
     table.row(cells, fmt::format(" data-id=\"{}\"{}", point.id, point.on_front() ? " class=\"front\"" : ""));
   }
@@ -221,15 +222,15 @@ double median(std::vector<double> values) {
 std::string effects_table(const SweepResults& results, const SweepViews& shown,
                           const std::vector<Describing>& columns) {
   if (shown.points().empty()) return "";
-  const std::string of = shown.views().size() > 1 ? shown.views().front().title + ", " : "";
-  Table table(results.file + ": what each value does, " + of + machines_of(results), {{"machine and design", false},
-                                                                                      {"coordinate", false},
-                                                                                      {"value"},
-                                                                                      {"points"},
-                                                                                      {"least time, µs"},
-                                                                                      {"median time, µs"},
-                                                                                      {"median mm²"},
-                                                                                      {"median nJ a ray"}});
+  const std::string view = shown.views().size() > 1 ? shown.views().front().title + ", " : "";
+  Table table(results.file + ": what each value does, " + view + machines_of(results), {{"machine and design", false},
+                                                                                        {"coordinate", false},
+                                                                                        {"value"},
+                                                                                        {"points"},
+                                                                                        {"least time, µs"},
+                                                                                        {"median time, µs"},
+                                                                                        {"median mm²"},
+                                                                                        {"median nJ per ray"}});
   std::map<std::pair<std::string, std::string>, std::vector<const ShownPoint*>> alike;  // by machine and design
   for (const ShownPoint& point : shown.points()) {
     if (point.view == 0) alike[{shown.first(point).machine, shown.first(point).design}].push_back(&point);
@@ -238,7 +239,7 @@ std::string effects_table(const SweepResults& results, const SweepViews& shown,
     const std::string name = own.first + (own.first.empty() ? "" : ", ") + own.second;
     for (const Describing& column : columns) {
       std::map<ordered_json, std::vector<const ShownPoint*>> by_value;
-      for (const ShownPoint* point : points) by_value[column.of(shown.first(*point))].push_back(point);
+      for (const ShownPoint* point : points) by_value[column.value(shown.first(*point))].push_back(point);
       if (by_value.size() < 2) continue;
       for (const auto& [value, having] : by_value) {
         std::vector<double> time, area, energy;

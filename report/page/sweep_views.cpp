@@ -120,21 +120,21 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
       ShownPoint point{.id = p.id,
                        .label = fmt::format("#{}", p.id),
                        .view = position_in(names, view_of(p, subject)),
-                       .keys = keys.try_emplace(keys_of(p, subject), keys.size()).first->second,
-                       .of = {i}};
-      const std::string machine = fmt::format("{} {}", point.keys, p.design);
+                       .setting = keys.try_emplace(keys_of(p, subject), keys.size()).first->second,
+                       .points = {i}};
+      const std::string machine = fmt::format("{} {}", point.setting, p.design);
       point.machine = machines.try_emplace(machine, machines.size()).first->second;
       found[point.machine].push_back(i);
       own.push_back(std::move(point));
     }
     std::vector<ShownPoint> mean;
     for (const ShownPoint& point : own) {  // ordered by the first point of each
-      if (names.size() < 2 || point.of.front() != found[point.machine].front()) continue;
+      if (names.size() < 2 || point.points.front() != found[point.machine].front()) continue;
       if (found[point.machine].size() != names.size()) continue;
       ShownPoint all = point;
       all.id = --means;
       all.label = fmt::format("mean {}", -means);
-      all.of = found[point.machine];
+      all.points = found[point.machine];
       mean.push_back(std::move(all));
     }
     if (!mean.empty()) {
@@ -195,15 +195,15 @@ void SweepViews::find_fronts() {
 }
 
 double SweepViews::value(const ShownPoint& point, const std::string& name) const {
-  if (point.of.size() == 1) return first(point).value(name);
+  if (point.points.size() == 1) return first(point).value(name);
   std::vector<double> values;
-  for (const std::size_t i : point.of) values.push_back(results_.points[i].value(name));
+  for (const std::size_t i : point.points) values.push_back(results_.points[i].value(name));
   return geometric_mean(values);
 }
 
 double SweepViews::sum(const ShownPoint& point, const std::string& name) const {
   double sum = 0.0;
-  for (const std::size_t i : point.of) {
+  for (const std::size_t i : point.points) {
     const double own = results_.points[i].value(name);
     sum += std::isfinite(own) ? own : 0.0;
   }
@@ -252,7 +252,7 @@ const ShownPoint* SweepViews::over(const ShownPoint& point, const SpeedupOver& r
     const ReportedPoint &own = first(point), &its = first(other);
     const bool fits = reference.design.empty()
                           ? other.machine == reference.machine && its.design == own.design && its.machine == own.machine
-                          : other.keys == point.keys && its.design == reference.design;
+                          : other.setting == point.setting && its.design == reference.design;
     if (fits) return &other;
   }
   return nullptr;
@@ -270,7 +270,7 @@ std::optional<Interval> SweepViews::speedup_interval(const ShownPoint& point, co
 }
 
 std::optional<Interval> SweepViews::time_interval(const ShownPoint& point) const {
-  if (point.of.size() != 1) return std::nullopt;
+  if (point.points.size() != 1) return std::nullopt;
   const auto cycles = cycles_interval([&](const char* name) { return value(point, name); });
   const double scale = value(point, kTime) / value(point, "gpu.cycles");
   if (!cycles || !std::isfinite(scale)) return std::nullopt;

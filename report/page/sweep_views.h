@@ -22,11 +22,11 @@ struct ShownPoint {
   std::int64_t id = 0;      ///< id in the database; negative for a mean
   std::string label;        ///< "#12"; for a mean "mean 3"
   std::size_t view = 0;     ///< index in SweepViews::views()
-  std::size_t keys = 0;     ///< number of the combination of machine, options and coordinates; the same in all views
-  std::size_t machine = 0;  ///< number of the combination of `keys` and design
-  std::vector<std::size_t> of;  ///< indices in SweepResults::points: one, or one per view for a mean
-  bool on_area = false;         ///< on its view's Pareto front of area and time
-  bool on_energy = false;       ///< on its view's Pareto front of energy and time
+  std::size_t setting = 0;  ///< number of the combination of machine, options and coordinates; the same in all views
+  std::size_t machine = 0;  ///< number of the combination of `setting` and design
+  std::vector<std::size_t> points;  ///< indices in SweepResults::points: one, or one per view for a mean
+  bool on_area = false;             ///< on its view's Pareto front of area and time
+  bool on_energy = false;           ///< on its view's Pareto front of energy and time
 
   bool on_front() const { return on_area || on_energy; }
 };
@@ -65,7 +65,7 @@ class SweepViews {
   double value(const ShownPoint& point, const std::string& name) const;
   /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;
-  const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.of.front()]; }
+  const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.points.front()]; }
   /// Short name that distinguishes a point: all varying coordinates if there are few, else at most four that differ
   /// from the most common values.
   std::string name(const ReportedPoint& point) const;

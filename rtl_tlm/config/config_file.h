@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration files: where those of the project's machines lie, and how files, designs and `--set` are laid over each
-// other in a list of keys.
+// Configuration files: where those of the project's machines lie, and how files, designs and `--set` are applied in
+// order to a list of keys.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ std::vector<std::string> machine_names();
 /// The file of a machine: of the project's by its name; a path that ends in .toml is that path. Throws Error.
 std::string machine_file(const std::string& machine);
 
-/// Where a file sets a key. comment: what stands behind it on its line, by habit its source. What is no file ("--set",
-/// "--design walk") has no line.
+/// Place where a key is set. comment: the comment behind the key on its line, by habit the value's source. Places that
+/// are no file ("--set", "--design walk") have no line.
 struct KeyPlace {
   std::string file;
   unsigned line = 0;
@@ -42,19 +42,19 @@ struct KeyPlace {
 };
 using KeyPlaces = std::map<std::string, KeyPlace>;  ///< by key
 
-/// An option of the tracer that a file names below [tracer], as it is written: who traces knows the options.
+/// A tracer option in a file's table [tracer], as written; the tracer's side checks it.
 struct TracerText {
   std::string value;
   KeyPlace place;
 };
 using TracerTexts = std::map<std::string, TracerText>;  ///< by name with _ for -
 
-/// Watches the keys that set one thing together, layer by layer from the bottom up: dram.mhz and dram.bandwidth_gb_s.
-/// The bandwidth may lie over a dram.mhz that one begins from (in which the times are written): that of a machine of
-/// the project, or of a file that is included. Every other pair is a contradiction, whoever names the two.
+/// Finds contradictions between the two keys that set the memory clock, dram.mhz and dram.bandwidth_gb_s, layer by
+/// layer from the bottom up. A bandwidth may override the dram.mhz of a machine of the project or of an included file,
+/// in which the times are written. Every other pair is a contradiction, whatever sources set the two.
 class RivalKeys {
  public:
-  /// A new layer. begun_from: a machine of the project, or an included file.
+  /// Begins a layer. begun_from: it is a machine of the project, or an included file.
   void begin(bool begun_from);
   /// The layer sets the key, which has its new value.
   void name(const modules::Parameter& key, const KeyPlace& place);
@@ -65,7 +65,7 @@ class RivalKeys {
   struct Word {
     unsigned layer = 0;
     bool begun_from = false;
-    bool off = false;  ///< 0: says nothing
+    bool off = false;  ///< the value is 0, which sets nothing
     KeyPlace place;
   };
   static constexpr std::size_t kKeys = 2;
@@ -74,7 +74,7 @@ class RivalKeys {
   std::array<Word, kKeys> words_;
 };
 
-/// Lays files and settings over each other; each takes effect over those before it. Keys that nobody names keep their
+/// Applies files and settings in order; each overrides those before it. Keys that none of them sets keep their
 /// value: a file states differences only. `include = "other.toml"` (path relative to the file, or the name of a
 /// machine; a list is read in order) is read first.
 class ConfigLayers {
@@ -90,7 +90,7 @@ class ConfigLayers {
   void design(const std::string& origin, const std::vector<std::pair<std::string, std::string>>& keys);
   /// Each "key=value". Throws Error{"--set", key, rule}.
   void settings(const std::vector<std::string>& all);
-  /// Throws Error if what was laid over each other contradicts itself (RivalKeys).
+  /// Throws Error if the layers contradict each other (RivalKeys).
   void require_agreement() const { rivals_.require_agreement(); }
 
   const KeyPlaces& places() const { return places_; }

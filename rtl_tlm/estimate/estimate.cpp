@@ -22,17 +22,17 @@ double student_cumulative(double t, double degrees) {
   return 0.5 + norm * sum * h / 3.0;
 }
 
-double reach_of(double variance, double degrees) {
+double log_half_width(double variance, double degrees) {
   return variance > 0.0 ? student_quantile(0.5 + 0.5 * kConfidence, degrees) * std::sqrt(variance) : 0.0;
 }
 
-ConfidenceInterval interval(double log_value, double variance, double reach) {
+ConfidenceInterval interval(double log_value, double variance, double half_width) {
   ConfidenceInterval result;
   result.value = std::exp(log_value);
   result.deviation = std::sqrt(variance);
-  result.low = std::exp(log_value - reach);
-  result.high = std::exp(log_value + reach);
-  result.half_width = std::expm1(reach);
+  result.low = std::exp(log_value - half_width);
+  result.high = std::exp(log_value + half_width);
+  result.half_width = std::expm1(half_width);
   return result;
 }
 
@@ -48,10 +48,12 @@ double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
 /// interval is narrower than that of the bias alone.
 ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias,
                                       double bias_degrees) {
-  const double square = bias * bias, all = variance + square;
+  const double squared_bias = bias * bias, all = variance + squared_bias;
   if (all == 0.0) return interval(log_value, 0.0, 0.0);
-  const double together = all * all / (variance * variance / degrees + square * square / bias_degrees);
-  return interval(log_value, all, std::max(reach_of(all, together), reach_of(square, bias_degrees)));
+  const double combined_degrees =
+      all * all / (variance * variance / degrees + squared_bias * squared_bias / bias_degrees);
+  return interval(log_value, all,
+                  std::max(log_half_width(all, combined_degrees), log_half_width(squared_bias, bias_degrees)));
 }
 
 }  // namespace

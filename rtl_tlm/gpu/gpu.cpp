@@ -76,7 +76,12 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
   add_links(sm_responses_, "sm_response", config.sms, config.links.latency, config.links.capacity);
   add_links(slice_requests_, "slice_request", slices, config.links.latency, config.links.capacity);
   add_links(slice_responses_, "slice_response", slices, config.links.latency, config.links.capacity);
+  build_units(source, build);
+  bind_links();
+}
 
+void Gpu::build_units(modules::GroupSource& source, const BuildOptions& build) {
+  const GpuConfig& config = config_;
   const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
@@ -95,7 +100,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     crossbar_ =
         modules::made<modules::Crossbar>(parts.crossbar, "crossbar", "crossbar", config.crossbar_config(), core_);
   });
-  for (unsigned i = 0; i < slices; ++i) {
+  for (unsigned i = 0; i < config.interleave.slices; ++i) {
     builders.push_back([&, i] {
       const std::string name_of = fmt::format("l2_slice{}", i);
       modules::L2SliceConfig slice = config.l2_slice(i);
@@ -105,8 +110,10 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     });
   }
   construct(std::move(builders), build.construction_order);
+}
 
-  for (unsigned i = 0; i < config.sms; ++i) {
+void Gpu::bind_links() {
+  for (unsigned i = 0; i < config_.sms; ++i) {
     distributor_->launch[i].bind(*launches_[i]);
     distributor_->ended[i].bind(*ends_[i]);
     sms_[i]->launch.bind(*launches_[i]);
@@ -116,7 +123,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
     crossbar_->request_in[i].bind(*sm_requests_[i]);
     crossbar_->response_out[i].bind(*sm_responses_[i]);
   }
-  for (unsigned i = 0; i < slices; ++i) {
+  for (unsigned i = 0; i < config_.interleave.slices; ++i) {
     crossbar_->request_out[i].bind(*slice_requests_[i]);
     crossbar_->response_in[i].bind(*slice_responses_[i]);
     slices_[i]->request.bind(*slice_requests_[i]);

@@ -83,7 +83,7 @@ class Gpu final : public sc_core::sc_module {
   /// True if nothing is inside, links included.
   bool idle() const;
   /// Begins another launch, of the groups that the source then has: resets all units and makes this cycle 0; caches
-  /// keep their contents if `caches` is warm. What is under way is dropped, but no request at the memory may be.
+  /// keep their contents if `caches` is warm. Work in flight is dropped; no request may be in flight at the memory.
   /// header: for the same hardware (same_hardware()); it is copied. The memory has its own restart().
   void restart(const traces::Header& header, std::uint64_t eviction_entries, modules::Caches caches);
   /// Until restart() no slice sends anything more to the memory, so that a launch under way can be abandoned.
@@ -104,6 +104,9 @@ class Gpu final : public sc_core::sc_module {
  private:
   template <typename T>
   using LinkPointer = std::unique_ptr<modules::Link<T>>;
+
+  void build_units(modules::GroupSource& source, const BuildOptions& build);
+  void bind_links();
 
   GpuConfig config_;
   traces::Header header_;

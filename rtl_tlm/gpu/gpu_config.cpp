@@ -60,13 +60,12 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.part("l2", l2);
   list.under("dram", [&](ParameterList& keys) {
     keys.add("model", dram_model, memory_system_names(),
-             "what stands behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
+             "memory system behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
              "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)")
         .came_later();
     keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
     keys.add("bandwidth_gb_s", dram_gb_s, {0, 1e6}, "GB/s",
-             "of all channels: sets the memory clock, and the times keep their nanoseconds; 0: as dram.mhz gives",
-             kOurs)
+             "of all channels; sets the memory clock, and times keep their nanoseconds; 0: as dram.mhz gives it", kOurs)
         .came_later();
     interleave.channel_parameters(keys);
   });

@@ -49,7 +49,7 @@ struct DramSimulatorConfig {
 
 /// Its defaults are the machine `paper`, from which every command starts.
 struct GpuConfig {
-  /// What `paper` reads into the paper, beside the defaults of the units (docs/results/readings.md).
+  /// Sets the readings of the paper that `paper` adds to the defaults of the units (docs/results/readings.md).
   GpuConfig() {
     rt.checkpoint.traffic = modules::TrafficCharging::uncharged;
     rt.memory.queue = 256;
@@ -60,7 +60,7 @@ struct GpuConfig {
   unsigned rt_units = 1;         ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
-  double dram_gb_s = 0.0;  ///< bandwidth of the built-in DRAM, all channels; 0: what the other keys give
+  double dram_gb_s = 0.0;  ///< bandwidth of the built-in DRAM, all channels; 0: as the other keys give it
   std::string dram_model = kBuiltInMemory;  ///< name of the memory system behind the memory sockets
   DramSimulatorConfig dram_simulator;
   modules::RtUnitConfig rt;
@@ -95,7 +95,7 @@ struct GpuConfig {
 /// The parameters of `config`, which must outlive them.
 std::vector<modules::Parameter> config_keys(GpuConfig& config);
 
-/// What a configuration is made of, from the bottom up: each lies over those before it.
+/// Sources of a configuration, from the bottom up: each overrides those before it.
 struct ConfigSource {
   std::string machine = {};  ///< a machine's name, or a file over `paper`; "": the keys of `paper` alone
   std::string file = {};     ///< a file, or a machine's name
@@ -105,13 +105,13 @@ struct ConfigSource {
 };
 struct LoadedConfig {
   GpuConfig config;
-  TracerTexts tracer;  ///< what the files choose for the tracer
+  TracerTexts tracer;  ///< tracer options that the files set
   KeyPlaces places;    ///< of keys and, as "tracer.NAME", of options of the tracer; those at their defaults are missing
   RivalKeys rivals;
   std::vector<std::string> files;  ///< all that were read
 };
-/// Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination: what is
-/// laid over each other is checked as a whole. check: false leaves the last to whoever lays keys of a design over it.
+/// Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination, which is
+/// checked when all sources are applied. check: false leaves combinations to a caller that adds keys of a design.
 LoadedConfig load_machine(const ConfigSource& source, bool check = true);
 
 /// The configuration of load_machine(): `paper`, the file with its includes or the machine of this name (if `path` is

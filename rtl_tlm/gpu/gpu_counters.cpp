@@ -36,7 +36,7 @@ void describe_frames(const std::vector<modules::LaunchSpan>& launches, Statistic
   for (std::size_t i = 0; i < launches.size(); ++i) {
     if (i + 1 < launches.size() && launches[i + 1].frame == launches[i].frame) continue;
     list.add(fmt::format("gpu.frame{}.cycles", launches[i].frame), launches[i].end - start, "cycles",
-             "of this frame of a sequence, with what the frame before left in the caches");
+             "of this frame of a sequence; caches keep what the previous frame left");
     start = launches[i].end;
   }
 }
@@ -100,14 +100,14 @@ void describe(const GpuCounters& c, StatisticList& list) {
   list.add("gpu.rays.primary_cycles", modules::cycles_of_kind(c.distributor.launches, false), "cycles",
            "until the last warp of primary rays had ended");
   list.add("gpu.rays.secondary_cycles", modules::cycles_of_kind(c.distributor.launches, true), "cycles",
-           "from there to the end: warps of secondary rays, a launch of their own");
+           "from then to the end: warps of secondary rays, which are a launch of their own");
   describe_frames(c.distributor.launches, list);
   describe(c.distributor, list, "gpu.distributor");
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
   list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
-           "lane visits a node fetch");
+           "lane visits per node fetch");
   const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
   for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
     for (std::size_t u = 0; u < units; ++u) {

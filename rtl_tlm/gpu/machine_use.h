@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a machine must support, given the structure that it traverses: this decides which units it has.
+// Requirements on a machine that follow from the structure that it traverses; they decide which units it has.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace grtx::sim {
 
-/// What tests primitive leaves: the ray-triangle unit, the ray-sphere unit, or, for boxes, a shader.
+/// Unit that tests primitive leaves: the ray-triangle unit, the ray-sphere unit, or, for boxes, a shader.
 enum class LeafTest : std::uint8_t { triangles, spheres, boxes };
 constexpr auto enum_names(LeafTest) { return names_in_order<LeafTest>({"triangles", "spheres", "boxes"}); }
 constexpr LeafTest leaf_test_of(traces::AccelKind kind) {

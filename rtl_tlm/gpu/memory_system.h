@@ -24,7 +24,7 @@ struct BuildOptions;
 
 using modules::MemoryTraffic;
 
-/// What a run records of its memory.
+/// Record of a run's memory.
 struct MemoryCounters {
   std::string model;
   MemoryTraffic traffic;              ///< of all channels, after draining

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Streaming multiprocessor: SIMT core, RT units and L1 data cache, and the links between them. Paper: Table I and the
-// figure of the architecture (one RT unit an SM, behind the SM's L1). Cost: the sum of its parts.
+// figure of the architecture (one RT unit per SM, behind the SM's L1). Cost: the sum of its parts.
 #pragma once
 
 #include <cstdint>
@@ -101,7 +101,7 @@ class Sm final : public sc_core::sc_module {
   /// Ports of the L1; ports that the configuration does not use are not built.
   struct L1Clients {
     std::vector<std::string> names;
-    std::vector<unsigned> widths;  ///< sectors a cycle
+    std::vector<unsigned> widths;  ///< sectors per cycle
     std::uint8_t simt = 0;         ///< number of the SIMT core's port
   };
   static L1Clients l1_clients(const SmConfig& config, const traces::Header& header);

@@ -29,7 +29,7 @@ class DramsysDram final : public sc_core::sc_module, public PortedDram {
   void dump_state(std::ostream& out) const override;
 
  private:
-  class Front;    ///< clocked; what stands between the slices and DRAMSys
+  class Front;    ///< clocked module between the slices and DRAMSys
   struct Behind;  ///< hides the headers of DRAMSys
   std::unique_ptr<Behind> behind_;
   std::unique_ptr<modules::ClockDomain> clock_;

@@ -19,8 +19,8 @@ class BlockWriter {
  public:
   using Write = std::function<void(const std::vector<Record>&)>;
 
-  /// write(block) is called on the thread; what it throws reaches the producer in push() or finish(), and nothing is
-  /// written after that.
+  /// write(block) is called on the thread; an exception that it throws is rethrown by push() or finish(), and nothing
+  /// is written after it.
   explicit BlockWriter(Write write) : write_(std::move(write)), thread_([this] { run(); }) { block_.reserve(kBlock); }
   /// Without finish(), blocks that still wait are dropped.
   ~BlockWriter() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run writes for people to look at: which cycles, which signals, where to.
+// Options of the files that a run writes for viewers: which cycles, which signals, where to.
 #pragma once
 
 #include <cstdint>

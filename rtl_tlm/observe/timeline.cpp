@@ -176,7 +176,7 @@ void Timeline::count(Cycle end, bool write) {
   if (write) {
     writer_.counter(memory_process_, counted_, "L2 hit rate", {{"hits", rate(hits - l2_hits_, reads - l2_reads_)}});
     writer_.counter(memory_process_, counted_, "DRAM bandwidth",
-                    {{"bytes a cycle", rate(bytes - dram_bytes_, cycles)}});
+                    {{"bytes per cycle", rate(bytes - dram_bytes_, cycles)}});
   }
   l2_reads_ = reads;
   l2_hits_ = hits;

@@ -33,7 +33,7 @@ class Timeline final : private CycleObserver {
   using Track = TraceEventWriter::Track;
   static constexpr unsigned kNothing = ~0u;
 
-  /// What a warp slot's track shows: the warp, inside it a round, inside it an activity.
+  /// Open slices on a warp slot's track: the warp, inside the warp a round, inside the round an activity.
   struct Slot {
     Track track = 0;
     bool occupied = false;

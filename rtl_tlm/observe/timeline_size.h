@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A viewer takes long for a large timeline, and `grtx ray` needs one warp of it.
+// Warns of large timelines: a viewer takes long to load one, and `grtx ray` needs only one warp of it.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@ namespace grtx::sim {
 
 constexpr std::uintmax_t kLargeTimeline = 100'000'000;  ///< bytes
 
-/// What to say of a timeline of more bytes; "" of a smaller one, and of what is no file.
+/// The warning for a timeline of more bytes; "" for a smaller one, and for a path that is no file.
 inline std::string large_timeline_warning(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) return "";
   const std::uintmax_t bytes = std::filesystem::file_size(path);

@@ -131,7 +131,7 @@ class LinkProbe {
   const modules::Link<T>& link_;
   bool selected_ = false;
   bool valid_shown_ = true;  ///< true, so that the first sample shows all
-  std::size_t size_ = 0;     ///< what the last sample saw
+  std::size_t size_ = 0;     ///< at the last sample
   std::uint64_t pushed_ = 0;
   Wire valid_, ready_, level_, address_, slot_, lanes_;
 };

@@ -347,7 +347,7 @@ void GpuComponent::end_launch() {
 
 void GpuComponent::watch() {
   if (!launch_) return;
-  if (const std::string why = launch_->watchdog.look(); !why.empty()) {
+  if (const std::string why = launch_->watchdog.deadlock(); !why.empty()) {
     launch_->stands_still = true;
     sample_.cancel();
     return fail(LaunchError::stands_still,

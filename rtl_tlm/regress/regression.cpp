@@ -44,7 +44,8 @@ GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) 
 /// Throws Error for a pattern of the case that matches no name.
 void check_patterns(const RegressionCase& c, const std::vector<std::string>& names) {
   const auto is_used = [&](const std::string& pattern) {
-    return std::any_of(names.begin(), names.end(), [&](const std::string& name) { return fits(pattern, name); });
+    return std::any_of(names.begin(), names.end(),
+                       [&](const std::string& name) { return matches_pattern(pattern, name); });
   };
   for (const std::string& pattern : c.statistics) {
     if (!is_used(pattern)) throw Error(c.file, "statistics", fmt::format("'{}' is the name of none", pattern));
@@ -124,7 +125,7 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
     refuse_old_record(c);
     throw Error(c.record, c.column, "there is no record: --update --reason TEXT makes one");
   }
-  const ordered_json record = is_new ? document : document_of(records.of(c.column));
+  const ordered_json record = is_new ? document : document_of(records.values_of(c.column));
   std::vector<std::string> names;
   for (const ordered_json& stats : {document.at("stats"), record.at("stats")}) {
     for (const auto& [name, statistic] : stats.items()) {

@@ -40,8 +40,8 @@ class CaseReader {
     }
     for (const auto& [name, node] : table) read_key(std::string(name.str()), node);
     if (case_.trace.empty()) throw Error(path_, "trace", "is needed: the trace's file");
-    if (case_.mode != SimulationMode::windows && of_windows_ != nullptr) {
-      fail(*of_windows_, "needs mode = \"windows\"");
+    if (case_.mode != SimulationMode::windows && windows_key_ != nullptr) {
+      fail(*windows_key_, "needs mode = \"windows\"");
     }
     return case_;
   }
@@ -124,7 +124,7 @@ class CaseReader {
     } else {
       return false;
     }
-    of_windows_ = &node;
+    windows_key_ = &node;
     return true;
   }
 
@@ -146,7 +146,7 @@ class CaseReader {
   std::string path_;
   fs::path folder_;
   RegressionCase case_;
-  const toml::node* of_windows_ = nullptr;
+  const toml::node* windows_key_ = nullptr;
 };
 
 std::string today() {
@@ -185,20 +185,20 @@ std::vector<RegressionCase> load_regression(const std::string& folder) {
   return cases;
 }
 
-bool fits(const std::string& pattern, const std::string& name) {
+bool matches_pattern(const std::string& pattern, const std::string& name) {
   return ::fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
 }
 
 bool is_compared(const RegressionCase& regression_case, const std::string& statistic) {
   return !statistic.starts_with("host.") &&
          std::any_of(regression_case.statistics.begin(), regression_case.statistics.end(),
-                     [&](const std::string& pattern) { return fits(pattern, statistic); });
+                     [&](const std::string& pattern) { return matches_pattern(pattern, statistic); });
 }
 
 double tolerance_of(const RegressionCase& regression_case, const std::string& statistic) {
   double relative = 0.0;
   for (const RegressionTolerance& tolerance : regression_case.tolerances) {
-    if (fits(tolerance.pattern, statistic)) relative = tolerance.relative;
+    if (matches_pattern(tolerance.pattern, statistic)) relative = tolerance.relative;
   }
   return relative;
 }

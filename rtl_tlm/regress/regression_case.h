@@ -36,7 +36,7 @@ struct RegressionCase {
   std::vector<RegressionSetting> setting_places;  ///< of the settings
   SimulationMode mode = SimulationMode::cycle;
   WindowOptions windows;                        ///< windows mode: share and seed
-  std::vector<std::string> statistics = {"*"};  ///< shell patterns: what is compared; host.* never is
+  std::vector<std::string> statistics = {"*"};  ///< shell patterns of statistics to compare; host.* never is
   std::vector<RegressionTolerance> tolerances;  ///< the last matching one holds; none: exact
 };
 
@@ -45,7 +45,7 @@ struct RegressionCase {
 std::vector<RegressionCase> load_regression(const std::string& folder);
 
 /// Whether a name matches a shell pattern.
-bool fits(const std::string& pattern, const std::string& name);
+bool matches_pattern(const std::string& pattern, const std::string& name);
 bool is_compared(const RegressionCase& regression_case, const std::string& statistic);
 /// Relative tolerance; 0: exact.
 double tolerance_of(const RegressionCase& regression_case, const std::string& statistic);

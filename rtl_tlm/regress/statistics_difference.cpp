@@ -69,9 +69,9 @@ std::set<std::size_t> changed_units(const StatisticsComparison& comparison) {
 }
 
 /// Whether these are statistics of the whole machine, energy or bounds, which follow from the units.
-bool is_sum(const StatisticUnit& unit) {
-  static const std::size_t whole = unit_of_statistic("gpu.cycles").place;
-  return unit.place >= whole;
+bool is_derived(const StatisticUnit& unit) {
+  static const std::size_t whole_machine = unit_of_statistic("gpu.cycles").place;
+  return unit.place >= whole_machine;
 }
 
 std::string text_of_value(const ordered_json& statistic) { return json_text(statistic.at("value")); }
@@ -153,18 +153,18 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
   return comparison;
 }
 
-const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
+const StatisticDifference* likely_origin(const StatisticsComparison& comparison) {
   // If a key differs, the cause is in its unit, whatever else changed.
-  std::set<std::size_t> among = changed_units(comparison);
-  const auto in_a_changed_unit = [&](const StatisticDifference& d) { return among.contains(d.unit.place); };
+  std::set<std::size_t> changed = changed_units(comparison);
+  const auto is_in_changed_unit = [&](const StatisticDifference& d) { return changed.contains(d.unit.place); };
   const auto& all = comparison.differences;
-  if (std::none_of(all.begin(), all.end(), in_a_changed_unit)) among.clear();
+  if (std::none_of(all.begin(), all.end(), is_in_changed_unit)) changed.clear();
   const StatisticDifference* work = nullptr;
   const StatisticDifference* time = nullptr;
   const StatisticDifference* sum = nullptr;
   for (const StatisticDifference& difference : all) {
-    if (!among.empty() && !in_a_changed_unit(difference)) continue;
-    if (is_sum(difference.unit)) {
+    if (!changed.empty() && !is_in_changed_unit(difference)) continue;
+    if (is_derived(difference.unit)) {
       if (sum == nullptr) sum = &difference;
     } else if (!difference.time) {
       if (work == nullptr) work = &difference;
@@ -177,7 +177,7 @@ const StatisticDifference* moved_first(const StatisticsComparison& comparison) {
 
 namespace {
 
-constexpr std::size_t kMostMoved = 8;
+constexpr std::size_t kLargestChanges = 8;
 
 /// By unit, at most `each` per unit (0: all).
 std::string by_unit(const std::vector<StatisticDifference>& all, std::size_t each) {
@@ -193,7 +193,7 @@ std::string by_unit(const std::vector<StatisticDifference>& all, std::size_t eac
 }
 
 /// Those that changed most, and how many differ in each unit.
-std::string moved_most(const std::vector<StatisticDifference>& all) {
+std::string largest_changes(const std::vector<StatisticDifference>& all) {
   std::vector<const StatisticDifference*> order;
   for (const StatisticDifference& difference : all) order.push_back(&difference);
   // A statistic that is missing or was 0 has no relative change: it sorts first.
@@ -201,7 +201,7 @@ std::string moved_most(const std::vector<StatisticDifference>& all) {
     return d.relative == 0.0 ? std::numeric_limits<double>::infinity() : std::abs(d.relative);
   };
   std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) { return share(*a) > share(*b); });
-  order.resize(std::min(order.size(), kMostMoved));
+  order.resize(std::min(order.size(), kLargestChanges));
   std::string text = order.empty() ? "" : "  moved most:\n";
   for (const StatisticDifference* difference : order) text += fmt::format("    {}\n", line_of(*difference));
   std::string counts;
@@ -209,7 +209,7 @@ std::string moved_most(const std::vector<StatisticDifference>& all) {
     while (end < all.size() && all[end].unit.place == all[begin].unit.place) ++end;
     counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", all[begin].unit.name, end - begin);
   }
-  if (all.size() > kMostMoved) text += fmt::format("  differ: {} (--each 0 prints all)\n", counts);
+  if (all.size() > kLargestChanges) text += fmt::format("  differ: {} (--each 0 prints all)\n", counts);
   return text;
 }
 
@@ -219,10 +219,10 @@ std::string text_of(const StatisticsComparison& comparison, std::optional<std::s
   std::string text;
   for (const std::string& input : comparison.inputs) text += fmt::format("  input {}\n", input);
   for (const std::string& key : comparison.configuration) text += fmt::format("  configuration {}\n", key);
-  if (const StatisticDifference* first = moved_first(comparison)) {
+  if (const StatisticDifference* first = likely_origin(comparison)) {
     text += fmt::format("  moved first: {}: {}\n", first->unit.name, line_of(*first));
   }
-  return text + (each ? by_unit(comparison.differences, *each) : moved_most(comparison.differences));
+  return text + (each ? by_unit(comparison.differences, *each) : largest_changes(comparison.differences));
 }
 
 }  // namespace grtx::sim

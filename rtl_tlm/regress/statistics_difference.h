@@ -45,7 +45,7 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
 /// The likely origin of the differences: the first unit in the data flow whose work changed; if no work changed, the
 /// last unit whose times changed, because waiting spreads against the flow. If a configuration key differs and its unit
 /// changed, then that unit. nullptr when nothing differs.
-const StatisticDifference* moved_first(const StatisticsComparison& comparison);
+const StatisticDifference* likely_origin(const StatisticsComparison& comparison);
 
 /// Indented lines for people: at most `each` statistics per unit (0: all); without `each` those that changed most.
 std::string text_of(const StatisticsComparison& comparison, std::optional<std::size_t> each);

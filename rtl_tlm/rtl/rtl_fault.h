@@ -10,7 +10,7 @@ namespace grtx::sim {
 
 inline constexpr const char* kRtlReport = "/grtx/rtl";
 
-/// unit: its name in the hierarchy. place: what the wrong result belongs to.
+/// unit: its name in the hierarchy. place: of the operation with the wrong result.
 [[noreturn]] inline void rtl_fault(const char* unit, const std::string& place, const std::string& rule) {
   SC_REPORT_ERROR(kRtlReport, (std::string(unit) + " (RTL): " + place + ": " + rule).c_str());
   throw std::runtime_error(rule);  // if reports are configured not to throw

@@ -58,8 +58,8 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
                 {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"});
   for (const LowerBound& bound :
        {LowerBound{"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
-        LowerBound{"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
-        LowerBound{"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},
+        LowerBound{"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one per cycle"},
+        LowerBound{"l2_port", l2_port, "accesses of the busiest L2 slice, one per cycle"},
         LowerBound{"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"},
         LowerBound{"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency"},
         LowerBound{"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane"}}) {

@@ -4,7 +4,7 @@
 
 namespace grtx::sim {
 
-/// What changed with each version: docs/results/data/model_versions.csv, which CI checks against the golden records.
+/// Changes of each version: docs/results/data/model_versions.csv, which CI checks against the golden records.
 inline constexpr int kModelVersion = 9;
 
 }  // namespace grtx::sim

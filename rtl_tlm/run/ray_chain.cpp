@@ -13,9 +13,9 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   // warp to its request, one from the response to the unit's start, and the fastest answer between: an L1 hit; a miss,
   // answered as soon as the L2 answers; or joining another warp's miss or a prefetch a cycle before the sector comes.
   const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
-  const Cycle answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
-  const Cycle alone = 1 + config.sm_links.l1_latency + answer;
-  const Cycle fetch = rt.memory.merge_in_flight ? 0 : alone;
+  const Cycle fastest_answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
+  const Cycle l1_round_trip = 1 + config.sm_links.l1_latency + fastest_answer;
+  const Cycle fetch = rt.memory.merge_in_flight ? 0 : l1_round_trip;
   internal = fetch + 1 + rt.ray_box.latency;
   instance = fetch + 1 + rt.ray_transform.latency;
   leaf = fetch + 1 + rt.leaf_unit(header).latency;
@@ -28,7 +28,7 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   any_hit = rt.any_hit_unit.enabled ? Cycle{rt.any_hit_unit.latency}
                                     : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
   // A warp has a node once: its fetch merges with no other of the warp's.
-  if (rt.walks()) walk.emplace(rt, header, rt.memory.by_shader ? 0 : alone, boxes ? intersection : any_hit);
+  if (rt.walks()) walk.emplace(rt, header, rt.memory.by_shader ? 0 : l1_round_trip, boxes ? intersection : any_hit);
   round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }
@@ -48,7 +48,7 @@ class StepLengths {
       set(EventKind::visit_leaf, detail, latencies.leaf + (shader ? latencies.any_hit : 0));
     }
   }
-  Cycle of(const traces::Event& event) const { return steps_[index(event.kind(), event.detail % kDetails)]; }
+  Cycle length_of(const traces::Event& event) const { return steps_[index(event.kind(), event.detail % kDetails)]; }
 
  private:
   using EventKind = traces::EventKind;
@@ -61,20 +61,20 @@ class StepLengths {
 
 Chain measure_walk(const traces::RayGroup& group, const ChainLatencies& latencies) {
   Chain chain{0, latencies.ray};
-  std::vector<Cycle> of_lane(group.rays.size(), latencies.ray);
+  std::vector<Cycle> lane_cycles(group.rays.size(), latencies.ray);
   std::vector<std::size_t> first_event(group.rays.size());
   for (std::size_t round = 0;; ++round) {
-    const auto runs = [round](const traces::Ray& ray) { return round < ray.rounds.size(); };
-    if (std::none_of(group.rays.begin(), group.rays.end(), runs)) break;
+    const auto has_round = [round](const traces::Ray& ray) { return round < ray.rounds.size(); };
+    if (std::none_of(group.rays.begin(), group.rays.end(), has_round)) break;
     const WalkCall call = latencies.walk->measure(group, round, first_event);
     chain.warp += latencies.round + call.warp;
     for (std::size_t lane = 0; lane < group.rays.size(); ++lane) {
-      if (!runs(group.rays[lane])) continue;
-      of_lane[lane] += latencies.round + call.lanes[lane];
+      if (!has_round(group.rays[lane])) continue;
+      lane_cycles[lane] += latencies.round + call.lanes[lane];
       first_event[lane] += group.rays[lane].rounds[round].event_count;
     }
   }
-  for (const Cycle cycles : of_lane) chain.ray = std::max(chain.ray, cycles);
+  for (const Cycle cycles : lane_cycles) chain.ray = std::max(chain.ray, cycles);
   return chain;
 }
 
@@ -91,7 +91,7 @@ Chain measure_chain(const traces::RayGroup& group, const ChainLatencies& latenci
     for (std::size_t r = 0; r < ray.rounds.size(); ++r) {
       Cycle length = latencies.round;
       for (std::uint32_t i = 0; i < ray.rounds[r].event_count; ++i, ++event) {
-        length += steps.of(*event);
+        length += steps.length_of(*event);
       }
       total += length;
       if (r == rounds.size()) rounds.push_back(0);

@@ -31,8 +31,8 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
   const std::uint64_t launch = frames.empty() ? groups : *std::max_element(frames.begin(), frames.end());
   const double cycles = value_of(statistics, "gpu.cycles").value_or(0.0);
   const double tail = value_of(statistics, "gpu.distributor.tail_cycles").value_or(0.0);
-  constexpr double kMostly = 0.5;
-  if (launch >= slots && tail <= kMostly * cycles) return;
+  constexpr double kTailShare = 0.5;
+  if (launch >= slots && tail <= kTailShare * cycles) return;
   if (launch >= slots) {
     notes.push_back({"partial-launch",
                      fmt::format("a launch of {} warps fills {} warp slots for a short time only; {:.0f} % of the "
@@ -48,10 +48,10 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
 
 /// Only for an L1 that counts dropped fills.
 void add_dropped_fills(const modules::StatisticList& statistics, ResultNotes& notes) {
-  constexpr double kTolerated = 0.001;
+  constexpr double kToleratedShare = 0.001;
   const double fills = value_of(statistics, "gpu.l1.fills").value_or(0.0);
   const double dropped = value_of(statistics, "gpu.l1.fills_bypassed").value_or(0.0);
-  if (dropped <= kTolerated * fills) return;
+  if (dropped <= kToleratedShare * fills) return;
   notes.push_back(
       {"dropped-fills", fmt::format("{:.1f} % of the fills of the L1 were dropped, their victims found no room: raise "
                                     "l1.write_back_buffer",
@@ -59,7 +59,7 @@ void add_dropped_fills(const modules::StatisticList& statistics, ResultNotes& no
 }
 
 /// What the trace has more of than the machine has room for, which would cost nothing.
-void add_free_rides(const GpuConfig& config, const traces::Header& header, ResultNotes& notes) {
+void add_exceeded_resources(const GpuConfig& config, const traces::Header& header, ResultNotes& notes) {
   const std::uint64_t words = std::uint64_t{header.k} * modules::HitHeap::kEntryWords;
   if (config.rt.any_hit_unit.enabled && words > config.simt.register_file.payload_registers) {
     notes.push_back({"heap-registers",
@@ -105,7 +105,7 @@ ResultNotes run_notes(const GpuConfig& config, const traces::Header& header, std
     notes.push_back({"fewer-slots", fmt::format("the registers of an SM hold {} warps, not gpu.resident_warps = {}",
                                                 config.resident(), config.resident_warps)});
   }
-  add_free_rides(config, header, notes);
+  add_exceeded_resources(config, header, notes);
   add_partial_launch(config, header, groups, statistics, notes);
   add_dropped_fills(statistics, notes);
   return notes;
@@ -131,15 +131,17 @@ ResultNotes notes_from(const nlohmann::ordered_json& json, const std::string& pa
 }
 
 void print_notes(const std::map<std::string, ResultNotes>& by_design) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> whose;  // designs by text, in order of first appearance
+  std::vector<std::pair<std::string, std::vector<std::string>>>
+      designs_by_text;  // designs by text, in order of first appearance
   for (const auto& [design, notes] : by_design) {
     for (const ResultNote& note : notes) {
-      const auto said = std::find_if(whose.begin(), whose.end(), [&](const auto& w) { return w.first == note.text; });
-      (said == whose.end() ? whose.emplace_back(note.text, std::vector<std::string>()) : *said)
+      const auto known = std::find_if(designs_by_text.begin(), designs_by_text.end(),
+                                      [&](const auto& entry) { return entry.first == note.text; });
+      (known == designs_by_text.end() ? designs_by_text.emplace_back(note.text, std::vector<std::string>()) : *known)
           .second.push_back(design);
     }
   }
-  for (const auto& [text, designs] : whose)
+  for (const auto& [text, designs] : designs_by_text)
     fmt::print(stderr, "grtx: {}: {}\n", fmt::join(designs, ", "), printable(text));
 }
 

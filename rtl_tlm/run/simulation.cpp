@@ -62,7 +62,7 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
 }
 
-[[noreturn]] void stand_still(const Gpu& gpu, const MemorySystem& memory, const std::string& why) {
+[[noreturn]] void throw_deadlock(const Gpu& gpu, const MemorySystem& memory, const std::string& why) {
   gpu.dump_state(std::cerr);
   memory.dump_state(std::cerr);
   throw std::runtime_error(fmt::format("deadlock in core cycle {}: {}", gpu.core().cycle(), why));
@@ -83,8 +83,8 @@ void run_to_end(Gpu& gpu, const MemorySystem& memory, std::uint64_t groups, cons
     const std::uint64_t ended = gpu.distributor().launched() - gpu.distributor().running();
     progress.set(ended);
     if (gpu.finished()) break;
-    if (const std::string why = watchdog.look(); !why.empty()) {
-      stand_still(gpu, memory, fmt::format("{} but {} of {} warps have not ended", why, groups - ended, groups));
+    if (const std::string why = watchdog.deadlock(); !why.empty()) {
+      throw_deadlock(gpu, memory, fmt::format("{} but {} of {} warps have not ended", why, groups - ended, groups));
     }
   }
   progress.finish();
@@ -96,8 +96,8 @@ void drain(Gpu& gpu, const MemorySystem& memory, const SimulationOptions& option
   while (!(gpu.idle() && memory.idle())) {
     run_for(gpu, kDrainStepCycles);
     if (gpu.idle() && memory.idle()) break;
-    if (const std::string why = watchdog.look(); !why.empty()) {
-      stand_still(gpu, memory, why + " but requests are under way after the last warp");
+    if (const std::string why = watchdog.deadlock(); !why.empty()) {
+      throw_deadlock(gpu, memory, why + " but requests are under way after the last warp");
     }
   }
 }
@@ -120,7 +120,7 @@ std::unique_ptr<traces::Reader> warm_reader(const SimulationOptions& options, co
 }
 
 /// The inputs of a run, which outlive it.
-struct Work {
+struct RunInputs {
   const traces::Reader& reader;
   const GpuConfig& config;
   const SimulationOptions& options;
@@ -139,24 +139,24 @@ std::optional<SavedState> warm_state(const SimulationOptions& options, const Gpu
 }
 
 /// Content hashes of the traces that warmed the caches; "" if none did.
-std::string ran_before(const Work& work) {
+std::string warming_traces(const RunInputs& work) {
   if (work.state != nullptr) return work.state->ran;
   return work.warm != nullptr ? work.warm->content_hash() : "";
 }
 
-void save_state(const Work& work, FinishedRun& finished) {
-  const std::string before = ran_before(work);
+void save_state(const RunInputs& work, FinishedRun& finished) {
+  const std::string before = warming_traces(work);
   write_state(work.options.save_state,
               {std::string(name_of(SimulationMode::cycle)), config_hash(work.config), hardware_of(work.reader.header()),
                addressed_scene(work.reader.header()), (before.empty() ? "" : before + " ") + work.reader.content_hash(),
                camera_of(work.reader), finished.memory_bytes, std::move(finished.units)});
 }
 
-std::map<std::string, std::string> inputs_of(const Work& work) {
+std::map<std::string, std::string> inputs_of(const RunInputs& work) {
   const traces::Reader& reader = work.reader;
   const SimulationOptions& options = work.options;
   std::map<std::string, std::string> inputs = simulation_inputs(reader, work.config);
-  add_run_before(inputs, ran_before(work),
+  add_run_before(inputs, warming_traces(work),
                  work.state != nullptr  ? work.state->camera
                  : work.warm != nullptr ? camera_of(*work.warm)
                                         : "");
@@ -214,7 +214,7 @@ bool is_of_a_users_unit(const sc_core::sc_report& report) {
 /// Observers of a run (waveform, timeline and others); each exists only if requested.
 class Observers {
  public:
-  Observers(Gpu& gpu, const MemorySystem& memory, const Work& work) : header_(work.reader.header()) {
+  Observers(Gpu& gpu, const MemorySystem& memory, const RunInputs& work) : header_(work.reader.header()) {
     const SimulationOptions& options = work.options;
     const std::string trace = work.reader.content_hash();
     if (!options.waveform.path.empty()) {
@@ -252,7 +252,7 @@ class Observers {
 };
 
 /// Runs the warming trace, which has `groups` groups, then prepares the machine for the trace to simulate.
-void warm_up(Gpu& gpu, MemorySystem& memory, std::uint64_t groups, const Work& work, SwitchedSource& launch,
+void warm_up(Gpu& gpu, MemorySystem& memory, std::uint64_t groups, const RunInputs& work, SwitchedSource& launch,
              modules::GroupSource& source) {
   OccupancySeries unused(gpu, memory);
   run_to_end(gpu, memory, groups, work.options, unused);
@@ -264,21 +264,21 @@ void warm_up(Gpu& gpu, MemorySystem& memory, std::uint64_t groups, const Work& w
   gpu.restart(work.reader.header(), work.reader.totals().max_evictions_per_ray, modules::Caches::warm);
 }
 
-void load_units(Gpu& gpu, MemorySystem& memory, const Work& work) {
+void load_caches(Gpu& gpu, MemorySystem& memory, const RunInputs& work) {
   StateReader state(work.options.warm_state, work.state->units);
   gpu.load(state);
   if (!memory.load(state)) throw Error("sim", "--warm-state", "is not for dram.model = " + memory.model());
   state.require_end();
 }
 
-std::string save_units(const Gpu& gpu, const MemorySystem& memory) {
+std::string save_caches(const Gpu& gpu, const MemorySystem& memory) {
   StateWriter state;
   gpu.save(state);
   if (!memory.save(state)) throw Error("sim", "--save-state", "is not for dram.model = " + memory.model());
   return state.bytes();
 }
 
-FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
+FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   const traces::Reader& reader = work.reader;
   const GpuConfig& config = work.config;
   const SimulationOptions& options = work.options;
@@ -295,7 +295,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
   Observers observers(gpu, *memory, work);
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
-  if (work.state != nullptr) load_units(gpu, *memory, work);
+  if (work.state != nullptr) load_caches(gpu, *memory, work);
   OccupancySeries series(gpu, *memory);
   EndOfRun end;
   try {
@@ -313,7 +313,7 @@ FinishedRun run_machine(const Work& work, modules::GroupSource& source) {
   for (std::string& violation : memory->violations()) finished.violations.push_back(std::move(violation));
   finished.inventories = inventory_of(gpu, *memory);
   finished.ticks = gpu.core().ticks();
-  if (!options.save_state.empty()) finished.units = save_units(gpu, *memory);
+  if (!options.save_state.empty()) finished.units = save_caches(gpu, *memory);
   return finished;
 }
 
@@ -336,7 +336,7 @@ SimulationResult simulate(const std::string& trace_path, const GpuConfig& config
   const std::vector<std::uint64_t> groups = options.groups.empty() ? all_groups(reader) : options.groups;
   const std::unique_ptr<traces::Reader> warm = warm_reader(options, reader);
   const std::optional<SavedState> state = warm_state(options, config, reader);
-  const Work work{reader, config, options, warm.get(), state ? &*state : nullptr};
+  const RunInputs work{reader, config, options, warm.get(), state ? &*state : nullptr};
   modules::set_time_resolution_to_fs();
   TraceSource file(reader, groups, kDecodeAhead);
   MeasuredSource source(file, header, ChainLatencies(config, header));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulation was made from: "inputs" of its statistics.
+// Inputs of a simulation: "inputs" of its statistics.
 #pragma once
 
 #include <map>
@@ -14,8 +14,8 @@ namespace grtx::sim {
 /// Hash of a trace's camera; "" where its header does not say.
 std::string camera_of(const traces::Reader& trace);
 
-/// Adds what warmed the caches. ran: content hashes of the traces, "" if none did. camera: hash of the last one's:
-/// traces of two designs differ even for the same view.
+/// Adds the traces that warmed the caches. ran: content hashes of the traces, "" if none did. camera: hash of the last
+/// one's: traces of two designs differ even for the same view.
 void add_run_before(std::map<std::string, std::string>& inputs, const std::string& ran, const std::string& camera);
 
 /// Name -> hash or value: trace, image size, configuration, mode, program, and as "memory.*" the files that configure

@@ -17,7 +17,7 @@ namespace {
 std::string group_of(const std::string& name) { return name.substr(0, name.find('.', name.find('.') + 1)); }
 
 /// Turns the description of one row into that of all rows of its kind.
-std::string of_all(std::string description) {
+std::string generic_description(std::string description) {
   static const std::regex bin(" of 0 to 0 cycles$");
   static const std::regex largest("^(largest lower bound): .*");
   description = std::regex_replace(description, bin, " of n to 2n - 1 cycles; n = 0: of none");
@@ -45,18 +45,18 @@ std::string statistic_kind(const std::string& name) {
 }
 
 modules::StatisticList statistic_kinds() {
-  GpuCounters one_of_each;
-  one_of_each.rt_of.resize(1);
-  one_of_each.simt_of.resize(1);
-  one_of_each.l1_of.resize(1);
-  one_of_each.l2_of.resize(1);
-  one_of_each.distributor.launches.resize(1);
-  one_of_each.memory.statistics = modules::StatisticList::of_kinds();
+  GpuCounters single_units;
+  single_units.rt_of.resize(1);
+  single_units.simt_of.resize(1);
+  single_units.l1_of.resize(1);
+  single_units.l2_of.resize(1);
+  single_units.distributor.launches.resize(1);
+  single_units.memory.statistics = modules::StatisticList::of_kinds();
   modules::describe(modules::DramCounters{}, std::vector<modules::DramChannelCounters>(1),
-                    one_of_each.memory.statistics, "gpu.dram");
+                    single_units.memory.statistics, "gpu.dram");
   auto kinds = modules::StatisticList::of_kinds();
-  describe(one_of_each, kinds);
-  describe(lower_bounds(one_of_each, {}, {}), 0, kinds);
+  describe(single_units, kinds);
+  describe(lower_bounds(single_units, {}, {}), 0, kinds);
   return kinds;
 }
 
@@ -67,12 +67,12 @@ std::string statistics_reference(const modules::StatisticList& kinds) {
   for (const modules::Statistic& s : kinds.items()) {
     const std::string name = statistic_kind(s.name);
     if (!listed.insert(name).second) continue;
-    if (const std::string g = group_of(name); g != group) {
-      group = g;
+    if (const std::string next_group = group_of(name); next_group != group) {
+      group = next_group;
       text +=
           fmt::format("{}### {}\n\n| statistic | unit | meaning |\n|---|---|---|\n", text.empty() ? "" : "\n", group);
     }
-    text += fmt::format("| `{}` | {} | {} |\n", name, s.unit, of_all(s.description));
+    text += fmt::format("| `{}` | {} | {} |\n", name, s.unit, generic_description(s.description));
   }
   return text;
 }

@@ -56,7 +56,7 @@ StatisticsTable::StatisticsTable(const std::string& path) {
   }
 }
 
-ordered_json StatisticsTable::of(const std::string& run) const {
+ordered_json StatisticsTable::values_of(const std::string& run) const {
   ordered_json values = ordered_json::object();
   for (const auto& [name, value] : runs_.at(run)) values[name] = parse_json(value, name);
   return values;

@@ -17,7 +17,7 @@ class StatisticsTable {
 
   bool has(const std::string& run) const { return runs_.contains(run); }
   /// {name: value}. Needs has(run).
-  nlohmann::ordered_json of(const std::string& run) const;
+  nlohmann::ordered_json values_of(const std::string& run) const;
   /// Replaces the values of a run. values: {name: value}, each a number, null, a string or a boolean.
   void put(const std::string& run, const nlohmann::ordered_json& values);
   std::string text() const;

@@ -91,6 +91,30 @@ WalkChain::WalkChain(const modules::RtUnitConfig& config, const traces::Header& 
   if (modules::transforms_leaves(header)) transform_ = stage(config.ray_transform);
 }
 
+WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle start) const {
+  const bool internal = entry.kind == NodeKind::internal;
+  const auto tests = static_cast<unsigned>(std::popcount(entry.lanes));
+  NodeTimes times;
+  times.sectors = modules::NodeSectors({entry.kind, traffic_.address(entry.address), false}, traffic_).count();
+  const Cycle fetched =
+      start + fetch_ + (config_.memory.by_shader ? 0 : divide_up(times.sectors, config_.memory.sectors_per_cycle) - 1);
+  const Stage& test = internal ? box_ : leaf_;
+  const Cycle transformed = internal ? 0 : transform_.latency;
+  times.first_result = fetched + transformed + test.latency;
+  times.done = std::max(fetched + transformed + test.last(tests),
+                        internal ? 0 : fetched + transform_.last(tests) + test.latency);
+  return times;
+}
+
+Cycle WalkChain::least_cycles(const UnitLoad& load) const {
+  Cycle least = std::max({load.root_done + divide_up(load.under_way, config_.warp_stack.ahead),
+                          box_.busy(load.box_tests), leaf_.busy(load.leaf_tests), transform_.busy(load.leaf_tests)});
+  if (!config_.memory.by_shader) {
+    least = std::max(least, Cycle{divide_up(load.sectors, config_.memory.sectors_per_cycle)});
+  }
+  return least;
+}
+
 WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
                             std::span<const std::size_t> first_event) const {
   WalkCall call;
@@ -104,7 +128,7 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
     const traces::Ray& ray = group.rays[lane];
     if (round >= ray.rounds.size() || ray.rounds[round].event_count == 0) continue;
     const std::span<const traces::Event> events(ray.events.data() + first_event[lane], ray.rounds[round].event_count);
-    if (trees[lane].plant(events, group, traffic_) != nullptr) return call;
+    if (trees[lane].build(events, group, traffic_) != nullptr) return call;
     hits.begin(lane, ray.rounds[round].preloaded);
     root.lanes |= bit(lane);
     root.address = trees[lane].address(0);
@@ -118,8 +142,7 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
   };
   std::vector<Waiting> waiting{{root, 0}};
   std::vector<WarpStackEntry> children;
-  std::uint64_t under_way = 0, sectors_of_all = 0, box_tests = 0, leaf_tests = 0;
-  Cycle root_done = 0;
+  UnitLoad load;
   while (!waiting.empty()) {
     const auto [entry, start] = waiting.back();
     waiting.pop_back();
@@ -128,41 +151,21 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
       visited = visited || trees[lane].event(entry.event[lane]).kind() != EventKind::cull;
     });
     if (!visited) continue;
-    const bool internal = entry.kind == NodeKind::internal;
-    const auto tests = static_cast<unsigned>(std::popcount(entry.lanes));
-    const unsigned sectors =
-        modules::NodeSectors({entry.kind, traffic_.address(entry.address), false}, traffic_).count();
-    const Cycle there =
-        start + fetch_ + (config_.memory.by_shader ? 0 : divide_up(sectors, config_.memory.sectors_per_cycle) - 1);
-    const Stage& last = internal ? box_ : leaf_;
-    const Cycle before = internal ? 0 : transform_.latency;
-    const Cycle first_result = there + before + last.latency;
-    const Cycle done =
-        std::max(there + before + last.last(tests), internal ? 0 : there + transform_.last(tests) + last.latency);
-    call.warp = std::max(call.warp, done);
-    (internal ? box_tests : leaf_tests) += tests;
-    sectors_of_all += sectors;
-    if (start == 0) {
-      root_done = done;
-    } else {
-      under_way += done - start;
-    }
+    const NodeTimes times = node_times(entry, start);
+    call.warp = std::max(call.warp, times.done);
+    load.add(times, start, static_cast<unsigned>(std::popcount(entry.lanes)), entry.kind == NodeKind::internal);
     modules::for_each_bit(entry.lanes, [&](unsigned lane) {
-      call.lanes[lane] = std::max(call.lanes[lane], first_result);
-      hits.found(lane, trees[lane].event(entry.event[lane]), first_result);
+      call.lanes[lane] = std::max(call.lanes[lane], times.first_result);
+      hits.found(lane, trees[lane].event(entry.event[lane]), times.first_result);
     });
     modules::children_of(
         entry, by_slot_, [&](unsigned lane) -> const LaneTree& { return trees[lane]; }, children);
-    for (const WarpStackEntry& child : children) waiting.push_back({child, done});
+    for (const WarpStackEntry& child : children) waiting.push_back({child, times.done});
   }
   for (unsigned lane = 0; lane < lanes; ++lane) {
     call.lanes[lane] = std::max(call.lanes[lane], hits.lane_end(lane));
   }
-  call.warp = std::max({call.warp, root_done + divide_up(under_way, config_.warp_stack.ahead), hits.end(),
-                        box_.busy(box_tests), leaf_.busy(leaf_tests), transform_.busy(leaf_tests)});
-  if (!config_.memory.by_shader) {
-    call.warp = std::max(call.warp, Cycle{divide_up(sectors_of_all, config_.memory.sectors_per_cycle)});
-  }
+  call.warp = std::max({call.warp, hits.end(), least_cycles(load)});
   return call;
 }
 

@@ -13,6 +13,10 @@
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
+namespace grtx::modules {
+struct WarpStackEntry;  // warp_stack.h
+}
+
 namespace grtx::sim {
 
 struct WalkCall {
@@ -23,7 +27,7 @@ struct WalkCall {
 class WalkChain {
  public:
   /// fetch: least cycles from the start of an entry to the answer to its node's last request. shader: least cycles of a
-  /// hit's shader, where no any-hit unit takes it.
+  /// hit's shader, if no any-hit unit takes the hit.
   WalkChain(const modules::RtUnitConfig& config, const traces::Header& header, Cycle fetch, Cycle shader);
 
   /// first_event: [lane] of this round. A trace that a warp cannot walk takes 0 cycles: the scheduler refuses it.
@@ -38,7 +42,32 @@ class WalkChain {
     /// Least time in which so many tests start.
     Cycle busy(std::uint64_t tests) const { return tests == 0 ? 0 : (tests - 1) / count * interval; }
   };
+  /// Cycles of a node's visit, counted from the start of the call.
+  struct NodeTimes {
+    unsigned sectors = 0;
+    Cycle first_result = 0;  ///< of one lane
+    Cycle done = 0;          ///< result of the last lane
+  };
+  /// Work of a call that units share: each takes its least time for it.
+  struct UnitLoad {
+    std::uint64_t under_way = 0;  ///< cycles of all visits but the root's, summed
+    std::uint64_t sectors = 0, box_tests = 0, leaf_tests = 0;
+    Cycle root_done = 0;
+    void add(const NodeTimes& times, Cycle start, std::uint64_t tests, bool internal) {
+      sectors += times.sectors;
+      (internal ? box_tests : leaf_tests) += tests;
+      if (start == 0) {
+        root_done = times.done;
+      } else {
+        under_way += times.done - start;
+      }
+    }
+  };
   class Hits;
+  /// Least cycles of a visit of `entry` that starts in cycle `start`.
+  NodeTimes node_times(const modules::WarpStackEntry& entry, Cycle start) const;
+  /// Least cycles of a call with this load.
+  Cycle least_cycles(const UnitLoad& load) const;
 
   modules::RtUnitConfig config_;
   modules::NodeTraffic traffic_;

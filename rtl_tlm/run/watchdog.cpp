@@ -22,7 +22,7 @@ void check_time(const Gpu& gpu, Cycle now) {
 
 }  // namespace
 
-std::string Watchdog::look() {
+std::string Watchdog::deadlock() {
   const std::uint64_t progress = gpu_.progress() + memory_.progress();
   const Cycle now = gpu_.core().edge_at_or_after_now();
   check_time(gpu_, now);

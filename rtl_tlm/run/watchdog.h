@@ -13,12 +13,12 @@ namespace grtx::sim {
 
 class Watchdog {
  public:
-  /// limit: cycles without progress. step: cycles between two calls of look(). Both models must outlive it.
+  /// limit: cycles without progress. step: cycles between two calls of deadlock(). Both models must outlive it.
   Watchdog(const Gpu& gpu, const MemorySystem& memory, Cycle limit, Cycle step)
       : gpu_(gpu), memory_(memory), limit_(limit), step_(step) {}
 
   /// Why the model is deadlocked; empty: it is not. Throws Error when simulated time exceeds what the kernel can count.
-  std::string look();
+  std::string deadlock();
 
  private:
   const Gpu& gpu_;

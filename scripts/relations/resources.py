@@ -30,7 +30,7 @@ NOT_A_RESOURCE = {
     "l2.mshr_merges": "as l1.mshr_merges",
     "l2.slices": "each has a DRAM channel and a share of the L2: other addresses meet",
     "l2.interleave_bytes": "a shape",
-    "dram.channels": "0 is one a slice; other addresses meet",
+    "dram.channels": "0 is one per slice; other addresses meet",
     "dram.banks": "other addresses meet in a bank",
     "dram.bank_groups": "a shape", "dram.group_bytes": "a shape", "dram.row_bytes": "a shape", "dram.burst_bytes": "a shape",
     "dram.hit_cap": "fairness", "dram.age_cap": "fairness",

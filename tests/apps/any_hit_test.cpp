@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Delayed any-hit shaders, and early termination tested once a round, through the program: images, sound traces, what
+// Delayed any-hit shaders, and early termination tested once per round, through the program: images, sound traces, what
 // the hardware model says of them, machines and plans.
 #include <gmock/gmock.h>
 

@@ -148,7 +148,7 @@ TEST_F(RayInBrowser, WithoutTheSceneListsAreThereAndTimesAreNot) {
 }
 
 TEST_F(RayInBrowser, AMillionEventsAreShownByRowsInSight) {
-  // A row of Gaussians that all overlap: a round a hit, and each visits those before it again.
+  // A row of Gaussians that all overlap: a round per hit, and each visits those before it again.
   constexpr unsigned kGaussians = 1300;
   std::string ply = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(kGaussians) + "\n";
   for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",

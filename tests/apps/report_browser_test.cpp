@@ -157,7 +157,7 @@ TEST_F(ReportInBrowser, PointsOfTwoScenesAreComparedWithinEach) {
   const json found = look("two.html");
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
-  EXPECT_THAT(found.at("titles"), ElementsAre("point", "view", "time, µs", "speed-up", "mm²", "nJ a ray",
+  EXPECT_THAT(found.at("titles"), ElementsAre("point", "view", "time, µs", "speed-up", "mm²", "nJ per ray",
                                               "on the front of", "cycles", "L1 hit rate", "DRAM MB", "mm², low – high",
                                               "l1.bytes"));  // lanes never vary
   const json& views = found.at("views");

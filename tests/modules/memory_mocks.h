@@ -113,7 +113,7 @@ class MockClient {
   TickProcess process_;
 };
 
-/// Answers every request `latency` cycles after it became visible (as seen by the requester), one a cycle.
+/// Answers every request `latency` cycles after it became visible (as seen by the requester), one per cycle.
 class MockMemory {
  public:
   MockMemory(const std::string& name, ClockDomain& clock, Link<MemoryRequest>& in, Link<MemoryResponse>& out,

@@ -145,7 +145,7 @@ class Tables(unittest.TestCase):
 
     def test_2_traces(self):
         text, document = self.both(f"trace {VIEW} -o t.grtx")
-        rays, rounds, visits, blended = map(float, re.match(rf"tri20: ({NUMBER}) rays, ({NUMBER}) rounds, ({NUMBER}) visits a ray, ({NUMBER}) ",
+        rays, rounds, visits, blended = map(float, re.match(rf"tri20: ({NUMBER}) rays, ({NUMBER}) rounds, ({NUMBER}) visits per ray, ({NUMBER}) ",
                                                             text.replace("\n  ", " ")).groups())
         self.assertEqual([rays, rounds, blended], [stat(document, f"tracer.{name}") for name in ("rays", "rounds", "blended")])
         self.assertAlmostEqual(visits, stat(document, "tracer.visits.total") / rays, delta=0.051)

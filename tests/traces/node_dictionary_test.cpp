@@ -142,7 +142,7 @@ TEST(NodeShape, PlacesOfChildren) {
     for (unsigned i = 0; i < 5000; ++i) {  // many more shapes than the table holds
       NodeDefinition definition{.child_count = static_cast<std::uint8_t>(1 + random() % width)};
       for (unsigned slot = 0; slot < definition.child_count; ++slot) definition.child_kinds[slot] = kinds[random() % 4];
-      const NodeShape& shape = table.of(definition);
+      const NodeShape& shape = table.shape_of(definition);
       ASSERT_EQ(shape.fault, nullptr);
       unsigned offset = 0;
       for (unsigned slot = 0; slot < definition.child_count; ++slot) {
@@ -163,7 +163,7 @@ TEST(NodeShape, WideLeavesTakeTwoUnitsWhereTheHeaderHasThem) {
       node(1, 2, {kI, NodeKind::wide_procedural, NodeKind::procedural, NodeKind::wide_procedural});
   ShapeTable table;
   table.set_sizes({NodeLayout::quantised, 6, true});
-  const NodeShape& shape = table.of(definition);
+  const NodeShape& shape = table.shape_of(definition);
   ASSERT_EQ(shape.fault, nullptr);
   EXPECT_EQ(shape.offsets & 0xFFFF, 0x5420u);
   EXPECT_EQ(shape.units, 7);

@@ -621,7 +621,7 @@ inline std::vector<RandomOptions> all_random_options() {
       all.push_back(o);
     }
   }
-  // Delayed any-hit shaders, likewise, and rays whose end is tested once a round.
+  // Delayed any-hit shaders, likewise, and rays whose end is tested once per round.
   for (const bool two_level : {false, true}) {
     for (const unsigned k : {1U, 3U, 8U}) {
       for (const ErtCheck check : {ErtCheck::hit, ErtCheck::round}) {

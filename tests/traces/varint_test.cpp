@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Varints: seven bits a byte, one form for each number, nothing beyond 64 bits.
+// Varints: seven bits per byte, one form for each number, nothing beyond 64 bits.
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -35,7 +35,7 @@ const char* CheckedNodes::take(const Header& header, const std::vector<NodeDefin
   for (const NodeDefinition& definition : dictionary) {
     if (definition.address <= last_address) return "nodes must ascend by address";
     last_address = definition.address;
-    const NodeShape& shape = shapes_.of(definition);
+    const NodeShape& shape = shapes_.shape_of(definition);
     if (shape.fault != nullptr) return shape.fault;
     if (definition.address + node_units > image_units ||
         static_cast<std::uint64_t>(definition.child_base) + shape.units > image_units) {

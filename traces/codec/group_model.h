@@ -115,7 +115,7 @@ class GroupModel {
   /// Fills a node of add_unset(). Throws like add().
   void set(std::uint32_t index, const NodeDefinition& node, const NodeShape& shape);
   /// Shape of any node of the trace, whether it is in the model or not.
-  const NodeShape& shape(const NodeDefinition& node) { return shapes_.of(node); }
+  const NodeShape& shape(const NodeDefinition& node) { return shapes_.shape_of(node); }
   ShapeTable& shapes() { return shapes_; }
 
   std::size_t size() const { return nodes_.size(); }

@@ -96,7 +96,7 @@ void ShapeTable::set_sizes(const NodeSizes& sizes) {
   stored_.assign(std::size_t{1} << kBits, Stored{});
 }
 
-const NodeShape& ShapeTable::of(const NodeDefinition& node) {
+const NodeShape& ShapeTable::shape_of(const NodeDefinition& node) {
   std::uint64_t kinds = 0;
   static_assert(sizeof node.child_kinds == sizeof kinds);
   std::memcpy(&kinds, node.child_kinds.data(), sizeof kinds);

@@ -39,7 +39,7 @@ class ShapeTable {
 
   /// Sets the node sizes and clears the cache if they differ.
   void set_sizes(const NodeSizes& sizes);
-  const NodeShape& of(const NodeDefinition& node);
+  const NodeShape& shape_of(const NodeDefinition& node);
   /// Shape of a node with this byte of column node_shape and these of node_kinds; null if the encoding is invalid.
   const Stored* stored(unsigned code, unsigned kinds_code) {
     const std::uint32_t codes = code | kinds_code << 8;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coder of the Gaussians that the rays of a group processed: a list of the distinct ones, and for each entry of a ray
-// whether it is the one that followed its predecessor the last time.
+// Codes the Gaussians that the rays of a group processed: a list of the distinct ones, and for each entry of a ray
+// whether it also followed the preceding entry's Gaussian the last time.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Addresses of the wide leaves among the children of a group's internal nodes: which events visit one.
+// Addresses of the wide leaves among the children of a group's internal nodes, to find the events that visit one.
 #pragma once
 
 #include <algorithm>

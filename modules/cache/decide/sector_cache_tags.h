@@ -26,7 +26,7 @@ class SectorCacheTags {
   static constexpr Slot kNone = AddressIndex::kNone;
   using Geometry = CacheGeometry;
 
-  /// What a line held when insert() evicted it.
+  /// Contents of a line when insert() evicted it.
   struct Victim {
     bool valid = false;
     std::uint64_t address = 0;  ///< first byte of the line

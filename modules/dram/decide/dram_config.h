@@ -70,7 +70,7 @@ struct DramTiming {
   unsigned write_to_read() const { return wl + ccd + cdlr; }
   unsigned activate_to_write() const { return rcd_wr == 0 ? rcd : rcd_wr; }
   unsigned write_to_precharge() const { return wl + ccd + wr; }
-  // Within a bank group.
+  // Timing within a bank group.
   bool groups_differ() const { return ccd_l > ccd || rrd_l > rrd || cdlr_l > cdlr; }
   unsigned ccd_of_group() const { return std::max(ccd, ccd_l); }
   unsigned rrd_of_group() const { return std::max(rrd, rrd_l); }
@@ -92,7 +92,8 @@ struct DramChannelConfig {
   /// All but the timing, which is a separate table.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
-    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks; they divide them", kOurs).came_later();
+    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks, whose number they divide", kOurs)
+        .came_later();
     list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
              kOurs)
         .came_later();
@@ -100,7 +101,7 @@ struct DramChannelConfig {
     list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
     list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
     list.add("scheduling", scheduling, dram_scheduling_names(),
-             "which command a channel issues; programs may register more (docs/model/dram.md)", kVulkanSim)
+             "which command a channel issues; programs may register more policies (docs/model/dram.md)", kVulkanSim)
         .came_later();
     list.add("hit_cap", hit_cap, {1, 1e6}, "commands",
              "fr_fcfs_cap: column commands of a bank that may overtake its oldest request",

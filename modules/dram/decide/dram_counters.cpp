@@ -28,7 +28,8 @@ const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
           .sum(&C::bursts, "bursts", "commands", "column commands")
           .sum(&C::aged, "aged", "requests", "requests that reached the age cap of the scheduler")
           .sum(&C::queue_clocks, "queue_clocks", "burst-clocks", "queued bursts summed over memory clocks")
-          .sum(&C::full_clocks, "queue_full_clocks", "clocks", "a request waited for room in a channel's queue")
+          .sum(&C::full_clocks, "queue_full_clocks", "clocks",
+               "clocks in which a request waited for room in a channel's queue")
           .sum(&C::latency_clocks)
           .value(access_latency, "access_latency", "clocks",
                  "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");

@@ -30,7 +30,7 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
           .when([](const C& c) { return c.unit.hits != 0; })
           .sum(of_unit(&U::hits), "unit.hits", "hits", "hits that the any-hit unit handled")
           .sum(of_unit(&U::entered), "unit.entered", "hits", "of these, hits that entered a heap")
-          .sum(of_unit(&U::busy_cycles), "unit.busy_cycles", "cycles", "heap logic that works, summed over cycles")
+          .sum(of_unit(&U::busy_cycles), "unit.busy_cycles", "cycles", "busy heap logic, summed over cycles")
           .sum(of_unit(&U::wait_cycles), "unit.wait_cycles", "cycles", "cycles that hits waited for their heap logic");
   return table;
 }

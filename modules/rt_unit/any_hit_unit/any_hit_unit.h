@@ -35,7 +35,7 @@ class AnyHitUnit final : public AnyHitModule, public Probed {
   void begin_lane(LaneId id, unsigned preloaded) override { fill_[id] = preloaded; }
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned /*entry*/) override {}
-  /// Answers the hits that are done; those that fall out are sent to be stored first, one a cycle.
+  /// Answers the hits that are done; those that fall out are sent to be stored first, one per cycle.
   void invoke(Cycle now) override;
   Cycle next_due(Cycle now) const override;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Delayed hits of the RT unit (Header::any_hit = delayed): the hits of a warp wait in memory until all of its lanes
 // have traversed, then the shaders run, one hit of each lane at a time. Vulkan-Sim's model, and the baseline of
-// GauTracer (ISCA 2026). It takes the place of the any-hit collector. Cost: a counter per lane; the hits lie in memory.
-// docs/model/rt_scheduler.md has the timing.
+// GauTracer (ISCA 2026). This part takes the place of the any-hit collector. Cost: a counter per lane; the hits lie in
+// memory. docs/model/rt_scheduler.md has the timing.
 #pragma once
 
 #include <algorithm>

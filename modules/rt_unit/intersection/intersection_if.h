@@ -18,7 +18,7 @@ struct IntersectionCounters;
 class intersection_if : public virtual sc_core::sc_interface {
  public:
   /// Requests `tests` (>= 1) tests of lane `id`'s node. A lane has at most one request at a time; when warps
-  /// walk together (rt.traversal), `id` is a walk_test() and a lane may have several. May be called after
+  /// walk together (rt.traversal), `id` is a walk_test(), and a lane may have several requests. May be called after
   /// the unit's tick() in the same cycle; the earliest start is the next cycle.
   virtual void enqueue(Cycle now, LaneId id, unsigned tests) = 0;
 };

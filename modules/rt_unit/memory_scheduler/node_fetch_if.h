@@ -22,7 +22,7 @@ struct MemorySchedulerCounters;
 /// The RT scheduler's view of the memory scheduler.
 class node_fetch_if : public virtual sc_core::sc_interface {
  public:
-  /// Which bytes a node visit reads.
+  /// The bytes that a node visit reads.
   virtual const NodeTraffic& traffic() const = 0;
   /// Whether the visits of a full warp are guaranteed to fit.
   virtual bool has_room() const = 0;

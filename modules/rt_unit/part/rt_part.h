@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Base classes of the parts of an RT unit: what its netlist requires of each, also of user-supplied ones.
+// Base classes of the parts of an RT unit, with the functions that its netlist requires of each, user-supplied or not.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class RtPart : public sc_core::sc_module {
   virtual void count(OwnCounts& /*own*/) const {}
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
-  /// Prepares for another launch, and drops what the part holds (Clocked::restart()).
+  /// Prepares for another launch, and drops the part's contents (Clocked::restart()).
   virtual void restart() {}
   /// False while the stages of the part would do nothing if nothing arrived on its links: they are then not called.
   bool awake() const { return awake_; }

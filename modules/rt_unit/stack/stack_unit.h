@@ -30,8 +30,8 @@ class StackUnit final : public StackModule {
   using Counters = StackCounters;
 
   /// on_chip: entries per lane in the warp buffer, at least as many as a sector holds. warps: entries of the warp
-  /// buffer. sm: number of the SM, selects its stack areas. stacks_of_a_warp: one for each lane, or one for all, which
-  /// is that of lane 0.
+  /// buffer. sm: number of the SM, selects its stack areas. stacks_of_a_warp: one for each lane, or one for all lanes,
+  /// in the area of lane 0.
   StackUnit(const sc_core::sc_module_name& name, unsigned on_chip, const StackEntryLayout& entry, const MemoryMap& map,
             unsigned warps, unsigned sm, unsigned stacks_of_a_warp = kMaxLanes);
 

@@ -74,7 +74,7 @@ struct Warp {
   std::array<LaneMask, kLaneStates> in{};  ///< [LaneState] lanes in this state
   Cycle accepted = 0;
   Cycle counted = 0;   ///< warp_cycles are counted up to this cycle (exclusive)
-  bool walks = false;  ///< its lanes share a stack: the warp walk scheduler tells what the warp waits for
+  bool walks = false;  ///< its lanes share a stack: the warp walk scheduler tells the reason of waiting (tell())
   WarpWait told = WarpWait::retire;
   Cycle any_hit_since = 0;  ///< cycle in which the first lane of the next batch began to wait
   LaneMask replaying = 0;   ///< lanes whose round began with a replay
@@ -92,7 +92,7 @@ struct Warp {
   }
 };
 
-/// Where in the trace a lane of a warp is, for an Error: group, lane, round.
+/// Place of a warp's lane in the trace, for an Error: group, lane, round.
 std::string place_in_trace(const Warp& warp, unsigned lane);
 
 /// Initialises a warp for a call: lanes start at the first event of the round that `cursor` points to; lanes without
@@ -139,7 +139,7 @@ class WarpTable {
     ready_ = ready ? ready_ | b : ready_ & ~b;
     note_done(entry);
   }
-  /// Tells what a warp whose lanes share a stack waits for. It is among ready_entries() when it is ready.
+  /// Sets the reason for which a warp with a common stack waits. The warp is among ready_entries() when it is ready.
   void tell(unsigned entry, WarpWait wait) {
     Warp& w = warps_[entry];
     count_wait(w);
@@ -162,8 +162,8 @@ class WarpTable {
     const Cycle open = end > occupancy_from_ ? end - occupancy_from_ : 0;
     return counters_.occupancy_integral + static_cast<std::uint64_t>(std::popcount(occupied_)) * open;
   }
-  /// Attributes the cycles before `end` to what each warp waits for now; call before states change. Lazy: a warp's
-  /// cycles are added when its state next changes.
+  /// Attributes the cycles before `end` to the reason for which each warp waits now; call before states change. Lazy: a
+  /// warp's cycles are added when its state next changes.
   void account(Cycle end) { waits_until_ = std::max(waits_until_, end); }
   /// Adds the pending cycles of all warps; call before reading the counters.
   void count_waits();

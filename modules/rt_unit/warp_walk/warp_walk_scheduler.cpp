@@ -69,7 +69,7 @@ void WarpWalkScheduler::begin(unsigned entry) {
   bool first = true;
   for_each_bit(root.lanes, [&](unsigned i) {
     LaneWalk& lane = walk.lanes[i];
-    const char* broken = lane.tree.plant({warp.lane[i].next, warp.lane[i].left}, *warp.group, *traffic_);
+    const char* broken = lane.tree.build({warp.lane[i].next, warp.lane[i].left}, *warp.group, *traffic_);
     if (broken != nullptr) refuse(lane_id(entry, i), broken);
     lane.left = lane.tree.size();
     if (!first && root.address != lane.tree.address(0))

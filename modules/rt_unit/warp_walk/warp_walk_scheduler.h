@@ -65,11 +65,11 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
     std::vector<LaneWalk> lanes = std::vector<LaneWalk>(kMaxLanes);
     std::deque<unsigned> done;  ///< slots of finished nodes whose children are not on the stack yet
     std::size_t next = WarpStack::kNone;
-    unsigned fetching = 0;                 ///< slots whose node is not there
-    unsigned testing = 0;                  ///< tests of lanes that the units have
+    unsigned fetching = 0;                 ///< slots whose node has not arrived
+    unsigned testing = 0;                  ///< tests of lanes in the units
     unsigned hits = 0;                     ///< not answered
-    unsigned held = 0;                     ///< places for hits that leaf tests and hits take
-    bool moving = false, filling = false;  ///< the stack unit is at work for it
+    unsigned held = 0;                     ///< places reserved for hits, by leaf tests and by hits
+    bool moving = false, filling = false;  ///< the stack unit works for this warp
   };
   void end_of_elaboration() override;
   /// Starts the entry at `place` of the warp's stack.

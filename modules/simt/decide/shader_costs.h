@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a shader's instructions cost, the phases that they are counted by, and what shaders did.
+// Costs of shaders in instructions, the phases by which they are counted, and counters of their work.
 #pragma once
 
 #include <cstdint>
@@ -52,24 +52,24 @@ struct ShaderCosts {
         "the same, monolithic: address of the matrix, origin and direction transformed",
         assumed("this project: 3 of the address, 3 subtractions, 18 products and sums"))
         .came_later();
-    add("sort_per_entry", sort_per_entry, "single-round: an entry in a merge pass");
-    add("list_per_entry", list_per_entry, "list: an entry that a scan for the next batch looks at",
+    add("sort_per_entry", sort_per_entry, "single-round: per entry in a merge pass");
+    add("list_per_entry", list_per_entry, "list: per entry that a scan for the next batch reads",
         assumed(
             "GRay, cuda/forward_pass.cu: 2 of the loop, address, comparisons with the last batch's end and with the "
             "farthest kept, 2 selects"))
         .came_later();
-    add("list_exchange", list_exchange, "list: one place of the sorted batch that an entry passes",
+    add("list_exchange", list_exchange, "list: per place of the sorted batch that an entry passes",
         assumed("GRay, cuda/forward_pass.cu: every entry passes all places but the last, unrolled: a comparison and 4 "
                 "selects"))
         .came_later();
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
-    add("blend_with_alpha", blend_with_alpha, "the same where the hit brings its alpha: transmittance, and its end",
+    add("blend_with_alpha", blend_with_alpha, "the same if the hit brings its alpha: transmittance, termination test",
         assumed("this project: 24 without the response's 14"))
         .came_later();
     add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
     add("epilogue", epilogue, "pixel address and colour");
-    add("node_fetch", node_fetch, "a traversal step of a warp, when shaders fetch nodes",
+    add("node_fetch", node_fetch, "per traversal step of a warp, when shaders fetch nodes",
         assumed("this project: a traversal loop counted"));
   }
 };

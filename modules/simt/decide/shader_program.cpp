@@ -11,7 +11,7 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kUnpackPerCoefficient = 3;  // fp16 to fp32, a channel each (assumed: one conversion an instruction)
+constexpr unsigned kUnpackPerCoefficient = 3;  // fp16 to fp32, a channel each (assumed: one conversion per instruction)
 
 // The lanes whose loop runs beyond `iteration`.
 template <typename Counts>

@@ -6,13 +6,13 @@
 namespace grtx::sim {
 namespace {
 
-class Times final : public modules::WarpObserver {
+class LaunchTimes final : public modules::WarpObserver {
  public:
-  Times(std::size_t groups, unsigned resident_warps) : ends(groups), resident_warps_(resident_warps) {}
+  LaunchTimes(std::size_t groups, unsigned resident_warps) : ends(groups), resident_warps_(resident_warps) {}
   void launched(unsigned sm, unsigned slot, const traces::RayGroup& /*group*/, Cycle now) override {
-    const std::size_t place = std::size_t{sm} * resident_warps_ + slot;
-    if (place >= running_.size()) running_.resize(place + 1);
-    running_[place] = launches.size();
+    const std::size_t index = std::size_t{sm} * resident_warps_ + slot;
+    if (index >= running_.size()) running_.resize(index + 1);
+    running_[index] = launches.size();
     launches.push_back(now);
   }
   void ended(unsigned sm, unsigned slot, Cycle now) override {
@@ -31,7 +31,7 @@ class Times final : public modules::WarpObserver {
 std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
                                               const GroupRun& run) {
   return std::make_unique<ChildProcess>("sample", [&] {
-    Times times(run.groups.size(), config.resident());
+    LaunchTimes times(run.groups.size(), config.resident());
     SimulationOptions options;
     options.groups = run.groups;
     options.observer = &times;

@@ -14,8 +14,8 @@ float checkpoint_sectors(const modules::CheckpointConfig& config, bool joined) {
   return modules::kSectorBytes % config.entry_bytes == 0 ? 1.0F : 1.5F;
 }
 
-std::uint64_t nodes_of(std::uint64_t bytes, unsigned warps) {
-  return static_cast<std::uint64_t>(kUsefulShare * static_cast<double>(bytes) /
+std::uint64_t nodes_per_warp(std::uint64_t bytes, unsigned warps) {
+  return static_cast<std::uint64_t>(kUsefulCacheShare * static_cast<double>(bytes) /
                                     static_cast<double>(warps * traces::kNodeUnit));
 }
 
@@ -25,7 +25,7 @@ WorkCounter::Tags::Tags(std::uint64_t nodes) : sets_(std::bit_floor(std::max<std
   entries_.resize(sets_ * kWays);
 }
 
-bool WorkCounter::Tags::touch(std::uint32_t unit) {
+bool WorkCounter::Tags::access(std::uint32_t unit) {
   std::uint32_t* const set = &entries_[(((unit * 0x9E3779B1u) >> 8) & (sets_ - 1)) * kWays];
   std::size_t way = 0;
   while (way < kWays - 1 && set[way] != unit + 1) ++way;
@@ -35,7 +35,7 @@ bool WorkCounter::Tags::touch(std::uint32_t unit) {
   return hit;
 }
 
-TrafficOfEntries::TrafficOfEntries(const traces::Header& header, const GpuConfig& config) {
+BufferTraffic::BufferTraffic(const traces::Header& header, const GpuConfig& config) {
   const std::uint64_t sectors =
       (header.gaussian_record_bytes + header.sh_record_bytes + modules::kSectorBytes - 1) / modules::kSectorBytes;
   processed = static_cast<float>(sectors);
@@ -48,28 +48,28 @@ WorkCounter::WorkCounter(const traces::Header& header, const GpuConfig& config)
     : header_(header),
       traffic_(header, config),
       prefetch_(config.rt.sibling_prefetch),
-      l1_(nodes_of(config.l1.geometry.bytes, config.rt.warp_buffer.entries * config.rt_units)),
-      l2_(nodes_of(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)) {}
+      l1_(nodes_per_warp(config.l1.geometry.bytes, config.rt.warp_buffer.entries * config.rt_units)),
+      l2_(nodes_per_warp(config.l2_bytes, config.sms * config.rt.warp_buffer.entries * config.rt_units)) {}
 
 void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   const traces::Event& event = *lane.event++;
   --lane.left;
   const traces::EventKind kind = event.kind();
-  lane.work.far += traffic_.written * static_cast<float>(std::popcount(event.checkpoints));
+  lane.work.dram_sectors += traffic_.written * static_cast<float>(std::popcount(event.checkpoints));
   if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
-    lane.work.far += traffic_.read;
+    lane.work.dram_sectors += traffic_.read;
   }
   if (kind > traces::EventKind::visit_leaf) return;
   const bool internal = kind == traces::EventKind::visit_internal;
   const std::uint32_t unit = internal ? group.nodes[event.node].address : event.node;
   const float sectors = kind == traces::EventKind::visit_instance ? 4.0F : 2.0F;
-  const bool l2_hit = l2_.touch(unit);
-  const bool l1_hit = l1_.touch(unit);
+  const bool l2_hit = l2_.access(unit);
+  const bool l1_hit = l1_.access(unit);
   lane.work.sectors += sectors;
-  if (!l1_hit && !l2_hit) lane.work.far += sectors;
+  if (!l1_hit && !l2_hit) lane.work.dram_sectors += sectors;
   // A leaf after another leaf: its sibling, which has been prefetched.
-  const bool near = l1_hit || (prefetch_ && !internal && lane.after_leaf);
-  lane.work.steps += near ? kNearStep : 1.0F;
+  const bool low_latency = l1_hit || (prefetch_ && !internal && lane.after_leaf);
+  lane.work.steps += low_latency ? kL1HitStep : 1.0F;
   if (!internal || !l1_hit) lane.after_leaf = !internal;
   const bool shader = traces::has_box_leaves(header_.accel) || traces::calls_any_hit(event.outcome());
   if (kind == traces::EventKind::visit_leaf && shader) lane.work.steps += kAnyHitStep;
@@ -92,15 +92,15 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
       Lane lane;
       lane.event = next[i];
       lane.left = round.event_count;
-      lane.work.far = traffic_.processed * static_cast<float>(round.processed_count);
+      lane.work.dram_sectors = traffic_.processed * static_cast<float>(round.processed_count);
       next[i] += round.event_count;
       if (lane.left > 0) lanes_.push_back(lane);
     }
-    for (std::size_t stepping = lanes_.size(); stepping > 0;) {
+    for (std::size_t unfinished = lanes_.size(); unfinished > 0;) {
       for (Lane& lane : lanes_) {
         if (lane.left == 0) continue;
         step(lane, group);
-        if (lane.left == 0) --stepping;
+        if (lane.left == 0) --unfinished;
       }
     }
     done.clear();
@@ -110,7 +110,7 @@ GroupWork WorkCounter::count(const traces::RayGroup& group) {
     std::sort(done.begin(), done.end(), [](const LaneWork& a, const LaneWork& b) { return a.steps < b.steps; });
     for (const LaneWork& lane : done) {
       work.sectors += static_cast<double>(lane.sectors);
-      work.far += static_cast<double>(lane.far);
+      work.dram_sectors += static_cast<double>(lane.dram_sectors);
     }
     if (!done.empty()) work.steps += static_cast<double>(done.back().steps);
   }

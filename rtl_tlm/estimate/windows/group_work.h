@@ -15,29 +15,29 @@ namespace grtx::sim {
 
 /// One ray in one traceRay call.
 struct LaneWork {
-  float steps = 0.0F;    ///< dependent steps, in units of a node fetch that misses the L1
-  float sectors = 0.0F;  ///< node sectors requested from the L1
-  float far = 0.0F;      ///< sectors requested from the DRAM, approximately
+  float steps = 0.0F;         ///< dependent steps, in units of a node fetch that misses the L1
+  float sectors = 0.0F;       ///< node sectors requested from the L1
+  float dram_sectors = 0.0F;  ///< sectors requested from the DRAM, approximately
 };
 
 struct GroupWork {
   double sectors = 0.0;  ///< of all traceRay calls
-  double far = 0.0;
-  double steps = 0.0;  ///< sum over the calls, of each its longest lane
+  double dram_sectors = 0.0;
+  double steps = 0.0;  ///< of the longest lane of each call, summed over the calls
 };
 
 // Lengths of steps in units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an
 // any-hit call waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate depends little on
-// them: what they do not explain is part of the measured residuals.
-inline constexpr float kNearStep = 0.15F;
+// them, since their error is part of the measured residuals.
+inline constexpr float kL1HitStep = 0.15F;
 inline constexpr float kAnyHitStep = 0.5F;
-inline constexpr double kUsefulShare = 0.7;  ///< of a cache's capacity: the rest holds sectors never requested
+inline constexpr double kUsefulCacheShare = 0.7;  ///< of a cache's capacity: the rest holds sectors never requested
 
 /// Mean sectors moved for one entry of a ray's buffers in memory.
-struct TrafficOfEntries {
+struct BufferTraffic {
   float written = 0.0F, read = 0.0F;  ///< for a checkpoint entry; 0 without checkpointing
   float processed = 0.0F;             ///< for a processed k-buffer entry: the Gaussian's records
-  TrafficOfEntries(const traces::Header& header, const GpuConfig& config);
+  BufferTraffic(const traces::Header& header, const GpuConfig& config);
 };
 
 /// Counts the work of one group at a time. The lanes of a group step through their events together, against L1 and L2
@@ -53,7 +53,7 @@ class WorkCounter {
    public:
     explicit Tags(std::uint64_t nodes);
     void clear() { std::fill(entries_.begin(), entries_.end(), 0); }
-    bool touch(std::uint32_t unit);  ///< true: a hit; a miss inserts it
+    bool access(std::uint32_t unit);  ///< true: a hit; a miss inserts it
 
    private:
     static constexpr std::size_t kWays = 4;
@@ -69,7 +69,7 @@ class WorkCounter {
   void step(Lane& lane, const traces::RayGroup& group);
 
   const traces::Header& header_;
-  TrafficOfEntries traffic_;
+  BufferTraffic traffic_;
   bool prefetch_;
   Tags l1_, l2_;
   std::vector<Lane> lanes_;

@@ -14,7 +14,7 @@ double share_between(const GroupTimes& times, std::size_t i, double from, double
   return std::max(0.0, std::min(to, begin + length) - std::max(from, begin)) / length;
 }
 
-double price(const std::array<double, kCosts>& rates, const GroupCosts& costs) {
+double predicted_cycles(const std::array<double, kCosts>& rates, const GroupCosts& costs) {
   return std::inner_product(rates.begin(), rates.end(), costs.begin(), 0.0);
 }
 
@@ -34,19 +34,19 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows) {
   double mean = 0.0;
   for (const CostRow& row : rows) mean += row.cycles / static_cast<double>(rows.size());
   std::array<std::array<double, kCosts>, kCosts> normal{};
-  std::array<double, kCosts> right{}, rates{};
+  std::array<double, kCosts> moments{}, rates{};
   for (const CostRow& row : rows) {
     const double weight = 1.0 / std::max({1.0, row.cycles, 0.1 * mean});
     for (std::size_t i = 0; i < kCosts; ++i) {
-      right[i] += weight * row.costs[i] * row.cycles;
+      moments[i] += weight * row.costs[i] * row.cycles;
       for (std::size_t j = 0; j < kCosts; ++j) normal[i][j] += weight * row.costs[i] * row.costs[j];
     }
   }
   // Coordinate descent with rates kept at 0 or above; it converges because the sum of squares is convex.
-  for (int turn = 0; turn < 3000; ++turn) {
+  for (int iteration = 0; iteration < 3000; ++iteration) {
     for (std::size_t i = 0; i < kCosts; ++i) {
       if (normal[i][i] <= 0.0) continue;
-      double slope = right[i];
+      double slope = moments[i];
       for (std::size_t j = 0; j < kCosts; ++j) slope -= normal[i][j] * rates[j];
       rates[i] = std::max(0.0, rates[i] + slope / normal[i][i]);
     }
@@ -56,45 +56,45 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows) {
 
 WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Window>& windows,
                                 const std::vector<GroupCosts>& costs) {
-  constexpr std::uint64_t kParts = 4;
+  constexpr std::uint64_t kQuarters = 4;
   std::vector<GroupCosts> simulated;
   for (const std::uint64_t group : groups_of(windows)) simulated.push_back(costs[group]);
-  std::vector<CostRow> parts;
+  std::vector<CostRow> quarters;
   std::vector<double> expansion;
   std::size_t position = 0;
   const auto launch = [&times](std::size_t i) { return times.launched[std::min(i, times.launched.size() - 1)]; };
   for (const Window& window : windows) {
     const std::size_t begin = position + window.measured - window.first, end = position + window.end - window.first;
-    for (std::uint64_t part = 0; part < kParts; ++part) {
-      const double from = launch(begin + (end - begin) * part / kParts);
-      const double to = launch(begin + (end - begin) * (part + 1) / kParts);
-      parts.push_back({to - from, costs_between(times, simulated, from, to)});
+    for (std::uint64_t quarter = 0; quarter < kQuarters; ++quarter) {
+      const double from = launch(begin + (end - begin) * quarter / kQuarters);
+      const double to = launch(begin + (end - begin) * (quarter + 1) / kQuarters);
+      quarters.push_back({to - from, costs_between(times, simulated, from, to)});
     }
     expansion.push_back(static_cast<double>(window.stratum_end - window.stratum_first) /
                         static_cast<double>(end - begin));
     position = end;
   }
   WindowEstimate estimate;
-  estimate.rates = fit_costs(parts);
-  for (const GroupCosts& group : costs) estimate.cycles += price(estimate.rates, group);
-  std::vector<double> beyond;
+  estimate.rates = fit_costs(quarters);
+  for (const GroupCosts& group : costs) estimate.cycles += predicted_cycles(estimate.rates, group);
+  std::vector<double> residual_cycles;
   for (std::size_t i = 0; i < windows.size(); ++i) {
     double cycles = 0.0, explained = 0.0;
-    for (std::uint64_t part = 0; part < kParts; ++part) {
-      cycles += parts[kParts * i + part].cycles;
-      explained += price(estimate.rates, parts[kParts * i + part].costs);
+    for (std::uint64_t quarter = 0; quarter < kQuarters; ++quarter) {
+      cycles += quarters[kQuarters * i + quarter].cycles;
+      explained += predicted_cycles(estimate.rates, quarters[kQuarters * i + quarter].costs);
     }
-    beyond.push_back(cycles - explained);
-    estimate.evidence.push_back({windows[i].first, beyond.back() / std::max(1.0, cycles), 0.0});
-    estimate.cycles += expansion[i] * beyond.back();
+    residual_cycles.push_back(cycles - explained);
+    estimate.evidence.push_back({windows[i].first, residual_cycles.back() / std::max(1.0, cycles), 0.0});
+    estimate.cycles += expansion[i] * residual_cycles.back();
   }
   const double last = times.launched.back(), end = *std::max_element(times.ended.begin(), times.ended.end());
-  estimate.cycles += end - last - price(estimate.rates, costs_between(times, simulated, last, end));
+  estimate.cycles += end - last - predicted_cycles(estimate.rates, costs_between(times, simulated, last, end));
   estimate.cycles = std::max(estimate.cycles, end);
   estimate.degrees_of_freedom = std::max(2.0, static_cast<double>(windows.size()) - static_cast<double>(kCosts));
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const double unmeasured = std::max(0.0, 1.0 - 1.0 / expansion[i]);
-    estimate.evidence[i].influence = expansion[i] * beyond[i] * std::sqrt(unmeasured) / estimate.cycles;
+    estimate.evidence[i].influence = expansion[i] * residual_cycles[i] * std::sqrt(unmeasured) / estimate.cycles;
   }
   return estimate;
 }

@@ -18,7 +18,7 @@ namespace grtx::sim {
 inline constexpr std::size_t kCosts = 3;
 struct GroupCosts : std::array<double, kCosts> {
   GroupCosts() : array{} {}
-  explicit GroupCosts(const GroupWork& work) : array{work.sectors, work.far, work.steps} {}
+  explicit GroupCosts(const GroupWork& work) : array{work.sectors, work.dram_sectors, work.steps} {}
 };
 
 /// Sum of the groups' costs between two cycles; each group's are spread evenly over its run. costs: by position.

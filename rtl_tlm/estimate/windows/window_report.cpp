@@ -68,7 +68,7 @@ void WindowReport::describe(const EstimatedResult& r, const Sample& sample, cons
       "groups simulated over groups of the trace" + (note.empty() ? "" : "; the whole trace: " + note));
   add("groups", sample.groups, "groups", "groups simulated");
   add("residual", r.estimate.whole ? 0.0 : sample.residual, "ratio",
-      "root mean square of what a window took beyond what its costs explain, over its cycles");
+      "root mean square of the cycles of a window that its costs do not explain, over its cycles");
   describe_interval(r, list);
 }
 

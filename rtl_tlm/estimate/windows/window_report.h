@@ -12,7 +12,8 @@
 
 namespace grtx::sim {
 
-inline constexpr double kWholeFrom = 0.5;  ///< above this share the whole trace is simulated, which costs little more
+inline constexpr double kWholeTraceShare =
+    0.5;  ///< above this share the whole trace is simulated, which costs little more
 
 class WindowReport {
  public:

@@ -22,7 +22,7 @@
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kCounted = 8192;  ///< groups outside the windows whose costs are counted, approximately
+constexpr std::uint64_t kCountedGroups = 8192;  ///< groups outside the windows whose costs are counted, approximately
 
 constexpr const char* kSequence = "a sequence of frames needs cycle mode: windows would start a frame cold";
 
@@ -42,7 +42,7 @@ class WindowedRun {
   }
 
   EstimatedResult run() {
-    if (options_.share > kWholeFrom) return report_.whole("as asked for");
+    if (options_.share > kWholeTraceShare) return report_.whole("as asked for");
     if (const std::string why = unsuited_to_windows(reader_, config_, options_); !why.empty()) {
       return report_.whole(why);
     }
@@ -56,7 +56,7 @@ class WindowedRun {
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) {
         return finished(estimate, interval);
       }
-      if (2.0 * share > kWholeFrom) return report_.whole("to reach --target-error");
+      if (2.0 * share > kWholeTraceShare) return report_.whole("to reach --target-error");
     }
   }
 
@@ -70,13 +70,13 @@ class WindowedRun {
 
   /// Counts the costs of the windows' groups and of every n-th other group, whose costs stand for those up to the next.
   void count_costs() {
-    const std::uint64_t groups = reader_.group_count(), every = std::max<std::uint64_t>(1, groups / kCounted);
+    const std::uint64_t groups = reader_.group_count(), stride = std::max<std::uint64_t>(1, groups / kCountedGroups);
     costs_.resize(groups);
     counted_.resize(groups);
-    for (std::uint64_t index = 0; index < groups; index += every) count(index);
-    for (const std::uint64_t index : thinned_.groups) count(index);
+    for (std::uint64_t index = 0; index < groups; index += stride) count(index);
+    for (const std::uint64_t index : sample_.groups) count(index);
     for (std::uint64_t index = 0; index < groups; ++index) {
-      if (!counted_[index]) costs_[index] = costs_[index - index % every];
+      if (!counted_[index]) costs_[index] = costs_[index - index % stride];
     }
   }
 
@@ -93,19 +93,19 @@ class WindowedRun {
 
   void simulate(double share) {
     windows_ = plan_windows(reader_.group_count(), slots_of(config_), share, options_.seed);
-    thinned_ = {};
-    thinned_.groups = groups_of(windows_);
-    const std::unique_ptr<ChildProcess> child = start_group_run(reader_.path(), config_, thinned_);
+    sample_ = {};
+    sample_.groups = groups_of(windows_);
+    const std::unique_ptr<ChildProcess> child = start_group_run(reader_.path(), config_, sample_);
     count_costs();
-    finish_group_run(*child, thinned_);
+    finish_group_run(*child, sample_);
   }
 
   CycleEstimate evaluate() {
-    windows_estimate_ = estimate_windows(thinned_.times, windows_, costs_);
+    window_estimate_ = estimate_windows(sample_.times, windows_, costs_);
     CycleEstimate estimate;
-    estimate.log_cycles = std::log(windows_estimate_.cycles);
-    estimate.degrees_of_freedom = windows_estimate_.degrees_of_freedom;
-    estimate.evidence = windows_estimate_.evidence;
+    estimate.log_cycles = std::log(window_estimate_.cycles);
+    estimate.degrees_of_freedom = window_estimate_.degrees_of_freedom;
+    estimate.evidence = window_estimate_.evidence;
     estimate.bias = kWindowsBias;
     double squares = 0.0;
     for (const GroupEvidence& e : estimate.evidence) squares += e.residual * e.residual;
@@ -119,26 +119,26 @@ class WindowedRun {
     r.cycles = interval;
     r.result.cycles = static_cast<Cycle>(std::llround(interval.value));
     double simulated = 0.0, all = 0.0;
-    for (const std::uint64_t group : thinned_.groups) simulated += costs_[group].front();
+    for (const std::uint64_t group : sample_.groups) simulated += costs_[group].front();
     for (const GroupCosts& costs : costs_) all += costs.front();
     WholeRun whole;
     whole.cycles = interval.value;
     whole.groups = reader_.group_count();
     whole.totals = reader_.totals();
     whole.longest = longest_;
-    r.result.statistics = whole_statistics(thinned_.stats, all / std::max(1.0, simulated), whole, config_);
+    r.result.statistics = whole_statistics(sample_.stats, all / std::max(1.0, simulated), whole, config_);
     for (const modules::Statistic& s : r.result.statistics.items()) {
       if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
     }
-    r.result.violations = thinned_.violations;
+    r.result.violations = sample_.violations;
     r.result.notes = notes(r.result.statistics);
     report_.add_energy(r.result.statistics);
-    report_.describe(r, {thinned_.groups.size(), residual_}, "", r.result.statistics);
+    report_.describe(r, {sample_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;
     list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");
-    list.add("gpu.windows.sector", windows_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
-    list.add("gpu.windows.far", windows_estimate_.rates[1], "cycles/sector", "fitted: a sector beyond the L2");
-    list.add("gpu.windows.step", windows_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
+    list.add("gpu.windows.sector", window_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
+    list.add("gpu.windows.far", window_estimate_.rates[1], "cycles/sector", "fitted: a sector beyond the L2");
+    list.add("gpu.windows.step", window_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
     report_.finish(r);
     return r;
   }
@@ -161,8 +161,8 @@ class WindowedRun {
   std::vector<bool> counted_;      ///< by group: its own costs were counted
   Chain longest_;
   std::vector<Window> windows_;
-  GroupRun thinned_;
-  WindowEstimate windows_estimate_;
+  GroupRun sample_;
+  WindowEstimate window_estimate_;
   double residual_ = 0.0;
 };
 

@@ -46,7 +46,7 @@ TEST(EnergyStatistics, PartsAddUpAndRaysShareThem) {
   ASSERT_GT(rays, 0U);
   EXPECT_EQ(stats.at("gpu.energy_nj_per_ray").at("value").get<double>(),
             stats.at("gpu.energy_nj").at("value").get<double>() / static_cast<double>(rays));
-  // DRAM, as an example by hand: 7.5 pJ a bit.
+  // DRAM, as an example by hand: 7.5 pJ per bit.
   EXPECT_EQ(picojoules(stats, "gpu.energy_nj.dram"), 60 * stats.at("gpu.dram.bytes").at("value").get<std::int64_t>());
 }
 

@@ -315,7 +315,7 @@ TEST_P(OneParameter, MovesSimulatorAndCostAsClassified) {
     EXPECT_EQ(before.inventory != after.inventory, m.moves != Moves::timing)
         << m.key << ": what the machine is made of";
     // Both halves were built from one configuration: the run's own energy is that at the cost model's prices, but for
-    // whole picojoules a part.
+    // whole picojoules per part.
     EXPECT_NEAR(after.energy, after.priced, 0.01) << m.key;
     EXPECT_NEAR(before.energy, before.priced, 0.01) << m.key;
   }

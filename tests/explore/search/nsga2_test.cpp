@@ -28,7 +28,7 @@ const SearchSpace kThree = {{{30, true}, {30, true}, {9, false}}};  // 8,100 des
 struct Trial {
   std::vector<Choices> asked;
   std::map<Choices, Costs> known;
-  std::size_t looked_at = 0;
+  std::size_t evaluated_count = 0;
 
   Trial(const SearchSpace& space, unsigned seed, unsigned population, unsigned generations,
         const std::vector<Choices>& first, Costs (*cost)(const Choices&)) {
@@ -42,7 +42,7 @@ struct Trial {
                   return costs;
                 });
     for (unsigned i = 0; i < generations; ++i) nsga2.step();
-    looked_at = nsga2.looked_at();
+    evaluated_count = nsga2.evaluated_count();
   }
   std::set<Choices> front() const {
     std::vector<Costs> costs;
@@ -61,8 +61,8 @@ TEST(Nsga2, FindsAFrontInAFractionOfTheSpace) {
   const Trial run(kThree, 1, 40, 25, {}, two_corners);
   std::size_t found = 0;
   for (std::size_t i = 0; i < 30; ++i) found += run.front().contains({i, i, 0}) ? 1 : 0;
-  EXPECT_EQ(run.looked_at, run.known.size());
-  EXPECT_LE(run.looked_at, 1040U);  // an eighth of the space
+  EXPECT_EQ(run.evaluated_count, run.known.size());
+  EXPECT_LE(run.evaluated_count, 1040U);  // an eighth of the space
   // As many looks at random would find 30 / 8 of them. Two dimensions must agree: a hard front for crossover.
   EXPECT_GE(found, 10U);
 }
@@ -86,7 +86,7 @@ TEST(Nsga2, ASmallSpaceIsSeenWhole) {
   const Trial run(space, 1, 8, 20, {}, [](const Choices& d) -> Costs {
     return {static_cast<double>(d[0]), static_cast<double>(d[1] + d[2])};  // one design beats all: copies abound
   });
-  EXPECT_EQ(run.looked_at, 24U);
+  EXPECT_EQ(run.evaluated_count, 24U);
   EXPECT_EQ(run.front(), (std::set<Choices>{{0, 0, 0}}));
 }
 

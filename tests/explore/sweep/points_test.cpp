@@ -82,7 +82,7 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
          p.points = {{{"l1.latency", 21}}};
        }},
       {"mode", false, [](SweepPlan& p) { p.mode = "windows"; }},
-      {"machine", false, [](SweepPlan& p) { p.on.name = "paper-charged"; }},
+      {"machine", false, [](SweepPlan& p) { p.base_machine.name = "paper-charged"; }},
   };
   for (const auto& c : cases) {
     SweepPlan changed = plan();
@@ -195,7 +195,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   SweepPlan p = plan();
   p.mode = "windows";
-  p.on.name = "own";
+  p.base_machine.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
   sim::GpuConfig config;
@@ -259,7 +259,7 @@ TEST_F(SweepPointsTest, APointKeepsWhatItSetsAndNotAConfiguration) {
   const std::size_t after = ::mallinfo2().uordblks;
   ASSERT_EQ(all.points.size(), 4000U);
   if (after == 0) GTEST_SKIP() << "this allocator does not say what is in use";
-  EXPECT_LT((after - before) / all.points.size(), 1500U) << "bytes a point";
+  EXPECT_LT((after - before) / all.points.size(), 1500U) << "bytes per point";
 }
 
 /// 100,000 points that waited took 464 MB of database, nearly all of it configurations.
@@ -271,7 +271,7 @@ TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
   const std::string path = folder + "/a.sqlite";
   SweepDatabase database(path);
   database.add(all);
-  EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes a point";
+  EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes per point";
   EXPECT_EQ(database.statuses_of(all.points), std::vector<std::string>(2000, "pending"));
 
   database.set_running({point_task(all.points[7], "", "grtx", folder, {})});

@@ -25,7 +25,7 @@ StoredPoint point(const char* trace, const char* config, const char* coordinates
 std::vector<std::string> told_apart(std::vector<StoredPoint> points) {
   std::vector<StoredPoint*> pointers;
   for (StoredPoint& p : points) pointers.push_back(&p);
-  tell_apart(pointers);
+  add_distinguishing_inputs(pointers);
   std::vector<std::string> texts;
   for (const StoredPoint& p : points) texts.push_back(p.coordinates.dump());
   return texts;

@@ -58,7 +58,7 @@ TEST(QuantisedLayout, ErrorsStayWithinHalfAStep) {
   };
   std::vector<glm::vec3> means;
   for (unsigned i = 0; i < 2000; ++i) means.emplace_back(uniform(-50, 3), uniform(0.1, 0.2), uniform(900, 5000));
-  const MeanGrid grid = MeanGrid::of(means);
+  const MeanGrid grid = MeanGrid::covering(means);
   for (std::uint32_t i = 0; i < means.size(); ++i) {
     const double size = std::exp2(uniform(-70, 40));
     glm::dvec3 rows[3];

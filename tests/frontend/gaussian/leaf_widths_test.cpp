@@ -32,9 +32,9 @@ TEST(LeafWidths, NoneAreWideWithoutOutliers) {
   Scene scene = cube(2000);
   for (std::size_t g = 0; g < 200; ++g) scene.scale[g] = glm::vec3(1e-6f);  // dust is no outlier
   scene.mean[0] = {1000.0f, 0.0f, 0.0f};  // far, but not so far that the others lose by it
-  const LeafWidths widths = LeafWidths::of(scene);
+  const LeafWidths widths = LeafWidths::choose(scene);
   EXPECT_EQ(widths.count, 0u);
-  expect_grid(widths.grid, MeanGrid::of(scene.mean));
+  expect_grid(widths.grid, MeanGrid::covering(scene.mean));
 }
 
 TEST(LeafWidths, OutliersLeaveTheGridOfTheOthers) {
@@ -46,10 +46,10 @@ TEST(LeafWidths, OutliersLeaveTheGridOfTheOthers) {
       scene.mean.emplace_back(x, 0.0f, x == 0.0f ? -distance : 0.0f);
       scene.scale.emplace_back(0.05f);
     }
-    const LeafWidths widths = LeafWidths::of(scene);
+    const LeafWidths widths = LeafWidths::choose(scene);
     EXPECT_EQ(widths.count, 3u);
     for (std::size_t g = 0; g < scene.size(); ++g) EXPECT_EQ(widths.wide[g], g >= without.size());
-    expect_grid(widths.grid, MeanGrid::of(without.mean));
+    expect_grid(widths.grid, MeanGrid::covering(without.mean));
   }
 }
 
@@ -57,13 +57,13 @@ TEST(LeafWidths, OutliersLeaveTheGridOfTheOthers) {
 TEST(LeafWidths, GaussiansThatNoGridServesAreAllWide) {
   Scene scene = cube(2000);
   for (glm::vec3& mean : scene.mean) mean *= 1e7f;
-  const LeafWidths widths = LeafWidths::of(scene);
+  const LeafWidths widths = LeafWidths::choose(scene);
   EXPECT_GE(widths.count, scene.size() * 9 / 10);
 }
 
 TEST(LeafWidths, OfNoneAndOfOne) {
-  EXPECT_EQ(LeafWidths::of(Scene()).count, 0u);
-  EXPECT_EQ(LeafWidths::of(cube(1)).count, 0u);
+  EXPECT_EQ(LeafWidths::choose(Scene()).count, 0u);
+  EXPECT_EQ(LeafWidths::choose(cube(1)).count, 0u);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 
 namespace grtx::frontend::test {
 
-/// Property names, and a row of values a Gaussian.
+/// Property names, and a row of values per Gaussian.
 struct PlyTable {
   std::vector<std::string> names;
   std::vector<std::vector<float>> rows;

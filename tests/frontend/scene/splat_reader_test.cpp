@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// .splat: 32 bytes a Gaussian, recognised from plausible content alone.
+// .splat: 32 bytes per Gaussian, recognised from plausible content alone.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

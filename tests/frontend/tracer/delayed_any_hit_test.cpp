@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Delayed any-hit shaders, and early termination that is tested once a round: what they change in image and work, and
+// Delayed any-hit shaders, and early termination that is tested once per round: what they change in image and work, and
 // what they must not change.
 #include <gtest/gtest.h>
 

@@ -64,7 +64,7 @@ TEST_F(L1Bandwidth, SeventyClientsTakeTurns) {
     answers.push_back(bench.client(c).answers().back().cycle);
   }
   std::sort(answers.begin(), answers.end());
-  EXPECT_EQ(std::unique(answers.begin(), answers.end()), answers.end()) << "the only bank serves one a cycle";
+  EXPECT_EQ(std::unique(answers.begin(), answers.end()), answers.end()) << "the only bank serves one per cycle";
   EXPECT_EQ(answers.back(), 1000U + 2 * config.clients - 1 + 20);
 }
 
@@ -135,7 +135,7 @@ TEST_F(L1Bandwidth, TheFillPortTakesOneSectorACycle) {
   EXPECT_TRUE(run_until_quiet(bench.clock, 1000));
   const Cycle first = 10 + l1_miss_latency(bench.l1.config(), L1Bench::kMemoryLatency);
   EXPECT_EQ(bench.client(0).answers()[0].cycle, first);
-  EXPECT_EQ(bench.client(1).answers()[0].cycle, first + 1);  // misses also leave one a cycle
+  EXPECT_EQ(bench.client(1).answers()[0].cycle, first + 1);  // misses also leave one per cycle
   // The second pair: client 1 had priority, because client 0 won first before.
   EXPECT_EQ(bench.client(1).answers()[1].cycle, first + 2);
   EXPECT_EQ(bench.client(0).answers()[1].cycle, first + 3);

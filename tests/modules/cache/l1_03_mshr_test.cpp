@@ -27,7 +27,7 @@ TEST_F(L1Mshr, RequestsOfAPendingSectorMergeIntoOneFetch) {
   EXPECT_EQ(counters.region[static_cast<std::size_t>(Region::leaf)].hits_on_miss, 4u);
   EXPECT_EQ(counters.nodes().reads, 8u);
   EXPECT_EQ(counters.nodes().hits, 0u);
-  // All eight are released by the fill; each client takes one a cycle.
+  // All eight are released by the fill; each client takes one per cycle.
   const Cycle first = 10 + l1_miss_latency(bench.l1.config(), L1Bench::kMemoryLatency);
   for (unsigned i = 0; i < 4; ++i) {
     EXPECT_EQ(bench.client(0).answers()[i].cycle, first + i);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// L1: a port as wide as it is told takes and answers that many sectors a cycle, a bank still one; refused reads may
+// L1: a port as wide as it is told takes and answers that many sectors per cycle, a bank still one; refused reads may
 // wait aside, so that hits behind them go on.
 #include "grtx/modules/cache/l1_cache.h"
 #include "modules/cache/l1_bench.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// L2 slice: hit latency, miss latency through the DRAM to the cycle, one access a cycle, `perfect`.
+// L2 slice: hit latency, miss latency through the DRAM to the cycle, one access per cycle, `perfect`.
 #include "grtx/base/error.h"
 #include "grtx/modules/cache/l2_slice.h"
 #include "modules/cache/l2_bench.h"

@@ -20,7 +20,7 @@ TEST_F(L2Mshr, ReadsOfAPendingSectorMerge) {
   EXPECT_EQ(bench.l2.counters().dram_reads, 1u);
   EXPECT_EQ(bench.l2.counters().all().hits_on_miss, 3u);
   const Cycle first = bench.miss_seen(10, DramTiming{}.rcd + DramTiming{}.cl + DramTiming{}.ccd + 256);
-  for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(bench.client.answered(i), first + i) << "one reply a cycle";
+  for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(bench.client.answered(i), first + i) << "one reply per cycle";
   EXPECT_TRUE(bench.conserved());
 }
 

@@ -86,7 +86,7 @@ TEST(SectorCacheTagsTest, StorageOfThePapersL1) {
   EXPECT_EQ(tags.geometry().sets(), 4u);
   // 40-bit addresses: 40 - 7 (offset) - 2 (set) tag bits, presence, 4 sector bits, 8 bits of recency.
   EXPECT_EQ(tags.tag_bits(40, false), 1024u * (31 + 1 + 4 + 8));
-  EXPECT_EQ(tags.tag_bits(40, true), 1024u * (31 + 1 + 4 + 4 + 8));  // a dirty bit a sector
+  EXPECT_EQ(tags.tag_bits(40, true), 1024u * (31 + 1 + 4 + 4 + 8));  // a dirty bit per sector
   EXPECT_EQ(SectorCacheTags({256, 128, 32, 2}).tag_bits(40, false), 2u * (33 + 1 + 4 + 1));
 }
 

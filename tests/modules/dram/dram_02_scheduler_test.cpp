@@ -53,7 +53,7 @@ TEST(DramScheduler, AReadyBankOvertakesABusyOne) {
   channel.run_until(10000);
   const std::vector<Done> done = drain(channel);
   EXPECT_EQ(done[1].id, 2u);
-  EXPECT_EQ(done[1].done, 1001 + kT.rcd + kT.cl + kT.ccd) << "one row command a clock: PRE first, ACT next";
+  EXPECT_EQ(done[1].done, 1001 + kT.rcd + kT.cl + kT.ccd) << "one row command per clock: PRE first, ACT next";
   EXPECT_EQ(done[2].done, 1000 + kT.rp + kT.rcd + kT.cl + kT.ccd);
 }
 

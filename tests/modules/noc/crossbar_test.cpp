@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Crossbar: exact latency, one packet a cycle per port, round robin, routing, back-pressure without loss.
+// Crossbar: exact latency, one packet per port and cycle, round robin, routing, back-pressure without loss.
 #include "grtx/modules/noc/crossbar.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The load-store unit: oldest sector first, one a cycle, nothing lost when the L1 takes none; coalescing of one access.
+// The load-store unit: oldest sector first, one per cycle, nothing lost when the L1 takes none; coalescing.
 #include <gtest/gtest.h>
 
 #include "grtx/modules/simt/load_store_unit.h"

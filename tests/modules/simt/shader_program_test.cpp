@@ -79,7 +79,7 @@ TEST(ShaderAnyHit, LanesAtDifferentFillDoNotCoalesce) {
   p.program.begin(kSlot, group);
   p.any_hit(0xF, LeafOutcome::inserted, 0);   // lanes 0-3 hold one entry
   p.any_hit(0xFF, LeafOutcome::inserted, 0);  // entry 1 of lanes 0-3, entry 0 of lanes 4-7
-  EXPECT_EQ(p.phase.loads.size(), 2u);        // lanes 0-3 compare with entry 0: one sector a field
+  EXPECT_EQ(p.phase.loads.size(), 2u);        // lanes 0-3 compare with entry 0: one sector per field
   EXPECT_EQ(p.phase.stores.size(), 4u);       // two entries, two fields
 }
 
@@ -97,7 +97,7 @@ TEST(ShaderAnyHit, CostsTheShiftsOfTheLongestLane) {
   }
   p.program.any_hit(batch, p.phase);
   EXPECT_EQ(p.phase.instructions, 12u + 3 * 2);
-  // Iterations 1, 2, 3 run 3, 2 and 1 of the lanes; all at the same entry, in one sector a field.
+  // Iterations 1, 2, 3 run 3, 2 and 1 of the lanes; all at the same entry, in one sector per field.
   EXPECT_EQ(p.phase.loads.size(), 3u * 2);
   EXPECT_EQ(p.phase.stores.size(), 3u * 2);
   EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, 3, 0, 0));
@@ -114,7 +114,7 @@ TEST(ShaderAnyHit, OnlyCheckpointingWritesEvictions) {
       const bool evicts = checkpoint && outcome != LeafOutcome::ignored;
       for (unsigned i = 0; i < 5; ++i) {
         p.any_hit(kAllLanes, outcome, 0);
-        // Eviction buffers are arrays a ray: no two lanes share a sector; four entries of a ray do.
+        // Eviction buffers are arrays per ray: no two lanes share a sector; four entries of a ray do.
         ASSERT_EQ(count(p.phase.stores, Region::eviction), evicts ? 32u : 0u);
         EXPECT_EQ(count(p.phase.stores, Region::k_buffer), outcome == LeafOutcome::displaced ? 8u : 0u);
         if (!evicts) continue;
@@ -403,7 +403,7 @@ TEST(ShaderEpilogue, PixelsOfATileCoalesce) {
   for (unsigned lane = 0; lane < 32; ++lane) tile.rays.push_back(make_ray((lane / 8) * 64 + lane % 8, {}));
   p.program.begin(kSlot, tile);
   p.program.epilogue(kSlot, p.phase);
-  EXPECT_EQ(p.phase.stores.size(), 16u);  // two pixels a sector
+  EXPECT_EQ(p.phase.stores.size(), 16u);  // two pixels per sector
   traces::RayGroup scattered;
   for (unsigned lane = 0; lane < 32; ++lane) scattered.rays.push_back(make_ray(lane * 100, {}));
   p.program.begin(kSlot, scattered);

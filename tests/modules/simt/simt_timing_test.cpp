@@ -24,7 +24,7 @@ TEST_F(SimtTiming, GroupWithoutRoundsCostsPrologueEpilogueAndItsPixels) {
   bench.run();
   ASSERT_EQ(bench.ends.size(), 1u);
   const Cycle stores_from = 1 + phase(40) + phase(10);
-  // 32 pixels of 16 B are 16 sectors, one a cycle; the end is sent with the last acknowledgement and seen a cycle
+  // 32 pixels of 16 B are 16 sectors, one per cycle; the end is sent with the last acknowledgement and seen a cycle
   // later.
   EXPECT_EQ(bench.requests.size(), 16u);
   EXPECT_EQ(bench.requests.front().first, stores_from + 1);

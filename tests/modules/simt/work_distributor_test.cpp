@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The work distributor: index order, round robin over SMs, one launch a cycle, slot reuse, the end.
+// The work distributor: index order, round robin over SMs, one launch per cycle, slot reuse, the end.
 #include "grtx/modules/simt/work_distributor.h"
 
 #include <gmock/gmock.h>

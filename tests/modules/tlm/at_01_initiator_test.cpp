@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// AtInitiator: works with every habit a base-protocol target may have, without a violation; back-pressure; payload
-// pool.
+// AtInitiator: works with every behaviour that a base-protocol target may have, without a violation; back-pressure;
+// payload pool.
 #include "grtx/modules/tlm/at_payload_pool.h"
 #include "grtx/modules/tlm/at_protocol_checker.h"
 #include "modules/tlm/at_mocks.h"
@@ -11,12 +11,12 @@ namespace {
 class AtInitiatorTest : public SystemCTest {
  protected:
   struct Bench {
-    explicit Bench(AtHabit habit)
+    explicit Bench(AtBehaviour behaviour)
         : core("core", 1365.0),
           memory("memory", 3500.0),
           driver("driver", core),
           checker("checker", {.period_fs = core.period_fs()}),
-          target("target", memory, habit) {
+          target("target", memory, behaviour) {
       driver.initiator.socket.bind(checker.target);
       checker.initiator.bind(target.socket);
     }
@@ -29,16 +29,17 @@ class AtInitiatorTest : public SystemCTest {
 };
 
 TEST_F(AtInitiatorTest, EveryLegalHabitOfATarget) {
-  for (const AtHabit habit : {AtHabit::plain, AtHabit::withheld, AtHabit::no_end_request, AtHabit::updated,
-                              AtHabit::updated_response, AtHabit::completed, AtHabit::annotated, AtHabit::out_of_order,
-                              AtHabit::rewritten_address, AtHabit::auto_extension}) {
+  for (const AtBehaviour behaviour :
+       {AtBehaviour::plain, AtBehaviour::withheld, AtBehaviour::no_end_request, AtBehaviour::updated,
+        AtBehaviour::updated_response, AtBehaviour::completed, AtBehaviour::annotated, AtBehaviour::out_of_order,
+        AtBehaviour::rewritten_address, AtBehaviour::auto_extension}) {
     fresh_context();
-    Bench bench(habit);
+    Bench bench(behaviour);
     for (unsigned i = 0; i < 50; ++i) bench.driver.at(10 + i, 0x1000 + i * 32, i % 3 == 0);
     EXPECT_TRUE(run_until_quiet(bench.core, 100000));
-    EXPECT_TRUE(bench.driver.complete()) << "habit " << static_cast<int>(habit);
+    EXPECT_TRUE(bench.driver.complete()) << "behaviour " << static_cast<int>(behaviour);
     EXPECT_EQ(bench.checker.violations(), 0u)
-        << "habit " << static_cast<int>(habit) << ": " << bench.checker.messages().front();
+        << "behaviour " << static_cast<int>(behaviour) << ": " << bench.checker.messages().front();
     EXPECT_EQ(bench.checker.transactions(), 50u);
     EXPECT_EQ(bench.checker.outstanding(), 0u);
     for (const auto& answer : bench.driver.answers()) {
@@ -46,14 +47,14 @@ TEST_F(AtInitiatorTest, EveryLegalHabitOfATarget) {
       EXPECT_EQ(answer.completion.address, 0x1000 + answer.completion.context * 32) << "the address as it was sent";
       EXPECT_EQ(answer.completion.write, answer.completion.context % 3 == 0);
     }
-    if (habit == AtHabit::auto_extension) {
+    if (behaviour == AtBehaviour::auto_extension) {
       EXPECT_EQ(bench.target.extensions_freed(), 50u);
     }
   }
 }
 
 TEST_F(AtInitiatorTest, WithheldEndRequestIsTheBackPressure) {
-  Bench bench(AtHabit::withheld);
+  Bench bench(AtBehaviour::withheld);
   for (unsigned i = 0; i < 4; ++i) bench.driver.at(10, i * 32);
   EXPECT_TRUE(run_until_quiet(bench.core, 100000));
   const std::uint64_t core = bench.core.period_fs();
@@ -67,7 +68,7 @@ TEST_F(AtInitiatorTest, WithheldEndRequestIsTheBackPressure) {
 }
 
 TEST_F(AtInitiatorTest, PayloadsAreReused) {
-  Bench bench(AtHabit::plain);
+  Bench bench(AtBehaviour::plain);
   for (unsigned i = 0; i < 1000; ++i) bench.driver.at(10 + i * 40, i * 32);
   EXPECT_TRUE(run_until_quiet(bench.core, 100000));
   EXPECT_TRUE(bench.driver.complete());
@@ -75,7 +76,7 @@ TEST_F(AtInitiatorTest, PayloadsAreReused) {
 }
 
 TEST_F(AtInitiatorTest, AResponseIsSeenAtTheFirstCoreEdgeAfterIt) {
-  Bench bench(AtHabit::plain);
+  Bench bench(AtBehaviour::plain);
   bench.driver.at(10, 0);
   EXPECT_TRUE(run_until_quiet(bench.core, 1000));
   const std::uint64_t core = bench.core.period_fs();

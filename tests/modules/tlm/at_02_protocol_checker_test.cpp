@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// AtProtocolChecker: each forbidden habit of a target, and each wrong request, is reported with its clause.
+// AtProtocolChecker: each forbidden behaviour of a target, and each wrong request, is reported with its clause.
 #include <gmock/gmock.h>
 
 #include "grtx/modules/tlm/at_payload_pool.h"
@@ -16,31 +16,31 @@ class AtProtocolCheckerTest : public SystemCTest {};
 
 TEST_F(AtProtocolCheckerTest, CatchesWrongTargets) {
   struct Case {
-    AtHabit habit;
+    AtBehaviour behaviour;
     const char* clause;
   };
-  const Case cases[] = {{AtHabit::no_status, "14.17"},
-                        {AtHabit::two_responses, "15.2.4"},
-                        {AtHabit::changed_length, "14.7"},
-                        {AtHabit::late_end_request, "15.2.4"},
-                        {AtHabit::backward_delay, "15.2.7 c"},
-                        {AtHabit::wrong_phase, "15.2.3 c"},
-                        {AtHabit::overlapping_responses, "15.2.6 f"}};
+  const Case cases[] = {{AtBehaviour::no_status, "14.17"},
+                        {AtBehaviour::two_responses, "15.2.4"},
+                        {AtBehaviour::changed_length, "14.7"},
+                        {AtBehaviour::late_end_request, "15.2.4"},
+                        {AtBehaviour::backward_delay, "15.2.7 c"},
+                        {AtBehaviour::wrong_phase, "15.2.3 c"},
+                        {AtBehaviour::overlapping_responses, "15.2.6 f"}};
   for (const Case& c : cases) {
     fresh_context();
     ClockDomain memory("memory", 3500.0);
     RawAtInitiator initiator("initiator");
     // Answers BEGIN_RESP late where the target must not begin another response meanwhile.
-    if (c.habit == AtHabit::overlapping_responses || c.habit == AtHabit::two_responses) {
+    if (c.behaviour == AtBehaviour::overlapping_responses || c.behaviour == AtBehaviour::two_responses) {
       initiator.answer = ::tlm::TLM_ACCEPTED;
     }
     AtProtocolChecker checker("checker", {});
-    MockAtTarget target("target", memory, c.habit);
+    MockAtTarget target("target", memory, c.behaviour);
     initiator.socket.bind(checker.target);
     checker.initiator.bind(target.socket);
     TickProcess starter("starter", memory, [&](Cycle now) {
       if (now == 5) initiator.send(initiator.payload(0));
-      if (now == 20 && c.habit == AtHabit::overlapping_responses) initiator.send(initiator.payload(32));
+      if (now == 20 && c.behaviour == AtBehaviour::overlapping_responses) initiator.send(initiator.payload(32));
     });
     memory.request(5);
     memory.request(20);
@@ -72,7 +72,7 @@ TEST_F(AtProtocolCheckerTest, CatchesWrongRequests) {
   ClockDomain memory("memory", 3500.0);
   RawAtInitiator initiator("initiator");
   AtProtocolChecker checker("checker", {.address_limit = 1 << 20});
-  MockAtTarget target("target", memory, AtHabit::plain);
+  MockAtTarget target("target", memory, AtBehaviour::plain);
   initiator.socket.bind(checker.target);
   checker.initiator.bind(target.socket);
   std::size_t next = 0;
@@ -101,7 +101,7 @@ TEST_F(AtProtocolCheckerTest, CatchesWrongInitiators) {
   ClockDomain memory("memory", 3500.0);
   RawAtInitiator initiator("initiator");
   AtProtocolChecker checker("checker", {.period_fs = 5'000'000});
-  MockAtTarget target("target", memory, AtHabit::plain);
+  MockAtTarget target("target", memory, AtBehaviour::plain);
   initiator.socket.bind(checker.target);
   checker.initiator.bind(target.socket);
   tlm::tlm_generic_payload bare;
@@ -152,7 +152,7 @@ TEST_F(AtProtocolCheckerTest, CompletedForBeginRespIsLegalButHangsDramSimulators
     RawAtInitiator initiator("initiator");
     initiator.answer = ::tlm::TLM_COMPLETED;
     AtProtocolChecker checker("checker", {.project_rules = project_rules});
-    MockAtTarget target("target", memory, AtHabit::plain);
+    MockAtTarget target("target", memory, AtBehaviour::plain);
     initiator.socket.bind(checker.target);
     checker.initiator.bind(target.socket);
     TickProcess starter("starter", memory, [&](Cycle now) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both ends of a TLM-2.0 AT socket for tests: a scripted initiator and a target with all the awkward habits the
+// Both ends of a TLM-2.0 AT socket for tests: a scripted initiator and a target with all the awkward behaviours the
 // standard allows, and some it does not.
 #pragma once
 
@@ -83,8 +83,8 @@ class AtDriver final : public sc_core::sc_module {
   TickProcess process_;
 };
 
-/// What a MockAtTarget does with a request.
-enum class AtHabit {
+/// Behaviour of a MockAtTarget towards a request.
+enum class AtBehaviour {
   plain,              ///< END_REQ and BEGIN_RESP as calls, END_RESP by either way
   withheld,           ///< END_REQ long after
   no_end_request,     ///< BEGIN_RESP stands for END_REQ
@@ -107,10 +107,12 @@ enum class AtHabit {
 
 class MockAtTarget final : public sc_core::sc_module {
  public:
-  MockAtTarget(const sc_core::sc_module_name& name, ClockDomain& clock, AtHabit habit)
-      : sc_module(name), socket("socket"), clock_(clock), habit_(habit), process_("process", clock, [this](Cycle now) {
-          tick(now);
-        }) {
+  MockAtTarget(const sc_core::sc_module_name& name, ClockDomain& clock, AtBehaviour behaviour)
+      : sc_module(name),
+        socket("socket"),
+        clock_(clock),
+        behaviour_(behaviour),
+        process_("process", clock, [this](Cycle now) { tick(now); }) {
     socket.register_nb_transport_fw(this, &MockAtTarget::nb_transport_fw);
     socket.register_b_transport(this, &MockAtTarget::b_transport);
   }
@@ -144,65 +146,65 @@ class MockAtTarget final : public sc_core::sc_module {
     if (phase != tlm::BEGIN_REQ) return tlm::TLM_ACCEPTED;
     if (payload.has_mm()) payload.acquire();
     ++count_;
-    const Cycle response = edge + kLatency + (habit_ == AtHabit::out_of_order && count_ % 2 == 1 ? 100 : 0);
-    switch (habit_) {
-      case AtHabit::updated:
+    const Cycle response = edge + kLatency + (behaviour_ == AtBehaviour::out_of_order && count_ % 2 == 1 ? 100 : 0);
+    switch (behaviour_) {
+      case AtBehaviour::updated:
         phase = tlm::END_REQ;
         delay += period();
         later(response, [this, &payload] { respond(payload); });
         return ::tlm::TLM_UPDATED;
-      case AtHabit::updated_response:
+      case AtBehaviour::updated_response:
         payload.set_response_status(::tlm::TLM_OK_RESPONSE);
         phase = tlm::BEGIN_RESP;
         delay += period() * 7;
         return ::tlm::TLM_UPDATED;
-      case AtHabit::completed:
+      case AtBehaviour::completed:
         payload.set_response_status(::tlm::TLM_OK_RESPONSE);
         delay += period() * 9;
         payload.release();
         return ::tlm::TLM_COMPLETED;
-      case AtHabit::wrong_phase:
+      case AtBehaviour::wrong_phase:
         phase = tlm::END_RESP;
         return ::tlm::TLM_UPDATED;
       default:
         break;
     }
-    if (habit_ != AtHabit::no_end_request && habit_ != AtHabit::late_end_request) {
-      later(edge + (habit_ == AtHabit::withheld ? 500 : 0), [this, &payload] { end_request(payload); });
+    if (behaviour_ != AtBehaviour::no_end_request && behaviour_ != AtBehaviour::late_end_request) {
+      later(edge + (behaviour_ == AtBehaviour::withheld ? 500 : 0), [this, &payload] { end_request(payload); });
     }
-    later(response + (habit_ == AtHabit::withheld ? 500 : 0), [this, &payload] { respond(payload); });
+    later(response + (behaviour_ == AtBehaviour::withheld ? 500 : 0), [this, &payload] { respond(payload); });
     return ::tlm::TLM_ACCEPTED;
   }
 
   void end_request(Payload& payload) {
-    if (habit_ == AtHabit::rewritten_address) payload.set_address(payload.get_address() ^ 0xFF00);
-    if (habit_ == AtHabit::auto_extension) payload.set_auto_extension(new Mark(&extensions_freed_));
+    if (behaviour_ == AtBehaviour::rewritten_address) payload.set_address(payload.get_address() ^ 0xFF00);
+    if (behaviour_ == AtBehaviour::auto_extension) payload.set_auto_extension(new Mark(&extensions_freed_));
     ::tlm::tlm_phase phase = tlm::END_REQ;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    if (habit_ == AtHabit::annotated) delay = period() * 3;
-    if (habit_ == AtHabit::backward_delay) delay = period() * 1000;
+    if (behaviour_ == AtBehaviour::annotated) delay = period() * 3;
+    if (behaviour_ == AtBehaviour::backward_delay) delay = period() * 1000;
     socket->nb_transport_bw(payload, phase, delay);
   }
 
   void respond(Payload& payload) {
-    if (responding_ && habit_ != AtHabit::overlapping_responses) {  // one response phase at a time
+    if (responding_ && behaviour_ != AtBehaviour::overlapping_responses) {  // one response phase at a time
       later(clock_.cycle() + 1, [this, &payload] { respond(payload); });
       return;
     }
-    if (habit_ != AtHabit::no_status) payload.set_response_status(::tlm::TLM_OK_RESPONSE);
-    if (habit_ == AtHabit::changed_length) payload.set_data_length(16);
+    if (behaviour_ != AtBehaviour::no_status) payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+    if (behaviour_ == AtBehaviour::changed_length) payload.set_data_length(16);
     begin_response(payload);
-    if (habit_ == AtHabit::late_end_request) end_request(payload);
-    if (habit_ == AtHabit::two_responses) begin_response(payload);
+    if (behaviour_ == AtBehaviour::late_end_request) end_request(payload);
+    if (behaviour_ == AtBehaviour::two_responses) begin_response(payload);
   }
 
   void begin_response(Payload& payload) {
     ::tlm::tlm_phase phase = tlm::BEGIN_RESP;
-    sc_core::sc_time delay = habit_ == AtHabit::annotated ? period() * 5 : sc_core::SC_ZERO_TIME;
+    sc_core::sc_time delay = behaviour_ == AtBehaviour::annotated ? period() * 5 : sc_core::SC_ZERO_TIME;
     responding_ = true;
     const ::tlm::tlm_sync_enum status = socket->nb_transport_bw(payload, phase, delay);
     if (status == ::tlm::TLM_ACCEPTED) return;
-    if (habit_ != AtHabit::two_responses) release(payload);
+    if (behaviour_ != AtBehaviour::two_responses) release(payload);
     const Cycle end = clock_.edge_after(delay.value());
     later(end, [this] { responding_ = false; });
   }
@@ -227,7 +229,7 @@ class MockAtTarget final : public sc_core::sc_module {
   }
 
   ClockDomain& clock_;
-  AtHabit habit_;
+  AtBehaviour behaviour_;
   std::multimap<Cycle, std::function<void()>> actions_;
   bool responding_ = false;
   std::uint64_t count_ = 0;

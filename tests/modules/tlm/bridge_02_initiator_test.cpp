@@ -104,13 +104,13 @@ TEST_F(LinkBridge, ALooselyTimedMemoryAnswersAfterItsDelayOrItsWait) {
 }
 
 TEST_F(LinkBridge, EveryHabitOfATargetAndAFullResponseLink) {
-  for (const AtHabit habit :
-       {AtHabit::plain, AtHabit::withheld, AtHabit::no_end_request, AtHabit::updated, AtHabit::updated_response,
-        AtHabit::completed, AtHabit::annotated, AtHabit::out_of_order}) {
+  for (const AtBehaviour behaviour :
+       {AtBehaviour::plain, AtBehaviour::withheld, AtBehaviour::no_end_request, AtBehaviour::updated,
+        AtBehaviour::updated_response, AtBehaviour::completed, AtBehaviour::annotated, AtBehaviour::out_of_order}) {
     fresh_context();
     Bench bench({.outstanding = 6});
     ClockDomain memory("memory", 3500.0);
-    MockAtTarget target("target", memory, habit);
+    MockAtTarget target("target", memory, behaviour);
     bench.bridge.memory.socket.bind(target.socket);
     bench.client.takes = [](Cycle now) { return now % 16 == 0; };
     for (unsigned i = 0; i < 60; ++i)

@@ -16,11 +16,11 @@ namespace {
 class BusWidths : public SystemCTest {
  protected:
   /// Cycles and statuses of random requests, directly or by way of a bus of 64 bits.
-  std::vector<std::pair<Cycle, std::uint32_t>> answers(AtHabit habit, bool through) {
+  std::vector<std::pair<Cycle, std::uint32_t>> answers(AtBehaviour behaviour, bool through) {
     fresh_context();
     ClockDomain core("core", 1365.0);
     AtDriver driver("driver", core);
-    MockAtTarget target("target", core, habit);
+    MockAtTarget target("target", core, behaviour);
     std::optional<BusWidth<32, 64>> wide;
     std::optional<BusWidth<64, 32>> narrow;
     if (through) {
@@ -46,10 +46,10 @@ class BusWidths : public SystemCTest {
 };
 
 TEST_F(BusWidths, ChangeNoTimeAndNoOrder) {
-  for (const AtHabit habit :
-       {AtHabit::plain, AtHabit::withheld, AtHabit::no_end_request, AtHabit::updated, AtHabit::updated_response,
-        AtHabit::completed, AtHabit::annotated, AtHabit::out_of_order}) {
-    EXPECT_EQ(answers(habit, true), answers(habit, false)) << static_cast<int>(habit);
+  for (const AtBehaviour behaviour :
+       {AtBehaviour::plain, AtBehaviour::withheld, AtBehaviour::no_end_request, AtBehaviour::updated,
+        AtBehaviour::updated_response, AtBehaviour::completed, AtBehaviour::annotated, AtBehaviour::out_of_order}) {
+    EXPECT_EQ(answers(behaviour, true), answers(behaviour, false)) << static_cast<int>(behaviour);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The DRAM simulators of others that this build was linked with, behind the sockets of the L2 slices at 1365 MHz: GDDR6
-// of 14 Gb/s, 16 bits a channel, and HBM2 of 2 Gb/s, from configs/dram. Without any of them this file is not compiled.
+// of 14 Gb/s, 16 bits per channel, and HBM2 of 2 Gb/s, from configs/dram. Without any of them it is not compiled.
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 
 #include <filesystem>

@@ -22,7 +22,7 @@ class L1Cache {
   using Config = modules::L1Cache::Config;
   struct Port {
     MemoryPort* port;
-    unsigned width;  ///< sectors a cycle
+    unsigned width;  ///< sectors per cycle
   };
   L1Cache(const Config& config, unsigned sm, unsigned link_latency, const std::vector<Port>& clients,
           Channel<Access>& to_memory, Channel<Access>& from_memory)

@@ -21,7 +21,7 @@ using Presets = std::vector<std::pair<std::string, cci_value>>;
 /// A module of a platform, inside which the GPU and its keys are.
 struct Board final : sc_core::sc_module {
   Board(const sc_core::sc_module_name& name, const GpuConfig& base, const std::string& trace)
-      : sc_module(name), keys("gpu0", base), station("gpu0", options(keys.machine(), trace), {{0}}) {}
+      : sc_module(name), keys("gpu0", base), launched_gpu("gpu0", options(keys.machine(), trace), {{0}}) {}
   static GpuComponent::Options options(const GpuConfig& machine, const std::string& trace) {
     GpuComponent::Options options;
     options.machine = machine;
@@ -29,7 +29,7 @@ struct Board final : sc_core::sc_module {
     return options;
   }
   CciKeys keys;
-  test::Station station;
+  test::LaunchedGpu launched_gpu;
 };
 
 /// What `with(broker)` returns after the presets; an error's line where it throws.
@@ -67,8 +67,8 @@ TEST(CciKeys, PresetsMakeTheMachineThatRuns) {
                                      sc_core::sc_start();
                                      const auto handle = broker.get_param_handle("board.gpu0.rt.warp_buffer.entries");
                                      return nlohmann::json{{"machine", config_json(board.keys.machine())},
-                                                           {"ran", config_json(board.station.gpu.gpu().config())},
-                                                           {"cycles", board.station.launcher.cycles.at(0)},
+                                                           {"ran", config_json(board.launched_gpu.gpu.gpu().config())},
+                                                           {"cycles", board.launched_gpu.launcher.cycles.at(0)},
                                                            {"of_cci", handle.get_cci_value().to_json()},
                                                            {"range", handle.get_metadata().has_entry("range")},
                                                            {"params", broker.get_param_handles().size()},

@@ -34,14 +34,14 @@ std::vector<std::string> launched_twice(const std::function<void(GpuComponent::O
     options.machine.sms = 2;
     options.traces = {trace.path()};
     change(options);
-    std::deque<test::Station> board;
+    std::deque<test::LaunchedGpu> board;
     for (unsigned gpu = 0; gpu < gpus; ++gpu) {
       board.emplace_back("gpu" + std::to_string(gpu), options, std::vector<test::TestLaunch>{{0}, {0, false, 3.5}});
     }
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const test::Station& station : board) {
-      for (const SimulationResult& result : station.gpu.results()) {
+    for (const test::LaunchedGpu& launched_gpu : board) {
+      for (const SimulationResult& result : launched_gpu.gpu.results()) {
         all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
       }
     }

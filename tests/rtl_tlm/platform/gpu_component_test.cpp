@@ -30,7 +30,7 @@
 namespace grtx::sim {
 namespace {
 
-using test::Station;
+using test::LaunchedGpu;
 using test::TestLaunch;
 using traces::testing::random_trace;
 using traces::testing::RandomOptions;
@@ -50,10 +50,10 @@ std::string alone(const std::string& trace, const GpuConfig& config, const std::
 std::vector<std::string> launched(const GpuComponent::Options& options, const std::vector<TestLaunch>& launches) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
-    Station station("gpu0", options, launches);
+    LaunchedGpu launched_gpu("gpu0", options, launches);
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const SimulationResult& result : station.gpu.results()) {
+    for (const SimulationResult& result : launched_gpu.gpu.results()) {
       all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
     }
     if (sc_core::sc_get_status() != sc_core::SC_RUNNING && sc_core::sc_get_status() != sc_core::SC_PAUSED) {
@@ -108,7 +108,7 @@ TEST(GpuComponent, TwoRunBesideEachOtherWithoutAWarning) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
-    Station a("a", options, {{0}, {1}}), b("b", options, {{1, false, 0.3}, {0}});
+    LaunchedGpu a("a", options, {{0}, {1}}), b("b", options, {{1, false, 0.3}, {0}});
     sc_core::sc_start();
     nlohmann::json cycles = {a.launcher.cycles, b.launcher.cycles};
     for (const char* name : {"a.gpu.sm0.rt", "b.gpu.sm0.rt", "a.memory_clock", "b.dram"}) {
@@ -142,7 +142,7 @@ TEST(GpuComponent, HasItsLinksInTheHierarchyByTheNamesOfTheWaveform) {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
     nlohmann::json found;
-    Station a("a", watched, {{0}}), b("b", options, {{0}});
+    LaunchedGpu a("a", watched, {{0}}), b("b", options, {{0}});
     sc_core::sc_start();
     for (const char* top : {"a", "b"}) {
       std::vector<const modules::LinkObject*> links;
@@ -163,7 +163,7 @@ TEST(GpuComponent, HasItsLinksInTheHierarchyByTheNamesOfTheWaveform) {
   const auto found = nlohmann::json::parse(child.result());
   EXPECT_EQ(found.count("wrong"), 0u) << found;
   ASSERT_EQ(found["a"].size(), found["b"].size());
-  // An SM has four to and from the RT unit, and two a port of the L1; the GPU four an SM and two a slice.
+  // An SM has four to and from the RT unit, and two per port of the L1; the GPU four per SM and two per slice.
   EXPECT_GE(found["a"].size(), 2u * (4 + 2 * 2 + 4) + 2 * options.machine.interleave.slices);
   for (const auto& pushed : found["pushed"]) EXPECT_GT(pushed, 0u) << found["pushed"];
   // A scope of the waveform is a part of such a name.
@@ -187,7 +187,7 @@ TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
     modules::set_time_resolution_to_fs();
     std::uint64_t end = 0;
     {
-      Station station("board", options, {{0}, {0, false, 1e5}});
+      LaunchedGpu launched_gpu("board", options, {{0}, {0, false, 1e5}});
       sc_core::sc_start();
       end = sc_core::sc_time_stamp().value();
     }
@@ -215,17 +215,17 @@ TEST(GpuComponent, AStartRanTheTraceThatWasWrittenBehindIt) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
-    Station station("a", options,
-                    {{.trace = 0},
-                     {.trace = 1},
-                     {.trace = 1, .then_trace = 0},
-                     {.trace = 1, .after_ns = 20.0, .then_trace = 0},
-                     {.trace = 1, .then_trace = 7},
-                     {.trace = 7, .then_trace = 1},
-                     {.trace = 0, .then_trace = 1, .one_transfer = true},
-                     {.trace = 1, .one_transfer = true}});
+    LaunchedGpu launched_gpu("a", options,
+                             {{.trace = 0},
+                              {.trace = 1},
+                              {.trace = 1, .then_trace = 0},
+                              {.trace = 1, .after_ns = 20.0, .then_trace = 0},
+                              {.trace = 1, .then_trace = 7},
+                              {.trace = 7, .then_trace = 1},
+                              {.trace = 0, .then_trace = 1, .one_transfer = true},
+                              {.trace = 1, .one_transfer = true}});
     sc_core::sc_start();
-    return nlohmann::json{station.launcher.errors, station.launcher.cycles}.dump();
+    return nlohmann::json{launched_gpu.launcher.errors, launched_gpu.launcher.cycles}.dump();
   });
   const auto found = nlohmann::json::parse(child.result());
   const auto refused = static_cast<std::uint32_t>(LaunchError::no_such_trace);
@@ -244,17 +244,17 @@ TEST(GpuComponent, ANullDataPointerWasASegmentationFault) {
   options.traces = {few.file.path()};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
-    Station station("a", options, {{0}});
+    LaunchedGpu launched_gpu("a", options, {{0}});
     sc_core::sc_start();
     nlohmann::json found;
     for (const auto command : {::tlm::TLM_READ_COMMAND, ::tlm::TLM_WRITE_COMMAND}) {
-      found.push_back(station.launcher.access(command, 8, nullptr, 4));
+      found.push_back(launched_gpu.launcher.access(command, 8, nullptr, 4));
     }
     ::tlm::tlm_generic_payload payload;
     payload.set_read();
     payload.set_data_length(4);
     payload.set_streaming_width(4);
-    found.push_back(station.launcher.socket->transport_dbg(payload));
+    found.push_back(launched_gpu.launcher.socket->transport_dbg(payload));
     return found.dump();
   });
   const auto refused = static_cast<int>(::tlm::TLM_GENERIC_ERROR_RESPONSE);
@@ -269,10 +269,10 @@ TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
-    Station station("a", options, {{5}, {0}});
+    LaunchedGpu launched_gpu("a", options, {{5}, {0}});
     sc_core::sc_start();
-    const auto& launcher = station.launcher;
-    return nlohmann::json{launcher.errors, launcher.cycles, station.gpu.results().size()}.dump();
+    const auto& launcher = launched_gpu.launcher;
+    return nlohmann::json{launcher.errors, launcher.cycles, launched_gpu.gpu.results().size()}.dump();
   });
   const auto found = nlohmann::json::parse(child.result());
   EXPECT_EQ(found[0][0], static_cast<std::uint32_t>(LaunchError::no_such_trace));
@@ -295,9 +295,9 @@ TEST(GpuComponent, KeptCachesOfAnotherSceneHitWhereNothingWasRead) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
-    Station station("a", options, {{0}, {1, true}, {0, true}, {1}});
+    LaunchedGpu launched_gpu("a", options, {{0}, {1, true}, {0, true}, {1}});
     sc_core::sc_start();
-    return nlohmann::json(station.launcher.errors).dump();
+    return nlohmann::json(launched_gpu.launcher.errors).dump();
   });
   const auto refused = static_cast<std::uint32_t>(LaunchError::other_scene);
   EXPECT_EQ(nlohmann::json::parse(child.result()), nlohmann::json({0u, refused, 0u, 0u}));
@@ -334,10 +334,10 @@ TEST(GpuComponent, ALaunchHadNoDocument) {
   options.traces = {few.file.path(), many.file.path()};
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
-    Station station("gpu0", options, {{0}, {1, false, 3.5}, {1, true}, {1}});
+    LaunchedGpu launched_gpu("gpu0", options, {{0}, {1, false, 3.5}, {1, true}, {1}});
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const SimulationResult& result : station.gpu.results()) all.push_back(document_of(result));
+    for (const SimulationResult& result : launched_gpu.gpu.results()) all.push_back(document_of(result));
     return all.dump();
   });
   const auto documents = nlohmann::json::parse(child.result()).get<std::vector<std::string>>();
@@ -457,10 +457,10 @@ TEST(GpuComponent, ALaunchThatStoodStillCouldNotBeAbandoned) {
   ChildProcess child("platform", [&] {
     modules::set_time_resolution_to_fs();
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_DO_NOTHING);
-    Station station("a", options, {{0}, {0, false, 3.5, true}, {0}});
+    LaunchedGpu launched_gpu("a", options, {{0}, {0, false, 3.5, true}, {0}});
     sc_core::sc_start();
-    nlohmann::json all = {station.launcher.errors};
-    for (const SimulationResult& result : station.gpu.results()) {
+    nlohmann::json all = {launched_gpu.launcher.errors};
+    for (const SimulationResult& result : launched_gpu.gpu.results()) {
       all.push_back(result.violations.empty() ? test::statistics_of(result) : result.violations.front());
     }
     return all.dump();

@@ -95,8 +95,8 @@ class Launcher final : public sc_core::sc_module {
 };
 
 /// A GPU and who launches it.
-struct Station {
-  Station(const std::string& name, const GpuComponent::Options& options, const std::vector<TestLaunch>& launches)
+struct LaunchedGpu {
+  LaunchedGpu(const std::string& name, const GpuComponent::Options& options, const std::vector<TestLaunch>& launches)
       : gpu(name.c_str(), options), launcher((name + "_launcher").c_str(), launches) {
     launcher.socket.bind(gpu.registers);
     launcher.interrupt.bind(line);

@@ -81,15 +81,15 @@ Changed changed_by_launches(bool keep_data) {
     options.traces = {file.path()};
     options.keep_data = keep_data;
     options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<SharedMemory>(gpu); };
-    test::Station station("gpu0", options, {{0}, {0, true}});
+    test::LaunchedGpu launched_gpu("gpu0", options, {{0}, {0, true}});
     sc_core::sc_start();
     nlohmann::json found = {0, 0, nlohmann::json::array()};
-    if (station.gpu.results().size() != 2) found[2].push_back("not two launches");
-    for (const SimulationResult& result : station.gpu.results()) {
+    if (launched_gpu.gpu.results().size() != 2) found[2].push_back("not two launches");
+    for (const SimulationResult& result : launched_gpu.gpu.results()) {
       for (const std::string& violation : result.violations) found[2].push_back(violation);
     }
-    const auto& bytes = dynamic_cast<SharedMemory&>(station.gpu.memory()).contents.bytes;
-    const auto& extents = station.gpu.gpu().map().extents();
+    const auto& bytes = dynamic_cast<SharedMemory&>(launched_gpu.gpu.memory()).contents.bytes;
+    const auto& extents = launched_gpu.gpu.gpu().map().extents();
     for (std::uint64_t at = 0; at < bytes.size(); ++at) {
       if (bytes[at] == others_byte(at)) continue;
       ++found[bytes[at] == 0 ? 0 : 1].get_ref<nlohmann::json::number_integer_t&>();

@@ -44,7 +44,7 @@ ordered_json document(const std::vector<std::pair<std::string, double>>& values)
 std::string first(const std::vector<std::pair<std::string, double>>& record,
                   const std::vector<std::pair<std::string, double>>& found) {
   const StatisticsComparison comparison = compare_statistics({}, document(record), document(found));
-  const StatisticDifference* moved = moved_first(comparison);
+  const StatisticDifference* moved = likely_origin(comparison);
   return moved == nullptr ? "" : moved->name;
 }
 
@@ -68,7 +68,7 @@ TEST(StatisticsDifference, TheUnitOfTheChangedKeyMovedFirst) {
     record["config"] = {{key, 1}};
     found["config"] = {{key, 2}};
     const StatisticsComparison comparison = compare_statistics({}, record, found);
-    return moved_first(comparison)->name;
+    return likely_origin(comparison)->name;
   };
   EXPECT_EQ(moved("l2.latency"), "gpu.l2.read_latency");  // later hits make more batches time out
   EXPECT_EQ(moved("gpu.core_mhz"), "gpu.cycles");

@@ -53,7 +53,7 @@ inline constexpr Cycle dram_visit(Cycle memory, Cycle unit) { return 1 + memory 
 /// From the launch to the first scheduling in the RT unit: link, prologue, traceRay, link, accepted, scheduled.
 inline constexpr Cycle kStart = kMessage + phase(kPrologue) + phase(kTraceCall) + kMessage + 1;  // 59
 /// From retirement to the end of a ray that blends nothing and whose pixels are `sectors` stores: link, blending,
-/// epilogue, one store a cycle, the last acknowledged after `store` cycles, link to the distributor.
+/// epilogue, one store per cycle, the last acknowledged after `store` cycles, link to the distributor.
 inline constexpr Cycle finish(Cycle sectors, Cycle store) {
   return kMessage + phase(kBlendFixed) + phase(kEpilogue) + (sectors - 1) + store + kMessage;
 }

@@ -13,7 +13,7 @@ Directed pointer_chase(unsigned length) {
   return d;
 }
 
-// The shader cores fetch: a cycle to the message, the link, the sectors one a cycle, the instructions of a traversal
+// The shader cores fetch: a cycle to the message, the link, the sectors one per cycle, the instructions of a traversal
 // step, the link back; then the unit as ever.
 TEST(DirectedAlternatives, NodeFetchByShaderCores) {
   for (const Cycle instructions : {Cycle{24}, Cycle{0}, Cycle{100}}) {
@@ -31,7 +31,7 @@ TEST(DirectedAlternatives, NodeFetchByShaderCores) {
   }
 }
 
-// 32 different leaves: one call of the shader, whose 64 sectors leave one a cycle; all lanes go on together.
+// 32 different leaves: one call of the shader, whose 64 sectors leave one per cycle; all lanes go on together.
 TEST(DirectedAlternatives, ShaderCoresFetchAWarpsNodesTogether) {
   Directed d = directed(8, 6);
   RayGroup& group = d.groups[0];
@@ -104,8 +104,8 @@ TEST(DirectedAlternatives, Channels) {
   EXPECT_EQ(value(stats, "gpu.dram.row_misses"), 2U);
 }
 
-// A root that pushes five leaves, of which the warp buffer keeps two: two pairs leave, one a cycle, and come back when
-// the lane has used up what is there.
+// A root that pushes five leaves, of which the warp buffer keeps two: two pairs leave, one per cycle, and come back
+// when the lane has used up what is there.
 TEST(DirectedAlternatives, ShortStack) {
   Directed d = directed(8, 1);
   RayGroup& group = d.groups[0];

@@ -62,8 +62,8 @@ TEST(Directed, FullyCoherentWarp) {
   EXPECT_EQ(value(wide, "gpu.cycles"), path + finish(kWarpPixels, kL1Hit));
   EXPECT_EQ(value(wide, "gpu.rt.node_fetches"), kLength + 1);
   EXPECT_EQ(wide.at("gpu.rt.simt_efficiency").at("value"), 1.0);
-  // Four pipelines: the lanes come back in eight groups, one a cycle. The first group opens the next fetch, the others
-  // join it while it is under way, so a path costs no more fetches and ends ceil(32 / 4) - 1 cycles later, once.
+  // Four pipelines: the lanes come back in eight groups, one per cycle. The first group opens the next fetch, the
+  // others join it while it is under way, so a path costs no more fetches and ends ceil(32 / 4) - 1 cycles later, once.
   const ordered_json narrow = simulated(d, {"l1.perfect=true", "rt.box.count=4", "rt.triangle.count=4"});
   EXPECT_EQ(value(narrow, "gpu.cycles"), path + 7 + finish(kWarpPixels, kL1Hit));
   EXPECT_EQ(value(narrow, "gpu.rt.node_fetches"), kLength + 1);
@@ -94,7 +94,7 @@ TEST(Directed, FullyDivergentWarp) {
 // there two cycles later: the loads of the blending phase wait for the other six.
 constexpr Cycle kStoresFirst = 8 - 2 * kMessage;
 
-// Every ray of the warp hits each of four leaves: one batch a leaf, the warp stands still while its shader runs.
+// Every ray of the warp hits each of four leaves: one batch per leaf, the warp stands still while its shader runs.
 TEST(Directed, AnyHitStorm) {
   constexpr unsigned kLeaves = 4;
   Directed d = directed(8, 32);
@@ -107,7 +107,7 @@ TEST(Directed, AnyHitStorm) {
     end_round(ray, kLeaves, {0, 1, 2, 3}, false);
   }
   // A batch: link, the shader, link. Hits come near first, so none shifts: a shader that finds entries reads the last
-  // one, t and id, 32 lanes x 4 B = 4 sectors each, one a cycle; the first finds none.
+  // one, t and id, 32 lanes x 4 B = 4 sectors each, one per cycle; the first finds none.
   const Cycle loads = 2 * 4;
   const Cycle empty_batch = kMessage + phase(kAnyHit) + kMessage;
   const Cycle batch = empty_batch + (loads - 1) + kL1Hit;

@@ -37,7 +37,7 @@ std::vector<std::uint64_t> addresses(const RtBench& bench, bool write) {
   return list;
 }
 
-/// One ray: round 0 checkpoints `entries` children (at most 6 a node), round 1 takes all of them as leaves that miss.
+/// One ray: round 0 checkpoints `entries` children (at most 6 per node), round 1 takes all of them as leaves that miss.
 traces::RayGroup write_then_replay(unsigned entries) {
   traces::RayGroup group;
   group.nodes = {node_definition(1, 10, std::vector<NodeKind>(6, NodeKind::internal)),
@@ -241,7 +241,7 @@ TEST_F(RtUnitCheckpointTest, WritesCostNoTimeUntilTheUnitIsFull) {
     bench.run(group);
     // Seven items: six entries and the open sector (120 B end inside sector 3).
     EXPECT_EQ(bench.dones[0].cycle, kFirstVisit + kBoxTest + (7 + lanes - 1) / lanes - 1);
-    // Sectors leave from the cycle after their completion, one a cycle.
+    // Sectors leave from the cycle after their completion, one per cycle.
     ASSERT_EQ(bench.requests[1].size(), 4u);
     if (lanes >= 7) {
       for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(bench.requests[1][i].cycle, kFirstVisit + kBoxTest + 1 + i);

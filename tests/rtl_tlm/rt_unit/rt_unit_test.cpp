@@ -94,7 +94,7 @@ TEST_F(RtUnitTest, WithoutMergingInFlightFewPipelinesTearACoherentWarpApart) {
   bench.run(group);
   const auto c = bench.counters();
   EXPECT_EQ(c.memory.node_visits(), 32 * kVisits);
-  // Four pipelines take eight cycles for 32 lanes: the lanes come back in eight fours, four lanes a cycle, and each
+  // Four pipelines take eight cycles for 32 lanes: the lanes come back in eight fours, four lanes per cycle, and each
   // four is scheduled in a cycle of its own from then on.
   EXPECT_EQ(c.memory.node_fetches(), 1 + (kVisits - 1) * 8);
   EXPECT_EQ(c.ray_box.operations, 32 * kVisits);

@@ -18,7 +18,7 @@
 
 namespace grtx::sim::test {
 
-struct HostileHabits {
+struct HostileBehaviour {
   std::uint64_t seed = 1;
   unsigned least_ns = 20;
   unsigned most_ns = 400;
@@ -29,8 +29,8 @@ struct HostileHabits {
 class HostileTarget final : public sc_core::sc_module {
  public:
   using SC_CURRENT_USER_MODULE = HostileTarget;  // SC_HAS_PROCESS, which SystemC 3 deprecates
-  HostileTarget(const sc_core::sc_module_name& name, const HostileHabits& habits)
-      : sc_module(name), habits_(habits), random_(habits.seed) {
+  HostileTarget(const sc_core::sc_module_name& name, const HostileBehaviour& behaviour)
+      : sc_module(name), behaviour_(behaviour), random_(behaviour.seed) {
     socket.register_nb_transport_fw(this, &HostileTarget::nb_transport_fw);
     SC_METHOD(end_requests);
     sensitive << end_requests_.get_event();
@@ -62,10 +62,10 @@ class HostileTarget final : public sc_core::sc_module {
     }
     if (phase != ::tlm::BEGIN_REQ) return ::tlm::TLM_ACCEPTED;
     ++requests;
-    const bool inside = payload.get_address() + payload.get_data_length() <= habits_.bytes;
+    const bool inside = payload.get_address() + payload.get_data_length() <= behaviour_.bytes;
     payload.set_response_status(inside ? ::tlm::TLM_OK_RESPONSE : ::tlm::TLM_ADDRESS_ERROR_RESPONSE);
-    if (requests <= habits_.silent_after && chance(10)) {
-      delay += up_to(habits_.least_ns);
+    if (requests <= behaviour_.silent_after && chance(10)) {
+      delay += up_to(behaviour_.least_ns);
       return ::tlm::TLM_COMPLETED;
     }
     payload.acquire();
@@ -76,15 +76,15 @@ class HostileTarget final : public sc_core::sc_module {
       return ::tlm::TLM_UPDATED;
     }
     // The response may come first and then stands for END_REQ.
-    end_requests_.notify(payload, delay + up_to(habits_.most_ns / 4));
+    end_requests_.notify(payload, delay + up_to(behaviour_.most_ns / 4));
     requested_.push_back(&payload);
     answer_later(payload, delay);
     return ::tlm::TLM_ACCEPTED;
   }
   void answer_later(Payload& payload, const sc_core::sc_time& delay) {
-    if (requests > habits_.silent_after) return;
-    const sc_core::sc_time least(habits_.least_ns, sc_core::SC_NS);
-    due_.notify(payload, delay + least + up_to(habits_.most_ns - habits_.least_ns));
+    if (requests > behaviour_.silent_after) return;
+    const sc_core::sc_time least(behaviour_.least_ns, sc_core::SC_NS);
+    due_.notify(payload, delay + least + up_to(behaviour_.most_ns - behaviour_.least_ns));
   }
   bool end_request(Payload& payload) {
     const auto at = std::find(requested_.begin(), requested_.end(), &payload);
@@ -123,7 +123,7 @@ class HostileTarget final : public sc_core::sc_module {
     next_trigger(1, sc_core::SC_US);
   }
 
-  HostileHabits habits_;
+  HostileBehaviour behaviour_;
   std::mt19937_64 random_;
   tlm_utils::peq_with_get<Payload> end_requests_{"held"};
   tlm_utils::peq_with_get<Payload> due_{"due"};
@@ -135,9 +135,9 @@ class HostileTarget final : public sc_core::sc_module {
 
 class HostileMemory final : public MonitoredMemory {
  public:
-  HostileMemory(Gpu& gpu, const HostileHabits& habits) : MonitoredMemory(gpu, "hostile", true) {
+  HostileMemory(Gpu& gpu, const HostileBehaviour& behaviour) : MonitoredMemory(gpu, "hostile", true) {
     for (unsigned i = 0; i < channels(); ++i) {
-      targets_.push_back(std::make_unique<HostileTarget>(("hostile" + std::to_string(i)).c_str(), habits));
+      targets_.push_back(std::make_unique<HostileTarget>(("hostile" + std::to_string(i)).c_str(), behaviour));
       socket(i).bind(targets_.back()->socket);
     }
   }

@@ -49,7 +49,7 @@ TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
   EXPECT_EQ(bounds.at("issue"), 30U);
   EXPECT_EQ(bounds.at("unit.box"), 101U);     // ceil(401 / 4 pipelines)
   EXPECT_EQ(bounds.at("unit.triangle"), 2U);  // 8 / 4
-  EXPECT_EQ(bounds.at("rt_port"), 70U);       // one sector a cycle
+  EXPECT_EQ(bounds.at("rt_port"), 70U);       // one sector per cycle
   EXPECT_EQ(bounds.at("simt_issue"), 11U);    // ceil(41 / 4 schedulers)
   EXPECT_EQ(bounds.at("l1_port"), 3U);        // ceil(9 / 4 banks)
   EXPECT_EQ(bounds.at("l1_miss_port"), 11U);  // 5 + 6

@@ -22,8 +22,8 @@ namespace {
 using nlohmann::ordered_json;
 using ::testing::HasSubstr;
 
-MemorySystemFactory hostile(const test::HostileHabits& habits) {
-  return [habits](Gpu& gpu, const BuildOptions&) { return std::make_unique<test::HostileMemory>(gpu, habits); };
+MemorySystemFactory hostile(const test::HostileBehaviour& behaviour) {
+  return [behaviour](Gpu& gpu, const BuildOptions&) { return std::make_unique<test::HostileMemory>(gpu, behaviour); };
 }
 
 /// What the run throws, and stderr; "" when it ends.
@@ -99,7 +99,7 @@ TEST(MemorySystem, AForeignMemoryThatLosesCountViolatesConservation) {
     explicit Miscounting(Gpu& gpu) : MonitoredMemory(gpu, "miscounting") {
       for (unsigned i = 0; i < channels(); ++i) {
         targets_.push_back(
-            std::make_unique<test::HostileTarget>(("target" + std::to_string(i)).c_str(), test::HostileHabits{}));
+            std::make_unique<test::HostileTarget>(("target" + std::to_string(i)).c_str(), test::HostileBehaviour{}));
         socket(i).bind(targets_.back()->socket);
       }
     }

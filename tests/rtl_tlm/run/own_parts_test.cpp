@@ -21,7 +21,7 @@
 namespace grtx::sim {
 namespace {
 
-/// An L1 without storage: every request goes to the memory, one a cycle, and every answer comes back.
+/// An L1 without storage: every request goes to the memory, one per cycle, and every answer comes back.
 class NoCache final : public modules::L1CacheModule {
  public:
   NoCache(const sc_core::sc_module_name& name, const modules::L1Cache::Config& config, modules::ClockDomain& clock)

@@ -49,7 +49,7 @@ TEST(ResultNotes, ALaunchThatDoesNotFillTheMachine) {
                         "start of a warp"}));
 }
 
-// Of walk, whose registers leave nine slots an SM, nothing was said of a run that was all tail.
+// Of walk, whose registers leave nine slots per SM, nothing was said of a run that was all tail.
 TEST(ResultNotes, ALaunchThatFillsFewSlotsAndIsMostlyTail) {
   const ResultNotes notes = run_notes({}, {}, kAllSlots + 10, counted(200, 150, 0, 0));
   ASSERT_EQ(notes.size(), 1u);

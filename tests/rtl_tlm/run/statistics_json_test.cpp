@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The statistics file: order, number formats, one line a statistic, host.* at the end.
+// The statistics file: order, number formats, one line per statistic, host.* at the end.
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 #include <gtest/gtest.h>

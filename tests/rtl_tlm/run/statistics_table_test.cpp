@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of records: what is put in comes out, as text that does not depend on the order, one line a statistic.
+// The table of records: what is put in comes out, as text that does not depend on the order, one line per statistic.
 #include "grtx/rtl_tlm/run/statistics_table.h"
 
 #include <gtest/gtest.h>
@@ -40,10 +40,10 @@ TEST(StatisticsTable, ReadsWhatItWrote) {
   EXPECT_EQ(table.text(), kText);
   EXPECT_TRUE(table.has("other"));
   EXPECT_FALSE(table.has("windows"));
-  EXPECT_EQ(table.of("other"),
+  EXPECT_EQ(table.values_of("other"),
             ordered_json({{"config.name", true}, {"gpu.cycles", 7}, {"gpu.share", 75.27182234600001}}));
-  EXPECT_EQ(table.of("cycle").at("config.name"), "a\tb");
-  EXPECT_TRUE(table.of("cycle").at("gpu.share").is_null());
+  EXPECT_EQ(table.values_of("cycle").at("config.name"), "a\tb");
+  EXPECT_TRUE(table.values_of("cycle").at("gpu.share").is_null());
 }
 
 TEST(StatisticsTable, AFileThatIsNotThereIsEmpty) {

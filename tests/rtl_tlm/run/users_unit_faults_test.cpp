@@ -33,7 +33,7 @@ class MemoryWith final : public MonitoredMemory {
   MemoryWith(Gpu& gpu, const std::function<void()>& what) : MonitoredMemory(gpu, "own"), unit_("own_unit", what) {
     for (unsigned i = 0; i < channels(); ++i) {
       targets_.push_back(
-          std::make_unique<test::HostileTarget>(("target" + std::to_string(i)).c_str(), test::HostileHabits{}));
+          std::make_unique<test::HostileTarget>(("target" + std::to_string(i)).c_str(), test::HostileBehaviour{}));
       socket(i).bind(targets_.back()->socket);
     }
   }

@@ -52,8 +52,8 @@ DataPath ray_triangle_path();  ///< Moeller-Trumbore
 DataPath ray_sphere_path();    ///< unit sphere at the origin
 /// Affine transform of origin and direction. coded: the unit first decodes the map (layout quantised).
 DataPath ray_transform_path(bool coded = false);
-/// Peak of a Gaussian's response along a ray in its space, and its alpha. entry: t of the entry into its sphere as
-/// well.
+/// Peak of a Gaussian's response along a ray in the Gaussian's space, and alpha. entry: also t of the entry into its
+/// sphere.
 DataPath ray_gaussian_path(bool entry);
 
 struct IntersectionCounters {

@@ -26,7 +26,7 @@ struct PrefetcherConfig {
   unsigned queue = 32;    ///< a prefetch is dropped if the queue is full
   bool replayed = false;  ///< a replayed leaf prefetches the siblings that were checkpointed with it
   void parameters(ParameterList& list) {
-    list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered a lane", kOurs);
+    list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered per lane", kOurs);
     list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
     list.add("replayed", replayed, "a replayed leaf brings the siblings that were checkpointed with it",
              assumed("this project: off; GRTX, Section V, says any child leaf node"))

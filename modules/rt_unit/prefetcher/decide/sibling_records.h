@@ -29,7 +29,8 @@ class SiblingRecords {
   /// entries name the siblings written with them, and a replayed leaf prefetches these. Throws Error for wrong records.
   SiblingRecords(std::size_t lanes, unsigned records, bool replayed, const NodeTraffic& traffic);
 
-  /// A lane begins a round of ray number `ray`: clears its records; what checkpoint entries name is kept if it replays.
+  /// A lane begins a round of ray number `ray`: clears its records; siblings named by checkpoint entries stay in a
+  /// replay.
   void begin(std::size_t lane, std::size_t ray, bool replays);
   /// The lane visited group.nodes[definition]: it hit the children in `hit` and checkpointed those in `checkpointed`.
   /// Each set is recorded if it has at least two children, one of them a leaf, which can trigger a prefetch.

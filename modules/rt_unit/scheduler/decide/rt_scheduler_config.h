@@ -17,7 +17,7 @@ namespace grtx::modules {
 struct RtSchedulerConfig {
   std::string policy = "oldest_first";  ///< name of a WarpSelection
   void parameters(ParameterList& list) {
-    list.add("policy", policy, warp_selection_names(), "which warp is served in a cycle", kVulkanSim);
+    list.add("policy", policy, warp_selection_names(), "policy that selects the warp of a cycle", kVulkanSim);
   }
 };
 /// What the part brings to the table of all parts.

@@ -30,7 +30,7 @@ void register_warp_selection(const std::string& name, WarpSelectionFactory facto
 std::vector<std::string> warp_selection_names();
 /// Throws Error for an unknown name, with the known ones, and for a factory that makes nothing.
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name);
-/// What `selection` chooses. Throws WrongAnswer, which names the policy, if that is no candidate. name: the policy's.
+/// The entry that `selection` chooses. Throws WrongAnswer naming the policy if it is no candidate. name: the policy's.
 unsigned selected_entry(WarpSelection& selection, const std::string& name, LaneMask candidates,
                         const std::vector<std::uint64_t>& ages);
 

@@ -27,8 +27,9 @@ class StackSpill {
   /// on_chip < in_a_sector.
   StackSpill(unsigned on_chip, unsigned in_a_sector) : on_chip_(on_chip), in_a_sector_(in_a_sector) {
     if (on_chip >= in_a_sector) return;
-    throw Error("configuration", "rt.warp_buffer.stack_entries",
-                "must be at least " + std::to_string(in_a_sector) + " when the stack spills as many entries a sector");
+    throw Error(
+        "configuration", "rt.warp_buffer.stack_entries",
+        "must be at least " + std::to_string(in_a_sector) + " when the stack spills as many entries per sector");
   }
 
   /// The lane's stack now has `depth` entries. takes_top: its next event takes the top entry. Fills happen only then;

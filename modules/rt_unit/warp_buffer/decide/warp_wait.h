@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a warp in the warp buffer waits for, and why no warp is scheduled in a cycle.
+// The reason for which a warp in the warp buffer waits, and the reason for which no warp is scheduled in a cycle.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace grtx::modules {
 
-/// What a warp waits for: the first of these that applies to one of its lanes (wait_of()).
+/// Reason for which a warp waits: the first of these that applies to one of its lanes (wait_of()).
 enum class WarpWait : std::uint8_t {
   ready,       ///< a lane is ready: to be selected by the scheduler
   memory,      ///< a lane waits for a node
@@ -25,7 +25,7 @@ constexpr auto enum_names(WarpWait) {
 }
 inline constexpr std::size_t kWarpWaits = kCountOf<WarpWait>;
 
-/// What a warp waits for, from the masks of its lanes in each state.
+/// Reason for which a warp waits, from the masks of its lanes in each state.
 constexpr WarpWait wait_of(LaneMask ready, LaneMask memory, LaneMask checkpoint, LaneMask stack, LaneMask unit,
                            LaneMask any_hit) {
   if (ready != 0) return WarpWait::ready;
@@ -52,7 +52,7 @@ constexpr auto enum_names(Stall) {
 }
 inline constexpr std::size_t kStalls = kCountOf<Stall>;
 
-/// The stall reason if no warp is ready. oldest: what the oldest warp waits for.
+/// The stall reason if no warp is ready. oldest: the reason for which the oldest warp waits.
 constexpr Stall stall_of(WarpWait oldest) {
   switch (oldest) {
     case WarpWait::memory:

@@ -19,7 +19,7 @@ std::uint32_t LaneTree::address(std::uint32_t index) const {
   return event.kind() == EventKind::visit_internal ? group_->nodes[event.node].address : event.node;
 }
 
-const char* LaneTree::plant(std::span<const Event> events, const traces::RayGroup& group, const NodeTraffic& traffic) {
+const char* LaneTree::build(std::span<const Event> events, const traces::RayGroup& group, const NodeTraffic& traffic) {
   events_ = events;
   group_ = &group;
   end_.assign(events.size(), 0);

@@ -22,16 +22,16 @@ inline constexpr const char* kRuleChildPushed = "visits a node that its parent d
 inline constexpr const char* kRuleNothingLeft = "leaves nodes on its stack";
 inline constexpr const char* kRuleWalkedKinds = "has an event that a warp cannot walk: an instance or a replay";
 
-/// A lane's events of one round as the tree that they are: the trace has them depth first. So that the lane can visit
-/// nodes in any order in which a node follows its parent.
+/// The tree of a lane's events of one round, which the trace lists depth first. With the tree the lane can visit nodes
+/// in any order in which a node follows its parent.
 class LaneTree {
  public:
   /// Returns the rule that the events break, or null. The group must outlive the tree.
-  const char* plant(std::span<const traces::Event> events, const traces::RayGroup& group, const NodeTraffic& traffic);
+  const char* build(std::span<const traces::Event> events, const traces::RayGroup& group, const NodeTraffic& traffic);
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(events_.size()); }
   const traces::Event& event(std::uint32_t index) const { return events_[index]; }
-  std::uint32_t address(std::uint32_t index) const;  ///< of the event's node, in units
+  std::uint32_t address(std::uint32_t index) const;  ///< address of the event's node, in units
   traces::NodeKind kind(std::uint32_t index) const { return kind_[index]; }
   /// Calls f(event) for each event of a child, in the order in which the lane alone would visit them.
   template <typename F>
@@ -58,8 +58,8 @@ struct WarpStackEntry {
   std::array<std::uint32_t, kMaxLanes> event{};  ///< [lane] its event at this node
 };
 
-/// Entries wait, or are under way in a node slot. Those under way keep their place: their children come there. Only
-/// waiting entries take room in the RT unit's part of the stack.
+/// Entries wait, or are under way in a node slot. Entries under way keep their place, into which their children come.
+/// Only waiting entries take room in the RT unit's part of the stack.
 class WarpStack {
  public:
   /// An entry that is under way.
@@ -97,7 +97,7 @@ class WarpStack {
   /// The entry in `slot` is done: its children, the topmost first, take its place.
   void finish(unsigned slot, std::span<const WarpStackEntry> children);
   bool has_room(std::size_t children) const { return waiting_ + children <= entries_; }
-  /// What must move before `more` entries come (StackSpill); spilled entries leave at once. top: an entry is to start.
+  /// The move needed before `more` entries come (StackSpill); spilled entries leave at once. top: an entry is to start.
   StackSpill::Move settle(std::size_t more, bool top);
   /// The entries of the fill that settle() returned have arrived.
   void filled();
@@ -120,8 +120,8 @@ class WarpStack {
 };
 
 /// Children of a finished entry as entries, the topmost first. by_slot: lanes visit children in the order of their
-/// slots, and so does the warp. Else first those of the lowest lane in its order, then what only other lanes push, lane
-/// by lane. tree(lane): the lane's tree.
+/// slots, and so does the warp. Else first the children of the lowest lane in its order, then those that only other
+/// lanes push, lane by lane. tree(lane): the lane's tree.
 template <typename Trees>
 void children_of(const WarpStackEntry& parent, bool by_slot, Trees&& tree, std::vector<WarpStackEntry>& children) {
   children.clear();

@@ -18,10 +18,10 @@ enum class TraversalWay : std::uint8_t { lane, warp };
 constexpr auto enum_names(TraversalWay) { return names_in_order<TraversalWay>({"lane", "warp"}); }
 
 struct WarpStackConfig {
-  /// A node's children, and what a sector holds, must fit.
+  /// A node's children and the entries of a sector must fit.
   static constexpr unsigned kFewestEntries = 10;
   static constexpr unsigned kMostAhead = 32;  ///< a test's tag names one of so many node slots
-  /// Hits of a warp that are not answered, and leaf tests that may find one, together: four for each lane.
+  /// Most unanswered hits of a warp, together with leaf tests that may find one: four per lane.
   static constexpr unsigned kHits = 128;
 
   unsigned entries = 64;

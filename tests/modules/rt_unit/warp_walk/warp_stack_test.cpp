@@ -108,8 +108,8 @@ class LaneTreeTest : public ::testing::Test {
   }
   static Event leaf(std::uint32_t address) { return {address, 0, 0, Event::pack(EventKind::visit_leaf)}; }
   static Event cull(std::uint32_t address) { return {address, 0, 0, Event::pack(EventKind::cull)}; }
-  const char* plant(LaneTree& tree, const std::vector<Event>& events) const {
-    return tree.plant(events, group_, NodeTraffic(header_, {}));
+  const char* build(LaneTree& tree, const std::vector<Event>& events) const {
+    return tree.build(events, group_, NodeTraffic(header_, {}));
   }
   traces::Header header_;
   traces::RayGroup group_;
@@ -118,7 +118,7 @@ class LaneTreeTest : public ::testing::Test {
 TEST_F(LaneTreeTest, ChildrenComeInTheOrderOfTheLane) {
   const std::vector<Event> events = {node(0, 0b111), leaf(11), node(1, 0b11), leaf(21), cull(20), leaf(10)};
   LaneTree tree;
-  ASSERT_EQ(plant(tree, events), nullptr);
+  ASSERT_EQ(build(tree, events), nullptr);
   const auto children = [&](std::uint32_t parent) {
     std::vector<std::uint32_t> all;
     tree.for_each_child(parent, [&](std::uint32_t child) { all.push_back(tree.address(child)); });
@@ -134,8 +134,8 @@ TEST_F(LaneTreeTest, AWarpTakesTheOrderOfItsLowestLaneAndThenWhatOthersPush) {
   std::vector<LaneTree> trees(2);
   const std::vector<Event> first = {node(0, 0b101), node(1, 0), leaf(10)};
   const std::vector<Event> second = {node(0, 0b111), leaf(11), leaf(10), cull(12)};
-  ASSERT_EQ(plant(trees[0], first), nullptr);
-  ASSERT_EQ(plant(trees[1], second), nullptr);
+  ASSERT_EQ(build(trees[0], first), nullptr);
+  ASSERT_EQ(build(trees[1], second), nullptr);
   std::vector<WarpStackEntry> children;
   const auto tree = [&](unsigned lane) -> const LaneTree& { return trees[lane]; };
   children_of(entry(1, 0b11), false, tree, children);
@@ -156,12 +156,12 @@ TEST_F(LaneTreeTest, AWarpTakesTheOrderOfItsLowestLaneAndThenWhatOthersPush) {
 
 TEST_F(LaneTreeTest, SaysWhichRuleEventsBreak) {
   LaneTree tree;
-  EXPECT_STREQ(plant(tree, {node(0, 1)}), kRuleNothingLeft);
-  EXPECT_STREQ(plant(tree, {node(0, 1), leaf(11)}), kRuleChildPushed);
-  EXPECT_STREQ(plant(tree, {node(0, 1), leaf(99)}), kRuleChildPushed);
-  EXPECT_STREQ(plant(tree, {node(0, 0), leaf(10)}), "takes a node from an empty stack");
-  EXPECT_STREQ(plant(tree, {node(7, 0)}), "visits an internal node that the group does not define");
-  EXPECT_STREQ(plant(tree, {{1, 0, 0, Event::pack(EventKind::replay_take)}}), kRuleWalkedKinds);
+  EXPECT_STREQ(build(tree, {node(0, 1)}), kRuleNothingLeft);
+  EXPECT_STREQ(build(tree, {node(0, 1), leaf(11)}), kRuleChildPushed);
+  EXPECT_STREQ(build(tree, {node(0, 1), leaf(99)}), kRuleChildPushed);
+  EXPECT_STREQ(build(tree, {node(0, 0), leaf(10)}), "takes a node from an empty stack");
+  EXPECT_STREQ(build(tree, {node(7, 0)}), "visits an internal node that the group does not define");
+  EXPECT_STREQ(build(tree, {{1, 0, 0, Event::pack(EventKind::replay_take)}}), kRuleWalkedKinds);
 }
 
 }  // namespace

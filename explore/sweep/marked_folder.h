@@ -7,10 +7,10 @@
 namespace grtx::explore {
 
 /// remove() deletes everything in the folder, so only folders with the mark file `.grtx-work` are accepted.
-class OwnFolder {
+class MarkedFolder {
  public:
   /// Throws Error if `path` exists and is not ours: a non-empty folder without the mark, a symbolic link, or no folder.
-  explicit OwnFolder(std::string path);
+  explicit MarkedFolder(std::string path);
   const std::string& path() const { return path_; }
   /// Creates the folder with its mark, and missing parents. Throws an exception if that fails.
   void make() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/explore/sweep/kept_tracer.h"
+#include "grtx/explore/sweep/tracer_process.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
@@ -18,20 +18,20 @@ namespace grtx::explore {
 
 /// Standard input of the process. A socket: writing to an ended process then returns an error, while a pipe raises
 /// SIGPIPE.
-class KeptTracer::Requests {
+class TracerProcess::Requests {
  public:
   Requests() { open_ = ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends_) == 0; }
   ~Requests() {
-    close_far_end();
+    close_child_end();
     if (open_) ::close(ends_[0]);
   }
   Requests(const Requests&) = delete;
   Requests& operator=(const Requests&) = delete;
 
   bool open() const { return open_; }
-  int far_end() const { return ends_[1]; }
+  int child_end() const { return ends_[1]; }
   /// Call after the process has inherited the far end; only then does send() notice the end of the process.
-  void close_far_end() {
+  void close_child_end() {
     if (open_ && ends_[1] >= 0) ::close(std::exchange(ends_[1], -1));
   }
   bool send(const std::string& text) const {
@@ -48,26 +48,26 @@ class KeptTracer::Requests {
   bool open_ = false;
 };
 
-KeptTracer::KeptTracer(std::string program, const std::string& folder, const ProgramLimits& limits)
+TracerProcess::TracerProcess(std::string program, const std::string& folder, const ProgramLimits& limits)
     : program_(std::move(program)), output_(folder + "/tracer.out"), errors_(folder + "/tracer.err"), limits_(limits) {}
 
-KeptTracer::~KeptTracer() = default;
+TracerProcess::~TracerProcess() = default;
 
-bool KeptTracer::start() {
-  made_ = 0;
+bool TracerProcess::start() {
+  requests_sent_ = 0;
   std::filesystem::remove(output_);  // answers of an earlier process
   requests_ = std::make_unique<Requests>();
   if (!requests_->open()) return false;
   ProgramLimits limits;
   limits.memory_bytes = limits_.memory_bytes;
   process_ = std::make_unique<ProgramRun>(std::vector<std::string>{program_, "sweep", "--tracer"}, output_, errors_,
-                                          limits, requests_->far_end());
-  requests_->close_far_end();
+                                          limits, requests_->child_end());
+  requests_->close_child_end();
   return true;
 }
 
 /// Answer number `count`, from 0; "" if it has not arrived yet.
-std::string KeptTracer::answer(std::size_t count) const {
+std::string TracerProcess::answer(std::size_t count) const {
   if (!std::filesystem::exists(output_)) return "";
   const std::string text = read_file(output_);
   std::size_t begin = 0, end = text.find('\n');
@@ -78,33 +78,35 @@ std::string KeptTracer::answer(std::size_t count) const {
   return end == std::string::npos ? "" : text.substr(begin, end - begin);
 }
 
-KeptTracer::End KeptTracer::trace(const std::vector<std::string>& arguments) {
+TracerProcess::Result TracerProcess::trace(const std::vector<std::string>& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  End result;
-  const auto look = [&](const std::string& line) {
+  Result result;
+  const auto parse_answer = [&](const std::string& line) {
     if (line.empty()) return false;
     const auto json = nlohmann::json::parse(line, nullptr, false);
     result.done = json.is_object() && json.contains("structures_built");
     if (result.done) result.structures_built = json.at("structures_built").get<std::uint64_t>();
     return true;
   };
-  const auto passed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+  const auto elapsed_seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
   bool ended = false;
-  const bool asked =
+  const bool sent =
       (process_ != nullptr || start()) && requests_->send(exact_json_text(nlohmann::json(arguments)) + "\n");
-  if (asked) {
+  if (sent) {
     for (auto pause = std::chrono::milliseconds(1);; pause = std::min(2 * pause, std::chrono::milliseconds(20))) {
       ended = process_->poll().has_value();  // polled before reading, so that a last answer is not missed
-      if (look(answer(made_)) || ended) break;
-      if (limits_.seconds > 0.0 && passed() > limits_.seconds) {
+      if (parse_answer(answer(requests_sent_)) || ended) break;
+      if (limits_.seconds > 0.0 && elapsed_seconds() > limits_.seconds) {
         result.timeout = true;
         break;
       }
       std::this_thread::sleep_for(pause);
     }
   }
-  result.seconds = passed();
-  ++made_;
+  result.seconds = elapsed_seconds();
+  ++requests_sent_;
   if (!result.done || ended) {
     process_.reset();
     requests_.reset();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/explore/sweep/own_folder.h"
+#include "grtx/explore/sweep/marked_folder.h"
 
 #include <filesystem>
 #include <vector>
@@ -28,18 +28,18 @@ bool is_own(const std::string& path) {
 
 }  // namespace
 
-OwnFolder::OwnFolder(std::string path) : path_(std::move(path)) {
+MarkedFolder::MarkedFolder(std::string path) : path_(std::move(path)) {
   if (is_own(path_)) return;
   throw Error(path_, "",
               std::string("is no work folder that may be deleted (it holds no ") + kMark + "): move it away");
 }
 
-void OwnFolder::make() const {
+void MarkedFolder::make() const {
   fs::create_directories(path_);
   write_file(path_ + "/" + kMark, "Made by grtx for what is under way. It is deleted with all that it holds.\n");
 }
 
-void OwnFolder::remove() const {
+void MarkedFolder::remove() const {
   try {
     if (!is_own(path_)) return;
     std::vector<fs::path> parts;

@@ -12,16 +12,16 @@
 
 namespace grtx::explore {
 
-class KeptTracer {
+class TracerProcess {
  public:
   /// program: path of grtx. folder: for the process's output. limits: memory of the process, wall time per trace. The
   /// first trace() starts the process.
-  KeptTracer(std::string program, const std::string& folder, const ProgramLimits& limits);
-  ~KeptTracer();
-  KeptTracer(const KeptTracer&) = delete;
-  KeptTracer& operator=(const KeptTracer&) = delete;
+  TracerProcess(std::string program, const std::string& folder, const ProgramLimits& limits);
+  ~TracerProcess();
+  TracerProcess(const TracerProcess&) = delete;
+  TracerProcess& operator=(const TracerProcess&) = delete;
 
-  struct End {
+  struct Result {
     bool done = false;
     bool timeout = false;
     double seconds = 0.0;                ///< wall time, including the start of the process
@@ -29,7 +29,7 @@ class KeptTracer {
   };
   /// Makes a trace. arguments: of `grtx trace`. After a trace that is not done the process's state is unknown, so it is
   /// ended and the next trace starts a new one.
-  End trace(const std::vector<std::string>& arguments);
+  Result trace(const std::vector<std::string>& arguments);
 
  private:
   class Requests;
@@ -40,7 +40,7 @@ class KeptTracer {
   ProgramLimits limits_;
   std::unique_ptr<Requests> requests_;
   std::unique_ptr<ProgramRun> process_;
-  std::size_t made_ = 0;  ///< traces requested from this process
+  std::size_t requests_sent_ = 0;  ///< traces requested from this process
 };
 
 }  // namespace grtx::explore
