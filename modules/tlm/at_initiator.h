@@ -94,7 +94,8 @@ class AtInitiator final {
   /// For another launch (ClockDomain::restart()); drops completions that were not popped. An error report if a
   /// transaction is under way at the memory: it cannot be taken back.
   void restart();
-  /// For a completion that is not ok(): tells who has asked for refusals, else ends the simulation with an error report.
+  /// For a completion that is not ok(): tells who has asked for refusals, else ends the simulation with an error
+  /// report.
   void report_refusal(const Completion& completion) const;
 
  private:

@@ -28,7 +28,7 @@ namespace {
 constexpr const char* kReport = "/grtx/gpu";
 constexpr Cycle kWatchCycles = 65536;
 constexpr std::uint64_t kBeforeTheCycleFs =
-    1;                               // a point of the series shows what was before its cycle, as in `grtx sim`
+    1;  // a point of the series shows what was before its cycle, as in `grtx sim`
 constexpr std::uint64_t kBaseBytes = 4096;
 constexpr Cycle kDrainCycles = 256;  // between two checks whether all is drained, as in `grtx sim`
 

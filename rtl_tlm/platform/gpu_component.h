@@ -27,8 +27,8 @@ namespace grtx::sim {
 class SwitchedSource;
 class Waveform;
 
-/// Byte offsets of the registers, 32 bits each; accesses are of any bytes of them. Written bytes of a register leave its
-/// others as they read.
+/// Byte offsets of the registers, 32 bits each; accesses are of any bytes of them. Written bytes of a register leave
+/// its others as they read.
 enum class GpuRegister : std::uint64_t {
   control = 0x00,      ///< written: ControlBits; reads as 0
   status = 0x04,       ///< StatusBits
@@ -47,7 +47,8 @@ struct ControlBits {
   static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
   static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
   static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
-  static constexpr std::uint32_t kReset = 8;  ///< abandons the launch that is under way; with kStart: and begins another
+  static constexpr std::uint32_t kReset =
+      8;  ///< abandons the launch that is under way; with kStart: and begins another
 };
 struct StatusBits {
   static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
