@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -15,6 +16,7 @@
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/tracer.h"
+#include "grtx/report/ray/handled_order.h"
 
 namespace grtx::experiment {
 
@@ -49,7 +51,6 @@ RayScene::RayScene(const std::string& trace, const traces::Header& header, const
       path_(scene),
       settings_(traced_settings(trace, header.inputs)),
       options_(tracer_options(settings_, header.checkpoint, header.accel)) {
-  if (header.ahead > 1) throw Error(trace, "ahead", "has no t_max of each event: a ray is shown with --ahead 1");
   camera_ = select_camera(with_resolution(std::move(view), header), files);
   if (camera_.width != header.width || camera_.height != header.height) {
     throw Error(scene, fmt::format("{} x {} pixels", camera_.width, camera_.height),
@@ -110,17 +111,22 @@ void RayScene::require_same_events(const traces::RayGroup& group, const traces::
                              recorded.pixel / header_.width, round, event),
                  "is not traced as in " + trace_ + ": another camera, view or version of the program");
   };
-  std::size_t event = 0;
+  std::size_t first = 0;
   for (std::size_t r = 0; r < std::max(recorded.rounds.size(), found.rounds.size()); ++r) {
     if (r >= recorded.rounds.size() || r >= found.rounds.size()) throw differs(r, 0);
     const std::uint32_t count = recorded.rounds[r].event_count;
-    for (std::uint32_t e = 0; e < count; ++e, ++event) {
-      traces::Event expected = recorded.events[event];
+    const std::span<const traces::Event> events(recorded.events.data() + first, count);
+    std::vector<std::size_t> order;  // in which the ray came to them
+    if (header_.ahead > 1) order = report::handled_order(events, header_.ahead).events;
+    for (std::uint32_t e = 0; e < count; ++e) {
+      const std::size_t event = first + e;
+      traces::Event expected = events[header_.ahead > 1 ? order[e] : e];
       if (expected.kind() == traces::EventKind::visit_internal) expected.node = group.nodes[expected.node].address;
       expected.kind_shifts &= static_cast<std::uint16_t>(~traces::Event::kWide);  // follows from the structure
       if (event >= found.events.size() || found.events[event] != expected) throw differs(r, e);
     }
     if (recorded.rounds[r] != found.rounds[r]) throw differs(r, count);
+    first += count;
   }
   if (recorded.processed != found.processed) throw differs(recorded.rounds.size(), 0);
 }

@@ -26,6 +26,7 @@ namespace grtx::frontend {
 class EncodingRecorder {
  public:
   static constexpr bool kEnabled = true;
+  static constexpr bool kDepthFirst = true;
 
   /// The children that a visited node pushes, from the last to be popped to the first to be popped.
   class Children {

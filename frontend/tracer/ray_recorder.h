@@ -24,6 +24,7 @@ inline traces::Processed processed_entry(std::uint32_t gaussian, bool blended) {
 class NullRecorder {
  public:
   static constexpr bool kEnabled = false;
+  static constexpr bool kDepthFirst = false;  ///< whether it needs a round's events depth first, as traces have them
   /// The children that a visited node pushes, from the last to be popped to the first.
   struct Children {
     void put(unsigned /*slot*/, unsigned /*pushed*/) {}
@@ -33,6 +34,10 @@ class NullRecorder {
   void bins(const std::vector<std::uint8_t>&) {}
   /// order: of the round's reads, if it replays from bins.
   void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) {}
+  /// With several nodes under way: the place of the next event's node, and the number of the last event.
+  template <typename Place>
+  void at(const Place&) {}
+  std::uint32_t last() const { return 0; }
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
   void internal(const Children&, std::uint32_t, unsigned, unsigned) {}
@@ -56,6 +61,7 @@ class ImageNodes : public traces::NodeSource {
 class GroupRecorder {
  public:
   static constexpr bool kEnabled = true;
+  static constexpr bool kDepthFirst = true;
   using Children = NullRecorder::Children;
 
   /// Without a header nothing is encoded: only the last ray is recorded. The header must outlive the recorder.

@@ -15,7 +15,8 @@
 
 namespace grtx::frontend {
 
-/// Record of a watched ray. Events of internal nodes have their address, in units.
+/// Record of a watched ray. Events of internal nodes have their address, in units. With several nodes under way events
+/// stand in the order in which the ray came to them.
 struct WatchedRay {
   traces::Ray ray;
   std::vector<float> t_max;  ///< after each event
@@ -35,6 +36,7 @@ struct WatchedRay {
 class RayWatch {
  public:
   static constexpr bool kEnabled = true;
+  static constexpr bool kDepthFirst = false;
   using Children = NullRecorder::Children;
 
   /// state, stack: of the tracer that will get this recorder.
@@ -48,6 +50,9 @@ class RayWatch {
   // Called by the tracer.
   void bins(const std::vector<std::uint8_t>&) {}
   void begin_round(bool /*replay*/, traces::BinOrder /*order*/ = {}) { begun_ = false; }
+  template <typename Place>
+  void at(const Place&) {}
+  std::uint32_t last() const { return 0; }
   void pop() {}
   Children open(std::uint32_t /*address*/) { return {}; }
   void internal(const Children&, std::uint32_t address, unsigned pushed, unsigned checkpoints);

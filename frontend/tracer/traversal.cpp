@@ -144,7 +144,7 @@ inline void Traversal::visit(const TraceRay& ray, const StackEntry& entry, RaySt
 
 template <typename Order, typename Recorder>
 void Traversal::drain_ahead(const TraceRay& ray, RayState& state, Recorder& recorder) {
-  if constexpr (Recorder::kEnabled) {
+  if constexpr (Recorder::kDepthFirst) {
     tree_.begin();
     walk_ahead<Order>(ray, state, tree_);
     tree_.replay(recorder);
@@ -161,10 +161,9 @@ void Traversal::walk_ahead(const TraceRay& ray, RayState& state, Recorder& recor
     walk_.start([&](const AheadEntry& next) { return starts(next, state, recorder); });
     if (walk_.empty()) return;
     const AheadEntry done = walk_.take();
-    [[maybe_unused]] std::uint32_t parent = 0;
-    if constexpr (Recorder::kEnabled) recorder.at(done.place);
+    recorder.at(done.place);
     visit<Order>(ray, done.entry, state, recorder);
-    if constexpr (Recorder::kEnabled) parent = recorder.last();
+    const std::uint32_t parent = recorder.last();
     for (auto child = static_cast<std::uint32_t>(stack_.size()); child-- > 0;) {
       walk_.push({stack_.pop(), {parent, child}});
     }
@@ -175,7 +174,7 @@ void Traversal::walk_ahead(const TraceRay& ray, RayState& state, Recorder& recor
 template <typename Recorder>
 bool Traversal::starts(const AheadEntry& next, const RayState& state, Recorder& recorder) {
   if (!pop_test_ || next.entry.t <= state.t_max) return true;
-  if constexpr (Recorder::kEnabled) recorder.at(next.place);
+  recorder.at(next.place);
   recorder.event(traces::EventKind::cull, units_of(next.entry.node), 0, 0);
   return false;
 }

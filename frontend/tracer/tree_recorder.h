@@ -24,6 +24,7 @@ struct PushedPlace {
 class TreeRecorder {
  public:
   static constexpr bool kEnabled = true;
+  static constexpr bool kDepthFirst = false;
 
   /// The children that the event pushes, from the last to be popped to the first.
   struct Children {

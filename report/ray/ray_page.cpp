@@ -229,9 +229,7 @@ std::string facts(const RayPage& page) {
         "tree, the "
         "stack and the checkpoint lists are exact. It holds no distances: t and t_max are missing, Gaussians are named "
         "where the trace names them (once they are processed), and of several evicted hits it is not known which comes "
-        "first.";
-    if (h.ahead == 1) text += " With --scene and --cameras the ray is traced again, and all of it is shown.";
-    text += "</p>\n";
+        "first. With --scene and --cameras the ray is traced again, and all of it is shown.</p>\n";
   } else {
     text += fmt::format(
         "<p class=\"note\" id=\"source\">The ray was traced again in {}: every event is that of the trace. t, t_max "

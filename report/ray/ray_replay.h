@@ -21,9 +21,9 @@ namespace grtx::report {
 
 /// Values of a ray that a trace does not contain, recorded by tracing it again (frontend/tracer/ray_watch.h).
 struct RayValues {
-  std::vector<float> t_max;                                              ///< [event] after the event
-  std::vector<float> times;                                              ///< as WatchedRay::times
-  std::vector<float> start_t_max;                                        ///< [round] at its start
+  std::vector<float> t_max;        ///< after each event, in the order in which the ray came to them
+  std::vector<float> times;        ///< as WatchedRay::times
+  std::vector<float> start_t_max;  ///< [round] at its start
   std::vector<std::vector<std::pair<float, std::uint32_t>>> start_hits;  ///< [round] (t, Gaussian) in k-buffer
   std::vector<float> transmittance;                                      ///< [round] after the round
   std::array<float, 3> origin{}, direction{};
@@ -46,8 +46,8 @@ struct ReplayedRay {
   std::map<std::uint32_t, std::uint32_t> learnt;  ///< node number -> Gaussian, as far as the trace determines it
 };
 
-/// values: null without the scene, and always with Header::ahead above 1. The group must have passed
-/// traces::check_group(). With `ahead` above 1 events stand in the order in which the ray came to them. Throws Error if
+/// values: null without the scene. The group must have passed traces::check_group(). With Header::ahead above 1 events
+/// stand in the order in which the ray came to them. Throws Error if
 /// the ray's k-buffer cannot be replayed; std::logic_error if the values belong to another ray.
 ReplayedRay replay_ray(const std::string& file, const traces::Header& header, const traces::RayGroup& group,
                        unsigned lane, const RayNodes& nodes, const RayValues* values);

@@ -113,7 +113,7 @@ TEST_F(RayInBrowser, AWalkIsSteppedThrough) {
   make("walk.html",
        "--scene s.ply --cameras s.cameras.json --width 16 --height 16 --accel ellipsoid --layout quantised --k 4 "
        "--ahead 8",
-       "--pixel 8,8");
+       "--pixel 8,8 --scene s.ply --cameras s.cameras.json");
   const json found = look("walk.html");
   ASSERT_TRUE(found.contains("plain"));
   EXPECT_THAT(found.at("messages"), IsEmpty()) << found.at("messages");
@@ -127,6 +127,12 @@ TEST_F(RayInBrowser, AWalkIsSteppedThrough) {
     EXPECT_EQ(rounds[r].at("end").at("k_buffer").size(), 4u) << "round " << r;
   }
   EXPECT_THAT(found.at("hits")[0].at("sizes").at("stack").get<std::string>(), HasSubstr("under way"));
+  // Distances are those of the tracer: the k-buffer is sorted, and t_max is finite once a hit was rejected.
+  for (const json& round : rounds) {
+    const json& hits = round.at("end").at("k_buffer");
+    for (std::size_t i = 0; i + 1 < hits.size(); ++i) EXPECT_LE(hits[i][1].get<double>(), hits[i + 1][1].get<double>());
+  }
+  EXPECT_FALSE(rounds[0].at("end").at("t_max").is_null());
 }
 
 TEST_F(RayInBrowser, WithoutTheSceneListsAreThereAndTimesAreNot) {
