@@ -195,12 +195,6 @@ void add_sim(CLI::App& app, CommonOptions& common) {
       ->type_name(kOutputFile);
   add_mode_option(command, options->mode, "What is simulated: all warps, or (whole frames) windows of them");
   add_estimate_options(command, options->estimate);
-  const auto gone = [](const std::string&) {
-    throw Error("sim", "--threads",
-                "is gone: a simulation takes one core; --jobs of grtx run and grtx sweep "
-                "runs several side by side");
-  };
-  command->add_option_function<std::string>("--threads", gone)->group("");
   command
       ->add_option("--warm", options->simulation.warm_trace,
                    "Trace that runs before, for what it leaves in caches and DRAM rows (default: none)")

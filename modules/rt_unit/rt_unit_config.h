@@ -65,8 +65,7 @@ struct MemorySchedulerConfig {
     list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
              from_paper("GRTX, Section IV: the RT unit does"));
     list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim)
-        .came_later();
+             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim);
     list.rule(
         "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
     traffic.parameters(list);
@@ -87,8 +86,7 @@ struct AnyHitUnitConfig : HitHeap {
     HitHeap::parameters(list);
     list.add("count", count, {1, kMaxLanes}, "heaps",
              "heap logic of an RT unit: lane l of each warp uses number l mod count",
-             assumed("this project: one for each lane; GauTracer does not say"))
-        .came_later();
+             assumed("this project: one for each lane; GauTracer does not say"));
   }
 };
 
