@@ -5,8 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#include "grtx/base/removed_names.h"
-
 namespace grtx {
 namespace {
 
@@ -38,7 +36,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
   constexpr std::size_t kLongest = 200;  // longer than any known name; bounds the time, the product of both lengths
   name = name.substr(0, kLongest);
-  if (std::string in_place = in_place_of(name); std::ranges::find(known, in_place) != known.end()) return in_place;
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& candidate : known) {

@@ -8,8 +8,7 @@
 
 namespace grtx {
 
-/// The known name with the smallest edit distance (ties: first in the list), or what is in the place of a name that an
-/// earlier version had; "" if `known` is empty.
+/// The known name with the smallest edit distance (ties: first in the list); "" if `known` is empty.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace grtx

@@ -24,13 +24,11 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/help_format.h"
 #include "grtx/apps/grtx/json_output.h"
-#include "grtx/apps/grtx/next_step.h"
 #include "grtx/apps/grtx/selftest.h"
 #include "grtx/apps/grtx/usage_error.h"
 #include "grtx/base/end_by_signal.h"
 #include "grtx/base/error.h"
 #include "grtx/base/memory_purpose.h"
-#include "grtx/base/printable.h"
 #include "grtx/experiment/machine.h"
 #include "grtx/rtl_tlm/memory/dram_simulators.h"
 #include "grtx/rtl_tlm/run/model_version.h"
@@ -42,10 +40,7 @@ using grtx::apps::CommonOptions;
 constexpr int kBadInput = 2;
 constexpr int kInternalError = 3;
 
-void print_error(const grtx::Error& error, const std::vector<std::string>& arguments) {
-  const std::string step = grtx::apps::next_step(error, arguments);
-  std::fprintf(stderr, "grtx: %s%s%s\n", error.what(), step.empty() ? "" : "; ", grtx::printable(step).c_str());
-}
+void print_error(const grtx::Error& error) { std::fprintf(stderr, "grtx: %s\n", error.what()); }
 
 // Lines of 80 columns.
 constexpr const char* kFirstSession = R"(Five steps of a first session, minutes together:
@@ -99,7 +94,7 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
   } catch (const CLI::Success& success) {  // --help, --version
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    print_error(grtx::apps::usage_error(app, error), arguments);
+    print_error(grtx::apps::usage_error(app, error));
     return kBadInput;
   }
   if (common.list_json) {
@@ -156,15 +151,15 @@ int program(int argc, char** argv, const char* machines) {
     sim::register_dram_simulators();
     return run_and_flush(argc, argv, arguments);
   } catch (const grtx::Error& error) {
-    print_error(error, arguments);
+    print_error(error);
     return kBadInput;
   } catch (const std::filesystem::filesystem_error& error) {  // an invalid path
-    print_error({error.path1().string(), "", error.code().message()}, arguments);
+    print_error({error.path1().string(), "", error.code().message()});
     return kBadInput;
   } catch (const std::bad_alloc&) {
     end_without_memory();
   } catch (const std::exception& error) {
-    print_error({"internal error", "", error.what()}, arguments);
+    print_error({"internal error", "", error.what()});
     return kInternalError;
   }
 }

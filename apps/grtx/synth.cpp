@@ -32,12 +32,7 @@ void add_synth(CLI::App& app, CommonOptions& common) {
         }
         return 0;
       });
-  command->add_option("--preset", options->synth.preset, "Kind of scene")
-      ->check([](const std::string& preset) {
-        const std::string renamed = frontend::synth_renamed(preset);
-        return renamed.empty() ? renamed : preset + " " + renamed;
-      })
-      ->check(one_of(frontend::synth_presets()));
+  command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
   // Parsed as a real number: CLI11 converts a negative number to a huge unsigned one.
   command->add_option("--count", options->synth.count, "Number of Gaussians")->check(in_range(1.0, 4294967294.0));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");

@@ -12,7 +12,6 @@
 
 #include "grtx/apps/grtx/command_files.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/base/removed_names.h"
 
 namespace grtx::apps {
 namespace {
@@ -120,7 +119,6 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
       if (std::find(known.begin(), known.end(), flag) != known.end()) {
         return {name, flag, "options come after the command: grtx " + name + " ... " + word};
       }
-      if (const std::string said = said_of_removed(flag); !said.empty()) return {name, "unknown option " + flag, said};
       return {name, "unknown option " + flag, "the nearest is " + grtx::nearest_name(flag, known)};
     }
     if (command == &app && word == "help")

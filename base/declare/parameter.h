@@ -66,11 +66,6 @@ struct Parameter {
   std::string unit;
   std::string description;
   Origin origin;
-  bool later = false;
-
-  /// For parameters added later: the configuration hash includes the parameter only if it differs from its default (the
-  /// behaviour before it existed), so that earlier hashes stay valid.
-  void came_later() { later = true; }
 };
 
 /// A constraint that a range of a single parameter cannot express.

@@ -31,9 +31,6 @@ constexpr Preset kPresets[] = {{"hall", hall_world},     {"building", building_w
 
 void check(const SynthOptions& options) {
   const std::vector<std::string> known = synth_presets();
-  if (const std::string renamed = synth_renamed(options.preset); !renamed.empty()) {
-    throw Error("preset", options.preset, renamed);
-  }
   if (std::find(known.begin(), known.end(), options.preset) == known.end()) {
     throw Error("preset", options.preset,
                 fmt::format("is not known; the nearest name is {}", nearest_name(options.preset, known)));
@@ -50,12 +47,6 @@ void check(const SynthOptions& options) {
 std::string synth_cameras_path(const std::string& path) {
   const bool ply = path.size() > 4 && path.compare(path.size() - 4, 4, ".ply") == 0;
   return (ply ? path.substr(0, path.size() - 4) : path) + ".cameras.json";
-}
-
-std::string synth_renamed(const std::string& preset) {
-  const std::string now = preset == "indoor" ? "flat" : preset == "outdoor" ? "garden" : "";
-  if (now.empty()) return {};
-  return fmt::format("is called {} now, with the same bytes; scenes like the paper's are hall, room and building", now);
 }
 
 std::vector<std::string> synth_presets() {

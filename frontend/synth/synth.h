@@ -18,9 +18,6 @@ struct SynthOptions {
 /// Names accepted as preset.
 std::vector<std::string> synth_presets();
 
-/// Error text for a preset's former name; empty for all other names.
-std::string synth_renamed(const std::string& preset);
-
 /// "F.cameras.json", F = path without .ply.
 std::string synth_cameras_path(const std::string& path);
 

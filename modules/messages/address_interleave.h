@@ -29,8 +29,7 @@ struct AddressInterleave {
   void channel_parameters(ParameterList& list) {
     list.add("channels", channels, {0, 256}, "channels",
              "of the DRAM; each is shared by l2.slices / channels slices; 0: one per slice",
-             assumed("this project: 4 x 28 GB/s; the paper gives no count"))
-        .came_later();
+             assumed("this project: 4 x 28 GB/s; the paper gives no count"));
     list.rule(
         "channels", [this] { return slices % dram_channels() == 0; },
         "must divide l2.slices: each slice belongs to one channel");

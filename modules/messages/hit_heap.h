@@ -21,14 +21,11 @@ struct HitHeap {
   void parameters(ParameterList& list) {
     const char* const gautracer = "GauTracer, ISCA 2026: 2 to 12 cycles per operation";
     list.add("enabled", enabled, "hits enter a heap in the registers of their warp; no any-hit shader runs",
-             from_public("GauTracer, ISCA 2026"))
-        .came_later();
+             from_public("GauTracer, ISCA 2026"));
     list.add("latency", latency, {1, kMaxLatency}, "cycles", "an operation that compares with the heap's root only",
-             from_public(gautracer))
-        .came_later();
+             from_public(gautracer));
     list.add("level_latency", level_latency, {0, kMaxLatency}, "cycles", "per level of the heap that an entry passes",
-             from_public(gautracer))
-        .came_later();
+             from_public(gautracer));
   }
 
   /// Levels below the root in a heap of `entries` (>= 1).

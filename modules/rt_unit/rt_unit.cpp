@@ -38,8 +38,7 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.add("traversal", traversal,
            "whether each lane has a stack, or a warp one for all, with several of its entries under way "
            "(warp_walk.md)",
-           kOurs)
-      .came_later();
+           kOurs);
   list.rule(
       "traversal", [this] { return !walks() || warp_buffer.spill; }, "warp needs rt.warp_buffer.spill");
   list.rule(
@@ -65,21 +64,20 @@ void RtUnitConfig::parameters(ParameterList& list) {
     box.add("per_child", box_op_per_child, "a box operation tests one child instead of a whole node",
             from_public("UBC 2024 and Arches test a whole node, Vortex one child"));
     ray_box.parameters(box, "ray-box", kTreeTraversal);
-    box.add("implementation", box_implementation, kUnitImplementations, kOurs).came_later();
+    box.add("implementation", box_implementation, kUnitImplementations, kOurs);
   });
   list.under("triangle", [&](ParameterList& unit) { ray_triangle.parameters(unit, "ray-triangle", kTreeTraversal); });
   list.under("sphere", [&](ParameterList& unit) { ray_sphere.parameters(unit, "ray-sphere", as_triangle); });
   list.under("gaussian", [&](ParameterList& unit) {
     const Origin gautracer = from_public("GauTracer, ISCA 2026: latency 27; the number is that of our other units");
     unit.add("enabled", gaussian_unit, "procedural leaves are tested by ray-Gaussian instead of ray-sphere units",
-             gautracer)
-        .came_later();
-    ray_gaussian.parameters(unit, "ray-Gaussian", gautracer, true);
+             gautracer);
+    ray_gaussian.parameters(unit, "ray-Gaussian", gautracer);
   });
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
-    unit.add("implementation", transform_implementation, kUnitImplementations, kOurs).came_later();
+    unit.add("implementation", transform_implementation, kUnitImplementations, kOurs);
   });
 }
 

@@ -29,11 +29,9 @@ struct RegisterFile {
              kVulkanSim);
     list.add("registers_per_thread", registers_per_thread, {0, 255}, "registers",
              "of the program without its payload; with simt.registers they limit the warps of an SM; 0: they do not",
-             kOurs)
-        .came_later();
+             kOurs);
     list.add("payload_registers", payload_registers, {0, 255}, "registers",
-             "of a thread beside these: a k-buffer handed to the shaders as payload, two per entry", kOurs)
-        .came_later();
+             "of a thread beside these: a k-buffer handed to the shaders as payload, two per entry", kOurs);
     list.rule(
         "payload_registers", [this] { return payload_registers == 0 || registers_per_thread != 0; },
         "needs simt.registers_per_thread");

@@ -76,26 +76,22 @@ struct SimtCoreConfig {
     list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
              "from issue of an instruction to its result", assumed("common GPU ALU latency"));
     list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the load-store unit and of its port at the L1", kOurs)
-        .came_later();
+             "width of the load-store unit and of its port at the L1", kOurs);
     list.add("dependent_loads", costs.dependent_loads,
              "the any-hit shader's loop over the k-buffer waits for each load before the next iteration; else all its "
              "loads are sent at once",
              kOurs);
     list.add("k_buffer_layout", k_buffer_layout,
              "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
-             assumed("CUDA: local memory is interleaved over the threads of a warp"))
-        .came_later();
-    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs).came_later();
+             assumed("CUDA: local memory is interleaved over the threads of a warp"));
+    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
     list.add("eviction_traffic", costs.eviction_traffic,
              "whether hits that fall out of a k-buffer are written to memory and read back; uncharged is an "
              "assumption, not hardware",
-             kOurs)
-        .came_later();
+             kOurs);
     list.add("list_batch", costs.list_batch, {1, 64}, "hits",
              "list: nearest hits that a scan of a ray's list keeps in registers, sorted, for blending",
-             from_public("GRay, cuda/forward_pass.cu"))
-        .came_later();
+             from_public("GRay, cuda/forward_pass.cu"));
     register_file.parameters(list);
     list.rule(
         "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);

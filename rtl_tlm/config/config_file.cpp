@@ -12,7 +12,6 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/base/removed_names.h"
 
 namespace grtx::sim {
 namespace {
@@ -25,9 +24,6 @@ const modules::Parameter* find_key(const std::vector<modules::Parameter>& keys, 
 
 std::string unknown_key(const std::vector<modules::Parameter>& keys, const std::string& name) {
   if (name == "machine") return "machine: is no key: --machine names it, or the file's include = \"FILE.toml\"";
-  if (const std::string said = said_of_removed(name); !said.empty()) {
-    return fmt::format("unknown key '{}', {}", name, said);
-  }
   std::vector<std::string> known;
   for (const modules::Parameter& key : keys) known.push_back(key.name);
   return fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known));

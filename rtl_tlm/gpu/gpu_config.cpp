@@ -61,12 +61,11 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.under("dram", [&](ParameterList& keys) {
     keys.add("model", dram_model, memory_system_names(),
              "memory system behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
-             "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)")
-        .came_later();
+             "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)");
     keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
     keys.add("bandwidth_gb_s", dram_gb_s, {0, 1e6}, "GB/s",
-             "of all channels; sets the memory clock, and times keep their nanoseconds; 0: as dram.mhz gives it", kOurs)
-        .came_later();
+             "of all channels; sets the memory clock, and times keep their nanoseconds; 0: as dram.mhz gives it",
+             kOurs);
     interleave.channel_parameters(keys);
   });
   list.part("dram", dram);
@@ -203,19 +202,7 @@ nlohmann::ordered_json config_json(const GpuConfig& config) {
   return json;
 }
 
-std::string config_hash(const GpuConfig& config) {
-  nlohmann::ordered_json json = config_json(config);
-  nlohmann::ordered_json before = config_json(GpuConfig());
-  before["rt.checkpoint.traffic"] = name_of(modules::TrafficCharging::charged);  // what earlier versions did
-  GpuConfig copy = config;
-  for (const modules::Parameter& key : config_keys(copy)) {
-    if (key.later && json.at(key.name) == before.value(key.name, json.at(key.name))) json.erase(key.name);
-  }
-  // With write-back the buffer's key always counts: a write-back machine of earlier versions had no such buffer.
-  const char* const buffer = "l1.write_back_buffer";
-  if (!json.contains("l1.private_writes") && json.at(buffer) == before.at(buffer)) json.erase(buffer);
-  return hex(xxh3(json_text(json)));
-}
+std::string config_hash(const GpuConfig& config) { return hex(xxh3(json_text(config_json(config)))); }
 
 std::string config_reference() {
   GpuConfig defaults;

@@ -39,11 +39,10 @@ struct DramSimulatorConfig {
   bool per_slice = true;  ///< a memory for each channel with local addresses, else one for all with global addresses
 
   void parameters(modules::ParameterList& list) {
-    list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs).came_later();
+    list.add("config", file, {}, "the DRAM simulator's own configuration file", modules::kOurs);
     list.add("per_slice", per_slice,
              "a memory for each channel (dram.channels) with local addresses, else one for all with global ones",
-             modules::kOurs)
-        .came_later();
+             modules::kOurs);
   }
 };
 
@@ -126,8 +125,7 @@ void check_config(const GpuConfig& config, const std::string& origin);
 
 /// Every key with its resolved value, in table order.
 nlohmann::ordered_json config_json(const GpuConfig& config);
-/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values. Keys added in a
-/// later version count only if they differ from the old behaviour, so that hashes on record stay.
+/// XXH3 of the resolved configuration, hexadecimal: the same for files that resolve to the same values.
 std::string config_hash(const GpuConfig& config);
 /// The reference table of all keys, in Markdown (docs/model/configuration.md).
 std::string config_reference();

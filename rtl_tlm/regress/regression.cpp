@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -100,14 +99,6 @@ ordered_json document_of(const ordered_json& column) {
   return document;
 }
 
-/// Throws Error if there is a record in the format of before 2026-11-26.
-void refuse_old_record(const RegressionCase& c) {
-  const std::string old = (std::filesystem::path(c.record).parent_path() / (c.column + ".stats.json")).string();
-  if (std::filesystem::exists(old)) {
-    throw Error(old, "", "is the record of an earlier version: --update --reason TEXT writes records.tsv in its place");
-  }
-}
-
 /// Compares a case's run with its record and sets the outcome; with a reason, writes the record. Throws Error.
 void judge(RegressionOutcome& outcome, const ordered_json& found, const RegressionOptions& options) {
   const RegressionCase& c = outcome.regression_case;
@@ -122,7 +113,6 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
   StatisticsTable records(c.record);
   const bool is_new = !records.has(c.column);
   if (is_new && options.reason.empty()) {
-    refuse_old_record(c);
     throw Error(c.record, c.column, "there is no record: --update --reason TEXT makes one");
   }
   const ordered_json record = is_new ? document : document_of(records.values_of(c.column));

@@ -69,15 +69,6 @@ TEST_F(CliSim, AModeThatIsGoneNamesWhatTookItsPlace) {
   EXPECT_THAT(sweep.err, HasSubstr("mode 'sampled' is gone: use cycle; of whole frames, windows"));
 }
 
-TEST_F(CliSim, ThreadsOfOneSimulationAreGoneAndTheLineSaysWhatThereIs) {
-  const Outcome outcome = folder_.run("sim t.grtx --threads 2");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("--threads: is gone: a simulation takes one core; --jobs of grtx run"));
-  EXPECT_THAT(folder_.run("sim --help").out, Not(HasSubstr("--threads")));
-  EXPECT_THAT(folder_.run("sim t.grtx --thread 2").err, Not(HasSubstr("--threads")));
-}
-
 TEST_F(CliSim, SettingsComeAfterTheFile) {
   const Outcome outcome =
       folder_.run("sim t.grtx --quiet --stats s.json " + kSmall + "--set gpu.sms=3 --set l1.latency=25");
@@ -85,13 +76,6 @@ TEST_F(CliSim, SettingsComeAfterTheFile) {
   const auto json = nlohmann::ordered_json::parse(folder_.read("s.json"));
   EXPECT_EQ(json.at("config").at("gpu.sms"), 3);
   EXPECT_EQ(json.at("config").at("l1.latency"), 25);
-}
-
-TEST_F(CliSim, KeysOfTheRemovedModeSayWhatThereIs) {
-  const Outcome outcome = folder_.run("sim t.grtx --quiet --set sample.stride=2");
-  EXPECT_EQ(outcome.code, 2);
-  EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("in its place: --mode cycle; of whole frames, --mode windows"));
 }
 
 TEST_F(CliSim, AnL1ThatDropsFillsSaysSo) {

@@ -97,7 +97,7 @@ class Newcomer(unittest.TestCase):
             self.assertGreater(len(options), 10)
             for option in options:
                 self.assertRegex(page, rf"(?m)^\\fB(-\w\\fR,)?{option}\b")
-            self.assertRegex(page, rf'(?m)^\.TH GRTX-{name.upper()} "1" "\w+ \d{{4}}" "grtx \d+\.\d+\.\d+"')
+            self.assertRegex(page, rf'(?m)^\.TH GRTX-{name.upper()} "1" "\w+ \d{{4}}" "grtx \d+\.\d+\.\d+[^"]*"')
             self.assertIn(f".SH NAME\ngrtx-{name} - ", page)
         self.assertEqual(len(os.listdir(manual)), 1 + len(self.commands()))
 

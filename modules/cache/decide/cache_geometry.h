@@ -23,8 +23,7 @@ struct CacheGeometry {
     list.add("line_bytes", line_bytes, {32, 256}, "B", "line; sectors are 32 B", kTable1);
     list.add("ways", ways, {1, 4096}, "ways", "associativity, LRU", kTable1);
     list.add("replacement", replacement, cache_replacement_names(),
-             "which line of a full set is evicted; programs may register more policies", kOurs)
-        .came_later();
+             "which line of a full set is evicted; programs may register more policies", kOurs);
     list.rule(
         "line_bytes", [this] { return std::has_single_bit(line_bytes); }, "must be a power of two");
   }

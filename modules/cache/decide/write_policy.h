@@ -22,9 +22,8 @@ struct PrivateWrites {
   void parameters(ParameterList& list) {
     list.add("private_writes", policy,
              "writes to buffers that belong to one ray or warp: checkpoint, eviction, k-buffer, stack",
-             from_public("GPGPU-Sim: local memory is written back, global memory through"))
-        .came_later();
-    list.add("private_allocate", allocate, "a private write whose line is absent allocates a line", kOurs).came_later();
+             from_public("GPGPU-Sim: local memory is written back, global memory through"));
+    list.add("private_allocate", allocate, "a private write whose line is absent allocates a line", kOurs);
   }
   struct Effect {
     bool keep = false;     ///< the sector is valid in the L1 afterwards; allocates a line if absent

@@ -52,15 +52,14 @@ struct DramTiming {
     add("rtp", rtp, "read command to precharge");
     add("turn", turn, "bubble between read and write data");
     const auto add_unused = [&](const char* key, unsigned& clocks, const char* description) {
-      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs).came_later();
+      list.add(key, clocks, {0, 10000}, "clocks", description, kOurs);
     };
     add_unused("ccd_l", ccd_l, "as ccd, in the same bank group, where longer");
     add_unused("rrd_l", rrd_l, "as rrd, in the same bank group, where longer");
     add_unused("cdlr_l", cdlr_l, "as cdlr, in the same bank group, where longer");
     add_unused("rcd_wr", rcd_wr, "activate to write command; 0: rcd");
     add_unused("faw", faw, "window in which at most four activates begin; 0: no such limit");
-    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs)
-        .came_later();
+    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs);
     add_unused("rfc", rfc, "refresh to activate");
     list.rule(
         "refi", [this] { return refi == 0 || refi >= rfc + rc + rp + rcd; },
@@ -92,21 +91,17 @@ struct DramChannelConfig {
   /// All but the timing, which is a separate table.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
-    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks, whose number they divide", kOurs)
-        .came_later();
+    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks, whose number they divide", kOurs);
     list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
-             kOurs)
-        .came_later();
+             kOurs);
     list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
     list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
     list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
     list.add("scheduling", scheduling, dram_scheduling_names(),
-             "which command a channel issues; programs may register more policies (docs/model/dram.md)", kVulkanSim)
-        .came_later();
+             "which command a channel issues; programs may register more policies (docs/model/dram.md)", kVulkanSim);
     list.add("hit_cap", hit_cap, {1, 1e6}, "commands",
              "fr_fcfs_cap: column commands of a bank that may overtake its oldest request",
-             from_public("Mutlu and Moscibroda, MICRO 2007"))
-        .came_later();
+             from_public("Mutlu and Moscibroda, MICRO 2007"));
     list.add("age_cap", age_cap, {0, 1e12}, "clocks", "after which nothing may overtake a request; not for fcfs",
              kOurs);
     list.add("bank_xor", bank_xor, "low row bits are folded into the bank number", kOurs);

@@ -46,27 +46,22 @@ struct ShaderCosts {
     add("intersection_fixed", intersection_fixed,
         "intersection shader: ray in the Gaussian's space to its entry into the unit sphere, reported",
         assumed("this project: 12 products and sums for a, b and the peak, 4 for d2, a root, a quotient, 10 of call, "
-                "comparison and report"))
-        .came_later();
+                "comparison and report"));
     add("intersection_transform", intersection_transform,
         "the same, monolithic: address of the matrix, origin and direction transformed",
-        assumed("this project: 3 of the address, 3 subtractions, 18 products and sums"))
-        .came_later();
+        assumed("this project: 3 of the address, 3 subtractions, 18 products and sums"));
     add("sort_per_entry", sort_per_entry, "single-round: per entry in a merge pass");
     add("list_per_entry", list_per_entry, "list: per entry that a scan for the next batch reads",
         assumed(
             "GRay, cuda/forward_pass.cu: 2 of the loop, address, comparisons with the last batch's end and with the "
-            "farthest kept, 2 selects"))
-        .came_later();
+            "farthest kept, 2 selects"));
     add("list_exchange", list_exchange, "list: per place of the sorted batch that an entry passes",
         assumed("GRay, cuda/forward_pass.cu: every entry passes all places but the last, unrolled: a comparison and 4 "
-                "selects"))
-        .came_later();
+                "selects"));
     add("blend_fixed", blend_fixed, "blending: set-up and termination test");
     add("blend_per_entry", blend_per_entry, "response, alpha and transmittance");
     add("blend_with_alpha", blend_with_alpha, "the same if the hit brings its alpha: transmittance, termination test",
-        assumed("this project: 24 without the response's 14"))
-        .came_later();
+        assumed("this project: 24 without the response's 14"));
     add("sh_per_coefficient", sh_per_coefficient, "basis value, three colour channels");
     add("epilogue", epilogue, "pixel address and colour");
     add("node_fetch", node_fetch, "per traversal step of a warp, when shaders fetch nodes",

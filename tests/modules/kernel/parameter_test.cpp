@@ -22,7 +22,7 @@ struct Part {
     list.add("share", share, {0, 1}, "", "how much", assumed("a guess"));
     list.add("on", on, "a switch", kOurs);
     list.add("colour", colour, "an enumeration", kOurs);
-    list.add("policy", policy, {"first", "last"}, "a registered name", kOurs).came_later();
+    list.add("policy", policy, {"first", "last"}, "a registered name", kOurs);
     list.rule(
         "count", [this] { return 64 % count == 0; }, "must divide 64");
   }
@@ -137,11 +137,6 @@ TEST_F(Parameters, RulesOfPartsNameTheWholeKeyAndTheCallersOrigin) {
   } catch (const Error& error) {
     EXPECT_EQ(error.file() + ": " + error.place(), "machine.toml: b.inner.count");
   }
-}
-
-TEST_F(Parameters, AKeySaysWhetherItCameLater) {
-  EXPECT_TRUE(key("a.policy").later);
-  EXPECT_FALSE(key("a.colour").later);
 }
 
 TEST(RegistryTest, KeepsTheProjectsNamesFirstAndTakesEachOnce) {

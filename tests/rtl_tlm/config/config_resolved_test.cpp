@@ -78,13 +78,6 @@ TEST(ConfigHash, DependsOnValuesOnly) {
   EXPECT_EQ(config_hash(GpuConfig{}).size(), 16U);
 }
 
-TEST(ConfigHash, OfTheDefaultsIsTheOneOnRecordWhateverKeysCameLater) {
-  EXPECT_EQ(config_hash(load_config(kConfigs + "table1.toml", {})), "f099864a37a96a6b");
-  EXPECT_EQ(config_hash(load_config("", {"rt.checkpoint.traffic=charged", "rt.memory.queue=64", "l1.replacement=lru",
-                                         "dram.timing.faw=0"})),
-            "f099864a37a96a6b");
-}
-
 TEST(ConfigKeys, AreUniqueDescribedAndHaveASource) {
   GpuConfig config;
   std::set<std::string> names;

@@ -17,8 +17,7 @@ struct AnyHitUnitConfig : HitHeap {
     HitHeap::parameters(list);
     list.add("count", count, {1, kMaxLanes}, "heaps",
              "heap logic of an RT unit: lane l of each warp uses number l mod count",
-             assumed("this project: one for each lane; GauTracer does not say"))
-        .came_later();
+             assumed("this project: one for each lane; GauTracer does not say"));
   }
 };
 /// What the part brings to the table of all parts.

@@ -30,19 +30,16 @@ struct CheckpointConfig {
     list.add("write_combine", write_combine, "a lane's entries gather in its open sectors before they are written",
              kOurs);
     list.add("open_sectors", open_sectors, {1, 8}, "sectors",
-             "of a lane, with write_combine, in which entries of as many checkpoint bins gather", kOurs)
-        .came_later();
+             "of a lane, with write_combine, in which entries of as many checkpoint bins gather", kOurs);
     list.add("read_buffer", read_buffer, "a lane keeps the last sector it replayed", kOurs);
     list.add("entry_bytes", entry_bytes, {8, 28}, "B",
              "checkpoint entry in memory, 8, 16, 20 or 28 (checkpoint_unit.md)",
-             from_paper("GRTX, Section IV-B: 8 + 8 + 4"))
-        .came_later();
+             from_paper("GRTX, Section IV-B: 8 + 8 + 4"));
     list.add("traffic", traffic,
              "whether entries are written to memory and read from it, or kept at no cost but `lanes`; uncharged is an "
              "assumption, no hardware",
-             kOurs)
-        .came_later();
-    list.add("implementation", implementation, kUnitImplementations, kOurs).came_later();
+             kOurs);
+    list.add("implementation", implementation, kUnitImplementations, kOurs);
     list.rule(
         "entry_bytes", [this] { return allows_entry_bytes(entry_bytes); }, kEntryBytesRule);
   }

@@ -17,12 +17,11 @@ struct IntersectionConfig {
   unsigned count = 4;
   unsigned latency = 13;
   unsigned interval = 1;
-  /// what: the unit's name. origin: of all three values. later: Parameter::came_later().
-  void parameters(ParameterList& list, const std::string& what, Origin origin, bool later = false) {
-    list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin).later = later;
-    list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin).later = later;
-    list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin).later =
-        later;
+  /// what: the unit's name. origin: of all three values.
+  void parameters(ParameterList& list, const std::string& what, Origin origin) {
+    list.add("count", count, {1, 1024}, "pipelines", what + " pipelines of an RT unit", origin);
+    list.add("latency", latency, {1, kMaxLatency}, "cycles", "from start to result", origin);
+    list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
   }
 };
 /// What the five units bring to the table of all parts.

@@ -28,8 +28,7 @@ struct MemorySchedulerConfig {
     list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
              from_paper("GRTX, Section IV: the RT unit does"));
     list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim)
-        .came_later();
+             "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim);
     list.rule(
         "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
     traffic.parameters(list);

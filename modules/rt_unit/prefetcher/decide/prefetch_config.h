@@ -29,8 +29,7 @@ struct PrefetcherConfig {
     list.add("records", records, {1, kMaxRecords}, "nodes", "internal visits remembered per lane", kOurs);
     list.add("queue", queue, {1, kMaxEntries}, "nodes", "prefetches waiting to be issued", kOurs);
     list.add("replayed", replayed, "a replayed leaf brings the siblings that were checkpointed with it",
-             assumed("this project: off; GRTX, Section V, says any child leaf node"))
-        .came_later();
+             assumed("this project: off; GRTX, Section V, says any child leaf node"));
   }
 };
 /// What the part brings to the table of all parts.

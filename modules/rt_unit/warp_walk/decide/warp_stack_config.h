@@ -28,12 +28,10 @@ struct WarpStackConfig {
   unsigned ahead = 16;
   void parameters(ParameterList& list) {
     list.add("entries", entries, {kFewestEntries, 1024}, "entries",
-             "with rt.traversal = warp: stack of a warp in the RT unit; deeper ones spill", kOurs)
-        .came_later();
+             "with rt.traversal = warp: stack of a warp in the RT unit; deeper ones spill", kOurs);
     list.add("ahead", ahead, {1, kMostAhead}, "entries",
              "with rt.traversal = warp: entries of a warp's stack that may be under way at once, the topmost ones",
-             kOurs)
-        .came_later();
+             kOurs);
   }
 };
 /// What the part brings to the table of all parts, if it is used or not.
