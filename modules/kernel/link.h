@@ -78,9 +78,7 @@ class alignas(64) Link final : public link_in_if<T>, public link_out_if<T>, publ
   // Producer side.
   bool can_push(Cycle now) const override { return occupied(now) < capacity_; }
   std::size_t space(Cycle now) const { return capacity_ - occupied(now); }
-  void push(Cycle now, const T& item) override {
-    require(try_push(now, item), "push() into a full link");
-  }
+  void push(Cycle now, const T& item) override { require(try_push(now, item), "push() into a full link"); }
   /// push() if there is room; returns whether there was.
   bool try_push(Cycle now, const T& item) {
     if (!can_push(now)) return false;
