@@ -145,7 +145,8 @@ inline void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;
-  waiting_.for_each_from(first_client_, [&](unsigned i) { take_from(now, i, won); });
+  waiting_.for_each_from(
+      first_client_, [&](unsigned i) __attribute__((always_inline)) { take_from(now, i, won); });
 }
 
 [[gnu::always_inline]] inline void L1Cache::take_from(Cycle now, unsigned i, bool& won) {

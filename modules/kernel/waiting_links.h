@@ -32,7 +32,7 @@ class WaitingLinks {
   }
   /// The same, beginning with number `first` and going once around.
   template <typename F>
-  void for_each_from(unsigned first, F&& f) const {
+  [[gnu::always_inline]] void for_each_from(unsigned first, F&& f) const {
     numbers_.for_each_from(first, f);
   }
 

@@ -19,6 +19,11 @@ namespace {
 
 constexpr unsigned kMaxResidentWarps = 64;  // bits of a mask
 
+// Apart, so that accept_response() is short.
+[[noreturn, gnu::cold, gnu::noinline]] void report_unasked(const char* unit, std::uint32_t slot) {
+  unit_fault(unit, "the L1 has answered a request of warp slot " + std::to_string(slot) + ", which made none");
+}
+
 const SimtCoreConfig& checked(const SimtCoreConfig& config) {
   if (config.resident_warps == 0 || config.resident_warps > kMaxResidentWarps) {
     throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
@@ -133,10 +138,8 @@ void SimtCore::accept_response(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle; ++i) {
     const MemoryResponse* response = memory_response_.front(now);
     if (response == nullptr) return;
-    if (!lsu_.expects(*response)) {
-      unit_fault(name(),
-                 "the L1 has answered a request of warp slot " + std::to_string(response->tag) + ", which made none");
-    }
+    if (!lsu_.expects(*response)) [[unlikely]]
+      report_unasked(name(), response->tag);
     const bool write = response->write;
     const unsigned slot = lsu_.receive(*response);
     memory_response_.pop(now);

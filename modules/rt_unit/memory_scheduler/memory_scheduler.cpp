@@ -12,6 +12,15 @@
 
 namespace grtx::modules {
 
+namespace {
+
+// Apart, so that respond() is short.
+[[noreturn, gnu::cold, gnu::noinline]] void report_unasked(const char* unit, LaneId id) {
+  unit_fault(unit, "the L1 has answered a node request of lane " + std::to_string(id) + ", which made none");
+}
+
+}  // namespace
+
 std::uint64_t MemorySchedulerCounters::node_visits() const {
   return std::accumulate(visits.begin(), visits.end(), std::uint64_t{0});
 }
@@ -179,9 +188,8 @@ void MemoryScheduler::respond(Cycle now) {
     if (arrived == nullptr) return;
     const auto id = static_cast<LaneId>(arrived->tag);
     responses_.pop(now);
-    if (id >= fetches_.size() || fetches_[id].missing == 0) {
-      unit_fault(name(), "the L1 has answered a node request of lane " + std::to_string(id) + ", which made none");
-    }
+    if (id >= fetches_.size() || fetches_[id].missing == 0) [[unlikely]]
+      report_unasked(name(), id);
     Fetch& f = fetches_[id];
     --outstanding_;
     if (--f.missing == 0) complete(now, id);
@@ -201,7 +209,7 @@ void MemoryScheduler::take_batch_done(Cycle now) {
   });
 }
 
-void MemoryScheduler::complete(Cycle now, LaneId id) {
+[[gnu::noinline]] void MemoryScheduler::complete(Cycle now, LaneId id) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
   under_way_[entry_of(id)] &= ~bit(lane_of(id));

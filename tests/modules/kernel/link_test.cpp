@@ -151,6 +151,19 @@ TEST(WaitingLinksTest, NamesThoseThatHoldSomethingFromAnyOneOnOnceAround) {
   EXPECT_EQ(ascending, (std::vector<unsigned>{0, 63, 70, 129}));
 }
 
+TEST(WaitingLinksTest, OneWordGoesOnceAroundFromAnyNumber) {
+  IndexSet set(64);
+  for (const unsigned i : {0u, 5u, 6u, 63u}) set.insert(i);
+  const auto from = [&](unsigned first) {
+    std::vector<unsigned> all;
+    set.for_each_from(first, [&](unsigned i) { all.push_back(i); });
+    return all;
+  };
+  EXPECT_EQ(from(0), (std::vector<unsigned>{0, 5, 6, 63}));
+  EXPECT_EQ(from(6), (std::vector<unsigned>{6, 63, 0, 5}));
+  EXPECT_EQ(from(63), (std::vector<unsigned>{63, 0, 5, 6}));
+}
+
 TEST(LinkTest, OneItemACycleFlowsThroughTwoPlaces) {
   // Capacity for full rate: latency + 1, because credits return a cycle late.
   Link<int> link("link", 1, 2);

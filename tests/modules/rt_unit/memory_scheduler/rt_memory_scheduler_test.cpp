@@ -77,6 +77,27 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
   EXPECT_EQ(memory.counters().fetch_latency.sum(), 97u + 99u + 100u);
 }
 
+// The netlist does not call the stages of a part that is not awake: sectors would then stay for ever.
+TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
+  Bench bench({64, false, false, 1, {}}, header(), 1, 1);
+  MemoryScheduler& memory = bench.memory;
+  EXPECT_FALSE(memory.awake());
+  memory.begin_warp(0, 0);
+  memory.visit(0, NodeKind::internal, 128, false);
+  EXPECT_TRUE(memory.awake());
+  memory.issue(1);
+  memory.issue(2);  // no place in the link
+  EXPECT_TRUE(memory.awake());
+  bench.requests.pop(2);
+  memory.issue(3);
+  EXPECT_EQ(bench.requests.pushed(), 2u);
+  EXPECT_FALSE(memory.awake());
+  memory.begin_warp(4, 0);
+  memory.visit(0, NodeKind::internal, 256, false);
+  memory.restart();
+  EXPECT_FALSE(memory.awake()) << "a launch that stood still leaves nothing";
+}
+
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
   Bench bench({64, true, false, 1, {}}, header(), 1, 64);
   MemoryScheduler& memory = bench.memory;
