@@ -136,13 +136,13 @@ PartInfo part_info(const AnyHitUnitConfig&) {
   part.title = "any-hit unit";
   part.statistics = {"gpu.rt.any_hit.unit."};
   part.keys = {"rt.any_hit_unit."};
-  part.energy = {
-      {"rt.any_hit_unit",
-       {"gpu.rt.any_hit.unit.busy_cycles", "gpu.simt.heap_cycles"},
-       0.5,
-       {uses("fp_compare", 32), reads("simt", "register_file", kOfARow), writes("simt", "register_file", kOfARow)},
-       "steps of heaps: an entry read, compared and written",
-       true}};
+  part.energy = {{.name = "rt.any_hit_unit",
+                  .statistics = {"gpu.rt.any_hit.unit.busy_cycles", "gpu.simt.heap_cycles"},
+                  .factor = 0.5,
+                  .terms = {uses("fp_compare", 32), reads("simt", "register_file", kOfARow),
+                            writes("simt", "register_file", kOfARow)},
+                  .basis = "steps of heaps: an entry read, compared and written",
+                  .off_by_default = true}};
   return part;
 }
 

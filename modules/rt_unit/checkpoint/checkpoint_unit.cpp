@@ -297,11 +297,10 @@ PartInfo part_info(const CheckpointConfig& config) {
                                  writes("checkpoint_unit", "bin_pointers"), reads("checkpoint_unit", "bin_read")}) {
     terms.push_back(term);
   }
-  part.energy = {{"rt.checkpoint_unit",
-                  {"gpu.rt.checkpoint.entries_written", "gpu.rt.checkpoint.entries_read"},
-                  1.0,
-                  terms,
-                  "entries written and read"}};
+  part.energy = {{.name = "rt.checkpoint_unit",
+                  .statistics = {"gpu.rt.checkpoint.entries_written", "gpu.rt.checkpoint.entries_read"},
+                  .terms = terms,
+                  .basis = "entries written and read"}};
   part.stalls = {{"checkpoint", "checkpoint entries"}};
   return part;
 }

@@ -195,15 +195,14 @@ PartInfo unit_info(const IntersectionConfig& config, const std::string& name, co
   test.module = name;
   test.pipelines = config.count;
   test.interval = config.interval;
-  part.energy = {{"rt." + name, {"gpu.rt." + name + ".tests"}, 1.0, {test}, tests}};
+  part.energy = {{.name = "rt." + name, .statistics = {"gpu.rt." + name + ".tests"}, .terms = {test}, .basis = tests}};
   // A test takes a pipeline for `interval` cycles, but nothing waits after the last.
-  part.bounds = {{"unit." + kind,
-                  {"gpu.rt." + name + ".busy_cycles"},
-                  config.count,
-                  config.interval - 1,
-                  false,
-                  "busiest " + unit + " units",
-                  "the " + unit + " units"}};
+  part.bounds = {{.name = "unit." + kind,
+                  .statistics = {"gpu.rt." + name + ".busy_cycles"},
+                  .rate = config.count,
+                  .drain = config.interval - 1,
+                  .description = "busiest " + unit + " units",
+                  .words = "the " + unit + " units"}};
   part.pipelines = {"rt." + kind + ".count", config.latency, critical_path};
   return part;
 }

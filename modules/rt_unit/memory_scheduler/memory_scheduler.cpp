@@ -253,13 +253,12 @@ PartInfo part_info(const MemorySchedulerConfig& config) {
   part.title = "memory scheduler";
   part.statistics = {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."};
   part.keys = {"rt.memory"};
-  part.bounds = {{"rt_port",
-                  {"gpu.rt.node_sectors"},
-                  config.sectors_per_cycle,
-                  0,
-                  true,
-                  "node sectors of the busiest RT unit over the width of its port",
-                  "the port of the RT units to the L1"}};
+  part.bounds = {{.name = "rt_port",
+                  .statistics = {"gpu.rt.node_sectors"},
+                  .rate = config.sectors_per_cycle,
+                  .port = true,
+                  .description = "node sectors of the busiest RT unit over the width of its port",
+                  .words = "the port of the RT units to the L1"}};
   part.stalls = {{"memory", "nodes under way"}, {"queue_full", "their port to the L1"}};
   return part;
 }

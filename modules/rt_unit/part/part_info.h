@@ -35,24 +35,24 @@ inline EnergyTerm uses(const std::string& operation, unsigned width, double time
 
 /// An action that a run counts, and what one of them costs.
 struct EnergyAction {
-  std::string name;                     ///< in reports of energy: rt.ray_box
-  std::vector<std::string> statistics;  ///< their sum is the number of actions,
-  double factor = 1.0;                  ///< times this
-  std::vector<EnergyTerm> terms;
-  std::string basis;            ///< what an action is: "node tests, sort included"
+  std::string name = {};                     ///< in reports of energy: rt.ray_box
+  std::vector<std::string> statistics = {};  ///< their sum is the number of actions,
+  double factor = 1.0;                       ///< times this
+  std::vector<EnergyTerm> terms = {};
+  std::string basis = {};       ///< what an action is: "node tests, sort included"
   bool off_by_default = false;  ///< a run may lack the statistics: the part counted nothing
 };
 
 /// A lower bound on the cycles of a run: the busiest RT unit did ceil(statistics / rate) cycles of work, less those in
 /// which nothing waits after the last piece.
 struct PartBound {
-  std::string name;                     ///< without the prefix gpu.bound.
-  std::vector<std::string> statistics;  ///< of one RT unit; their sum is its work
-  std::uint64_t rate = 1;               ///< pieces of work a cycle
-  std::uint64_t drain = 0;              ///< cycles
-  bool port = false;                    ///< to the L1: listed with the ports of the caches
-  std::string description;
-  std::string words;  ///< in sentences: "the ray-box units"
+  std::string name = {};                     ///< without the prefix gpu.bound.
+  std::vector<std::string> statistics = {};  ///< of one RT unit; their sum is its work
+  std::uint64_t rate = 1;                    ///< pieces of work a cycle
+  std::uint64_t drain = 0;                   ///< cycles
+  bool port = false;                         ///< to the L1: listed with the ports of the caches
+  std::string description = {};
+  std::string words = {};  ///< in sentences: "the ray-box units"
 };
 
 /// Keys without effect in this configuration.

@@ -261,13 +261,10 @@ PartInfo part_info(const RtSchedulerConfig&) {
   part.title = "RT scheduler and warp buffer";
   part.statistics = {"gpu.rt."};
   part.keys = {"rt."};
-  part.bounds = {{"issue",
-                  {"gpu.rt.selections"},
-                  1,
-                  0,
-                  false,
-                  "cycles in which the busiest RT unit scheduled a warp",
-                  "the issue of the RT units, a warp a cycle"}};
+  part.bounds = {{.name = "issue",
+                  .statistics = {"gpu.rt.selections"},
+                  .description = "cycles in which the busiest RT unit scheduled a warp",
+                  .words = "the issue of the RT units, a warp a cycle"}};
   return part;
 }
 

@@ -92,11 +92,10 @@ void WarpBuffer::dump_state(std::ostream& out) const {
 PartInfo part_info(const WarpBufferConfig&) {
   PartInfo part;
   part.name = "warp_buffer";
-  part.energy = {{"rt.warp_buffer",
-                  {"gpu.rt.lanes_handled"},
-                  1.0,
-                  {reads("warp_buffer", "ray"), reads("warp_buffer", "stack"), writes("warp_buffer", "stack")},
-                  "lane steps: a ray is read, a stack entry read and written"}};
+  part.energy = {{.name = "rt.warp_buffer",
+                  .statistics = {"gpu.rt.lanes_handled"},
+                  .terms = {reads("warp_buffer", "ray"), reads("warp_buffer", "stack"), writes("warp_buffer", "stack")},
+                  .basis = "lane steps: a ray is read, a stack entry read and written"}};
   part.stalls = {{"empty", "a warp"}, {"retire", "the end of a warp's rays"}};
   return part;
 }

@@ -319,19 +319,16 @@ PartInfo part_info(const WarpStackConfig&, bool used) {
   PartInfo part;
   part.name = "warp_walk_scheduler";
   if (!used) return part;
-  part.energy = {
-      {"rt.warp_stack",
-       {"gpu.rt.walk.entries"},
-       1.0,
-       {reads(part.name, "stack"), writes(part.name, "stack"), reads(part.name, "nodes"), writes(part.name, "nodes")},
-       "entries of warps: each and its node, in and out",
-       true},
-      {"rt.warp_hits",
-       {"gpu.rt.any_hit_calls"},
-       1.0,
-       {reads(part.name, "hits"), writes(part.name, "hits")},
-       "hits of lanes, in and out of their queues",
-       true}};
+  part.energy = {{.name = "rt.warp_stack",
+                  .statistics = {"gpu.rt.walk.entries"},
+                  .terms = {reads(part.name, "stack"), writes(part.name, "stack"), reads(part.name, "nodes"),
+                            writes(part.name, "nodes")},
+                  .basis = "entries of warps: each and its node, in and out",
+                  .off_by_default = true},
+                 {.name = "rt.warp_hits",
+                  .statistics = {"gpu.rt.any_hit_calls"},
+                  .terms = {reads(part.name, "hits"), writes(part.name, "hits")},
+                  .basis = "hits of lanes, in and out of their queues"}};
   return part;
 }
 

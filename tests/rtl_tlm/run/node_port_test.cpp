@@ -100,7 +100,11 @@ TEST(NodePort, AUnitThatAnswersNodesItselfConservesAndBringsItsBoundAndItsName) 
     part.name = "node_buffer";
     part.title = "node buffer";
     part.statistics = {"gpu.l1.node_buffer."};
-    part.bounds = {{"node_buffer", {"gpu.rt.node_sectors"}, 1, 0, true, "a sector a cycle", "the node buffer"}};
+    part.bounds = {{.name = "node_buffer",
+                    .statistics = {"gpu.rt.node_sectors"},
+                    .port = true,
+                    .description = "a sector a cycle",
+                    .words = "the node buffer"}};
     part.kept_nodes = "node_buffer.hits";
     return part;
   });
