@@ -96,10 +96,8 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
     series.push_back(column.title);
   }
   titles.push_back({"place in the paper", false});
-  const std::string machines = machines_of(runs);
-  Table table("The paper's figures and the model's, in small the model's over the paper's" +
-                  (machines.empty() ? "" : "; " + machines),
-              titles);
+  const std::string machines = machines_of(runs), suffix = machines.empty() ? "" : "; " + machines;
+  Table table("The paper's figures and the model's, in small the model's over the paper's" + suffix, titles);
   ordered_json bars = ordered_json::array(), ticks = ordered_json::array();
   for (const RunTarget& target : run_targets()) {
     const auto shown = [&](double v) { return !std::isfinite(v) ? "" : target.ratio() ? times(v) : number(v); };
@@ -136,8 +134,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
     table.row(cells);
   }
   if (table.rows() == 0) return "";
-  const std::string caption =
-      "Ratios of the model (bars) and of the paper (ticks)" + (machines.empty() ? "" : "; " + machines);
+  const std::string caption = "Ratios of the model (bars) and of the paper (ticks)" + suffix;
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
          "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
          "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
