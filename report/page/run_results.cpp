@@ -136,6 +136,20 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
   find_picture(document, path, run);  // the first frame of a sequence
 }
 
+/// Values over time by name; null if the simulation recorded none.
+ordered_json over_time_of(const ordered_json& document, const std::string& path) {
+  if (!document.contains("over_time")) return {};
+  const ordered_json& all = object(document, "over_time", path);
+  for (const auto& [name, series] : all.items()) {
+    const auto holds = [&](const char* key, auto is) { return !series.contains(key) || (series.at(key).*is)(); };
+    if (!series.is_object() || !series.contains("values") || !holds("values", &ordered_json::is_array) ||
+        !holds("unit", &ordered_json::is_string) || !holds("description", &ordered_json::is_string)) {
+      throw Error(path, "over_time." + name, "must have a list of values, and unit and description as texts");
+    }
+  }
+  return all;
+}
+
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json& inputs = object(document, "inputs", path);
   std::string name = design_name(inputs, run.config);
@@ -143,7 +157,7 @@ void read_simulation(const ordered_json& document, const std::string& path, RunR
   run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
   run.designs.back().config = run.config;
   if (document.contains("notes")) run.designs.back().notes = sim::notes_from(document.at("notes"), path);
-  run.over_time = document.value("over_time", ordered_json());
+  run.over_time = over_time_of(document, path);
   run.program = text(inputs, "program");
 }
 

@@ -188,7 +188,7 @@ std::string over_time(const ReportRun& run, std::size_t index) {
   if (!series.is_object() || !series.contains("end_of_interval")) return "";
   std::string out;
   for (const auto& [name, entry] : series.items()) {
-    if (name == "end_of_interval" || !entry.is_object()) continue;
+    if (name == "end_of_interval") continue;
     const ordered_json& cycles = series.at("end_of_interval").at("values");
     const ordered_json& values = entry.at("values");
     ordered_json rows = ordered_json::array();

@@ -227,6 +227,13 @@ TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {
                   R"({"schema": "grtx.stats/1", "config": {}, "inputs": {)" + inputs + R"(}, "stats": {}})");
     expect_refused("cost --stats inputs.json", "must be a text");
   }
+  for (const std::string series : {R"({"values": -1})", R"({"unit": "cycles"})", R"({"values": [], "unit": 1})", "7"}) {
+    folder_.write("series.json", R"({"schema": "grtx.stats/1", "config": {}, "inputs": {}, "stats": {}, "over_time": )"
+                                 R"({"end_of_interval": {"values": []}, "dram": )" +
+                                     series + "}}");
+    expect_refused("report series.json -o r.html", "over_time.dram");
+  }
+  EXPECT_FALSE(folder_.has("r.html"));
   const std::string path(5000, 'p');
   expect_refused("stalls " + path, "ppp ... ppp");
   expect_refused("run --scene s.ply --cameras s.cameras.json -o " + path, "ppp ... ppp");
