@@ -114,9 +114,9 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
     return 0;
   }
   if (options.list_statistics) {
-    modules::StatisticList kinds = sim::statistic_kinds();
-    explore::describe_energy({}, {}, 0, kinds);
-    fmt::print("{}", sim::statistics_reference(kinds));
+    modules::StatisticList all = sim::all_statistics();
+    explore::describe_energy({}, {}, 0, all);
+    fmt::print("{}", sim::statistics_reference(all));
     return 0;
   }
   if (options.trace.empty()) throw Error("sim", "TRACE", "a trace file is needed");

@@ -17,6 +17,11 @@ Cycle pipelines(std::uint64_t busy_cycles, const modules::IntersectionConfig& un
 
 }  // namespace
 
+std::vector<LowerBound> chain_bounds(const Chain& longest) {
+  return {{"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency", true},
+          {"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane", true}};
+}
+
 std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
   Cycle issue = 0, simt = 0, box = 0, triangle = 0, sphere = 0, gaussian = 0, transform = 0, rt_port = 0, l1_port = 0;
   for (const modules::RtUnitCounters& rt : c.rt_of) {
@@ -36,20 +41,22 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
   for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
   for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());
   const auto dram = static_cast<Cycle>(std::floor(c.memory.busy_cycles));
-  return {{"issue", issue, "cycles in which the busiest RT unit scheduled a warp"},
-          {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"},
-          {"unit.box", box, "busiest ray-box units: tests x interval / count"},
-          {"unit.triangle", triangle, "busiest ray-triangle units"},
-          {"unit.sphere", sphere, "busiest ray-sphere units"},
-          {"unit.gaussian", gaussian, "busiest ray-Gaussian units"},
-          {"unit.transform", transform, "busiest ray-transform units"},
-          {"rt_port", rt_port, "node sectors of the busiest RT unit over the width of its port"},
-          {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
-          {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
-          {"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},
-          {"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"},
-          {"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency"},
-          {"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane"}};
+  std::vector<LowerBound> bounds = {
+      {"issue", issue, "cycles in which the busiest RT unit scheduled a warp"},
+      {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"},
+      {"unit.box", box, "busiest ray-box units: tests x interval / count"},
+      {"unit.triangle", triangle, "busiest ray-triangle units"},
+      {"unit.sphere", sphere, "busiest ray-sphere units"},
+      {"unit.gaussian", gaussian, "busiest ray-Gaussian units"},
+      {"unit.transform", transform, "busiest ray-transform units"},
+      {"rt_port", rt_port, "node sectors of the busiest RT unit over the width of its port"},
+      {"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
+      {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one a cycle"},
+      {"l2_port", l2_port, "accesses of the busiest L2 slice, one a cycle"},
+      {"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"}};
+  const std::vector<LowerBound> chains = chain_bounds(longest);
+  bounds.insert(bounds.end(), chains.begin(), chains.end());
+  return bounds;
 }
 
 const LowerBound& binding_bound(const std::vector<LowerBound>& bounds) {
@@ -59,10 +66,12 @@ const LowerBound& binding_bound(const std::vector<LowerBound>& bounds) {
 
 void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::StatisticList& list) {
   for (const LowerBound& bound : bounds) {
-    list.add("gpu.bound." + bound.name, bound.cycles, "cycles", "lower bound: " + bound.description);
+    list.add(kBoundPrefix + bound.name, bound.cycles, "cycles", "lower bound: " + bound.description,
+             modules::StatisticKind::bound);
   }
   const LowerBound& binding = binding_bound(bounds);
-  list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name);
+  list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name,
+           modules::StatisticKind::bound);
   list.add("gpu.bound.fraction", cycles == 0 ? 0.0 : static_cast<double>(binding.cycles) / static_cast<double>(cycles),
            "ratio", "largest lower bound / gpu.cycles");
 }
