@@ -44,9 +44,9 @@ TEST(GroupWork, CountsTheVisitsOfEveryLaneAndTheStepsOfTheLongest) {
   const traces::RayGroup group = test::tiny_group(tiny, 0);
   const traces::Header header = test::tiny_header(tiny);
   WorkCounter counter(header, without_prefetch());
-  const double record =
-      (header.gaussian_record_bytes + header.sh_record_bytes + 31) / 32;  // sectors of a processed entry
-  for (int turn = 0; turn < 2; ++turn) {                                  // each group meets empty caches
+  const auto record =  // sectors of a processed entry
+      static_cast<double>((header.gaussian_record_bytes + header.sh_record_bytes + 31) / 32);
+  for (int turn = 0; turn < 2; ++turn) {  // each group meets empty caches
     const GroupWork work = counter.count(group);
     EXPECT_DOUBLE_EQ(work.sectors, 2 * (3 * 2));           // two lanes: root and two leaves, two sectors each
     EXPECT_DOUBLE_EQ(work.far, 3 * 2 + 2 * (2 * record));  // the first lane misses; each lane blends two hits
