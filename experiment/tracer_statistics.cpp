@@ -120,16 +120,19 @@ modules::StatisticList tracer_host_statistics(const frontend::SceneTracer& scene
                                               const frontend::RenderResult& result) {
   modules::StatisticList list;
   const double seconds = std::max(result.seconds, 1e-9);
-  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone");
+  list.add("tracer.wall_seconds", result.seconds, "s", "host time of tracing alone", declare::StatisticKind::count);
   list.add("tracer.rays_per_second", static_cast<double>(result.counters.rays) / seconds, "1/s", "rays / wall_seconds");
   list.add("tracer.visits_per_second", static_cast<double>(result.counters.visits()) / seconds, "1/s",
            "node visits / wall_seconds");
   if (scene.view() != nullptr) {
     const frontend::AccelerationStructure& accel = scene.view()->accel();
-    list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH");
-    list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image");
+    list.add("accel.build_seconds", accel.build_seconds(), "s", "host time of rtcBuildBVH",
+             declare::StatisticKind::count);
+    list.add("accel.pack_seconds", accel.pack_seconds(), "s", "host time of encoding the node image",
+             declare::StatisticKind::count);
   } else {
-    list.add("accel.build_seconds", scene.world()->build_seconds(), "s", "host time of building all structures");
+    list.add("accel.build_seconds", scene.world()->build_seconds(), "s", "host time of building all structures",
+             declare::StatisticKind::count);
     list.add("accel.update.seconds", scene.world()->update_seconds(), "s",
              "host time of building the scene TLAS alone, as when objects move");
   }

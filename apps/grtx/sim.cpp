@@ -115,9 +115,9 @@ bool print_list(const SimArguments& options, const CommonOptions& common) {
     return true;
   }
   if (!options.list_statistics) return false;
-  modules::StatisticList kinds = sim::statistic_kinds();
-  explore::describe_energy({}, {}, 0, kinds);
-  fmt::print("{}", sim::statistics_reference(kinds));
+  modules::StatisticList all = sim::all_statistics();
+  explore::describe_energy({}, {}, 0, all);
+  fmt::print("{}", sim::statistics_reference(all));
   return true;
 }
 

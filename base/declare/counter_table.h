@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The counters of a unit, each declared once: how it is combined over units, and which statistic it becomes. A field is
-// a pointer to a member, or f(counters) returning a reference to a nested field.
+// The counters of a unit, each declared once: how it is combined over units, and which statistic of which kind it
+// becomes. A field is a pointer to a member, or f(counters) returning a reference to a nested field.
 //
 //   const CounterTable<Counters>& Counters::table() {
 //     static const auto table = CounterTable<Counters>()
@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -53,19 +54,27 @@ class CounterTable {
   CounterTable& sum(Field field) {
     return own(field, [](auto& total, const auto& more) { total += more; });
   }
+  /// A counter that is summed over units, and that the trace gives, too (StatisticKind::exact).
+  template <typename Field>
+  CounterTable& exact(Field field, const char* name, const char* unit, const char* description) {
+    sum(field);
+    return value(field, name, unit, description, StatisticKind::exact);
+  }
   /// A counter whose maximum over units is taken.
   template <typename Field>
   CounterTable& largest(Field field, const char* name, const char* unit, const char* description) {
     own(field, [](auto& total, const auto& more) { total = std::max(total, more); });
-    return value(field, name, unit, description);
+    return value(field, name, unit, description, StatisticKind::largest);
   }
   /// A Distribution, merged over units: statistics "name" (mean) and "name_max".
   template <typename Field>
   CounterTable& distribution(Field field, const std::string& name, const char* unit, const char* mean,
                              const char* max) {
     own(field, [](auto& total, const auto& more) { total.merge(more); });
-    value([field](const Counters& c) { return std::invoke(field, c).mean(); }, name, unit, mean);
-    return value([field](const Counters& c) { return std::invoke(field, c).max(); }, name + "_max", unit, max);
+    this->mean({"", [field](const Counters& c) { return std::invoke(field, c).sum(); }},
+               {"", [field](const Counters& c) { return std::invoke(field, c).count(); }}, name, unit, mean);
+    return value([field](const Counters& c) { return std::invoke(field, c).max(); }, name + "_max", unit, max,
+                 StatisticKind::largest);
   }
   /// Arrays of summed counters, indexed by an enumeration. Statistics are ordered by enumeration value, then column.
   /// keep: selects the values that become statistics; nullptr: all.
@@ -85,13 +94,31 @@ class CounterTable {
   CounterTable& by_name(Field field, const char* name, const char* unit, const char* description) {
     return by_name<Enum>(nullptr, CounterColumn<Field>{field, name, unit, description});
   }
-  /// A statistic derived from the counters. f(counters) returns an integer or a real number.
+  /// A statistic derived from the counters. f(counters) returns an integer.
   template <typename F>
-  CounterTable& value(F f, std::string name, const char* unit, std::string description) {
-    return described([f, name = "." + std::move(name), unit, description = std::move(description)](
+  CounterTable& value(F f, std::string name, const char* unit, std::string description,
+                      StatisticKind kind = StatisticKind::count) {
+    static_assert(std::integral<std::remove_cvref_t<std::invoke_result_t<F, const Counters&>>>,
+                  "a real number is a mean or a ratio");
+    return described([f, name = "." + std::move(name), unit, description = std::move(description), kind](
                          const Counters& c, StatisticList& list, const std::string& prefix) {
-      list.add(prefix + name, std::invoke(f, c), unit, description);
+      list.add(prefix + name, static_cast<std::uint64_t>(std::invoke(f, c)), unit, description, kind);
     });
+  }
+  /// One of the two counts of a mean or a ratio. name: of the statistic that it is, of this table; "": of none.
+  struct Count {
+    const char* name;
+    std::function<std::uint64_t(const Counters&)> of;
+  };
+  /// part / whole of the sums over units; 0 if whole is 0.
+  CounterTable& ratio(Count part, Count whole, std::string name, const char* unit, std::string description) {
+    return quotient(std::move(part), std::move(whole), std::move(name), unit, std::move(description),
+                    StatisticKind::ratio);
+  }
+  /// The same, where `part` sums up the values of so many as `whole` counts.
+  CounterTable& mean(Count part, Count whole, std::string name, const char* unit, std::string description) {
+    return quotient(std::move(part), std::move(whole), std::move(name), unit, std::move(description),
+                    StatisticKind::mean);
   }
   /// A nested counter struct with its own table, combined over units but without statistics.
   template <typename Field>
@@ -128,7 +155,7 @@ class CounterTable {
   CounterTable& described(F rule) {
     describes_.push_back(
         [shown = shown_, rule = std::move(rule)](const Counters& c, StatisticList& list, const std::string& prefix) {
-          if (!shown || list.lists_kinds() || shown(c)) rule(c, list, prefix);
+          if (!shown || list.is_reference() || shown(c)) rule(c, list, prefix);
         });
     return *this;
   }
@@ -151,6 +178,16 @@ class CounterTable {
   std::size_t bytes() const { return bytes_; }
 
  private:
+  CounterTable& quotient(Count part, Count whole, std::string name, const char* unit, std::string description,
+                         StatisticKind kind) {
+    return described([part = std::move(part), whole = std::move(whole), name = "." + std::move(name), unit,
+                      description = std::move(description),
+                      kind](const Counters& c, StatisticList& list, const std::string& prefix) {
+      const auto full = [&prefix](const char* of) { return *of == 0 ? std::string() : prefix + "." + of; };
+      list.add(prefix + name, Quotient{part.of(c), whole.of(c), full(part.name), full(whole.name)}, unit, description,
+               kind);
+    });
+  }
   template <typename Field>
   void place(const CounterColumn<Field>& column, std::size_t i, std::string_view name) {
     value([field = column.field, i](const Counters& c) { return std::invoke(field, c)[i]; },

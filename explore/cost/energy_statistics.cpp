@@ -65,15 +65,18 @@ void describe_energy(const sim::GpuConfig& config, const std::vector<modules::In
     by_group[part.name.substr(0, part.name.find('.'))] += picojoules(part.nanojoules.central);
   }
   const std::string node = fmt::format("at {} nm", options.nm);
-  list.add("gpu.energy_nj", nanojoules(central), "nJ", "energy of the run " + node + ", DRAM and leakage included");
-  list.add("gpu.energy_nj_low", nanojoules(low), "nJ", "the same with every price at the low end of its band");
-  list.add("gpu.energy_nj_high", nanojoules(high), "nJ", "the same with every price at the high end of its band");
+  const auto add = [&list](const std::string& name, std::uint64_t pj, const std::string& description) {
+    list.add(name, nanojoules(pj), "nJ", description, modules::StatisticKind::count);
+  };
+  add("gpu.energy_nj", central, "energy of the run " + node + ", DRAM and leakage included");
+  add("gpu.energy_nj_low", low, "the same with every price at the low end of its band");
+  add("gpu.energy_nj_high", high, "the same with every price at the high end of its band");
   list.add("gpu.energy_nj_per_ray", nanojoules(central) / static_cast<double>(std::max<std::uint64_t>(1, rays)), "nJ",
            "gpu.energy_nj over the rays of the trace");
   for (const Group& group : kGroups) {
     const std::string_view name = group.name;
     if (name == "own" && !by_group.contains(group.name)) continue;
-    list.add(std::string("gpu.energy_nj.") + group.name, nanojoules(by_group[group.name]), "nJ", group.description);
+    add(std::string("gpu.energy_nj.") + group.name, by_group[group.name], group.description);
   }
 }
 

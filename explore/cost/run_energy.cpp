@@ -32,8 +32,8 @@ const CostItem* item_of(const std::vector<CostItem>& items, const std::string& n
 bool is_declared(const std::string& name) {
   static const std::set<std::string> names = [] {
     std::set<std::string> all;
-    const modules::StatisticList kinds = sim::statistic_kinds();
-    for (const modules::Statistic& statistic : kinds.items()) all.insert(statistic.name);
+    const modules::StatisticList listed = sim::all_statistics();
+    for (const modules::Statistic& statistic : listed.items()) all.insert(statistic.name);
     return all;
   }();
   return names.contains(name);

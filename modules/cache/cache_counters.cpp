@@ -11,8 +11,7 @@ CounterTable<RegionCounters> region_table(const RegionWords& words) {
       .sum(&C::hits, "hits", "sectors", words.hits)
       .sum(&C::hits_on_miss, "hits_on_miss", "sectors", words.hits_on_miss)
       .sum(&C::misses, "misses", "sectors", words.misses)
-      .value([](const C& r) { return ratio(r.hits, r.reads); }, "hit_rate", "1",
-             "hits / reads; merged reads are not hits")
+      .ratio({"hits", &C::hits}, {"reads", &C::reads}, "hit_rate", "1", "hits / reads; merged reads are not hits")
       .sum(&C::writes, "writes", "sectors", words.writes)
       .sum(&C::write_hits, "write_hits", "sectors", "writes whose sector was present");
 }
@@ -51,7 +50,7 @@ void describe_regions(const CacheRegions& regions, const RegionWords& words, Sta
   table.describe(regions.all(), list, prefix + ".all");
   table.describe(regions.nodes(), list, prefix + ".node");
   table.describe(regions.shader_data(), list, prefix + ".shader_data");
-  if (list.lists_kinds()) return table.describe({}, list, prefix + ".<region>");
+  if (list.is_reference()) return table.describe({}, list, prefix + ".<region>");
   for (std::size_t i = 0; i < kRegionCount; ++i) {
     const RegionCounters& r = regions.region[i];
     if (r.reads + r.writes > 0) table.describe(r, list, prefix + "." + std::string(name_at<Region>(i)));

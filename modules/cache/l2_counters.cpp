@@ -20,10 +20,10 @@ const CounterTable<L2Counters>& L2Counters::table() {
   static const CounterTable<C> table =
       CounterTable<C>()
           .value(&C::accesses, "accesses", "sectors", "reads and writes from the L1s")
-          .value([](const C& c) { return ratio(c.all().hits + c.all().write_hits, c.accesses()); }, "hit_rate", "1",
-                 "reads and writes whose sector was present / accesses; merged reads are not hits")
-          .value([](const C& c) { return ratio(c.all().hits, c.all().reads); }, "read_hit_rate", "1",
-                 "read hits / reads")
+          .ratio({"", [](const C& c) { return c.all().hits + c.all().write_hits; }}, {"accesses", &C::accesses},
+                 "hit_rate", "1", "reads and writes whose sector was present / accesses; merged reads are not hits")
+          .ratio({"all.hits", [](const C& c) { return c.all().hits; }},
+                 {"all.reads", [](const C& c) { return c.all().reads; }}, "read_hit_rate", "1", "read hits / reads")
           .own(&C::region, add_regions)
           .described(regions)
           .by_name<L2Stall>(&C::stalls, "stall", "cycles", "an access or fill waited for this reason")

@@ -12,8 +12,9 @@ const CounterTable<RtUnitCounters>& RtUnitCounters::table() {
           .part(&C::scheduler, "")
           .part(&C::warp_buffer, "")
           .own(&C::cycles, [](Cycle&, Cycle) {})
-          .value([](const C& c) { return ratio(c.warp_buffer.occupancy_integral, c.units * c.cycles); }, "occupancy",
-                 "warps", "mean warps in the warp buffer of an RT unit")
+          .mean({"occupancy_integral", [](const C& c) { return c.warp_buffer.occupancy_integral; }},
+                {"", [](const C& c) { return c.units * c.cycles; }}, "occupancy", "warps",
+                "mean warps in the warp buffer of an RT unit")
           .part(&C::ray_box, ".ray_box")
           .part(&C::ray_triangle, ".ray_triangle")
           .part(&C::ray_sphere, ".ray_sphere")

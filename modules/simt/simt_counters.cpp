@@ -32,16 +32,17 @@ const CounterTable<SimtCounters>& SimtCounters::table() {
   const auto of_every_trace = [](PhaseKind kind) { return kind != PhaseKind::intersection; };
   static const CounterTable<C> table =
       CounterTable<C>()
-          .sum(&C::warps, "warps", "warps", "warps (ray groups) that ran to their end")
+          .exact(&C::warps, "warps", "warps", "warps (ray groups) that ran to their end")
           .sum(of_shader(&S::warp_rounds), "rounds", "rounds", "traceRay calls of warps")
-          .sum(of_shader(&S::ray_rounds), "ray_rounds", "rounds", "rounds of rays executed")
+          .exact(of_shader(&S::ray_rounds), "ray_rounds", "rounds", "rounds of rays executed")
           .sum(of_shader(&S::any_hit_batches), "any_hit.batches", "batches", "any-hit shader invocations of warps")
           .sum(of_shader(&S::any_hit_calls), "any_hit.calls", "calls", "any-hit shader calls of lanes")
-          .sum(of_shader(&S::evictions), "evictions", "entries", "entries the any-hit shader wrote to eviction buffers")
+          .exact(of_shader(&S::evictions), "evictions", "entries",
+                 "entries the any-hit shader wrote to eviction buffers")
           .sum(of_shader(&S::eviction_moves), "eviction_moves", "entries",
                "entries moved from eviction buffers to k-buffers")
-          .sum(of_shader(&S::entries_processed), "processed", "entries", "k-buffer entries processed for blending")
-          .sum(of_shader(&S::entries_blended), "blended", "entries", "k-buffer entries blended")
+          .exact(of_shader(&S::entries_processed), "processed", "entries", "k-buffer entries processed for blending")
+          .exact(of_shader(&S::entries_blended), "blended", "entries", "k-buffer entries blended")
           .sum(of_shader(&S::k_buffer_mismatches), "k_buffer_mismatches", "rounds",
                "ray rounds whose any-hit calls do not add up to the k-buffer of the trace; 0 in a correct run")
           .value(&C::all_instructions, "instructions.total", "instructions", "warp instructions issued")

@@ -142,11 +142,13 @@ DistributorCounters WorkDistributor::counters() const {
 }
 
 void describe(const DistributorCounters& c, StatisticList& list, const std::string& prefix) {
-  list.add(prefix + ".groups", c.groups, "groups", "ray groups handed to SMs");
-  list.add(prefix + ".most_on_one_sm", c.most_on_one_sm, "groups", "ray groups of the SM that got most");
-  list.add(prefix + ".fewest_on_one_sm", c.fewest_on_one_sm, "groups", "ray groups of the SM that got fewest");
+  list.add(prefix + ".groups", c.groups, "groups", "ray groups handed to SMs", StatisticKind::exact);
+  list.add(prefix + ".most_on_one_sm", c.most_on_one_sm, "groups", "ray groups of the SM that got most",
+           StatisticKind::largest);
+  list.add(prefix + ".fewest_on_one_sm", c.fewest_on_one_sm, "groups", "ray groups of the SM that got fewest",
+           StatisticKind::smallest);
   list.add(prefix + ".tail_cycles", c.tail_cycles, "cycles",
-           "cycles from the last launch to the end: no new work replaced finished warps");
+           "cycles from the last launch to the end: no new work replaced finished warps", StatisticKind::state);
 }
 
 Inventory WorkDistributor::inventory() const {

@@ -37,6 +37,11 @@ struct ConfidenceInterval {
   double half_width = 0.0;  ///< max(value / low, high / value) - 1
 };
 
+/// 95 % interval of a statistic.
+struct StatisticInterval {
+  double low = 0.0, high = 0.0;
+};
+
 /// Quantile of Student's t distribution, 0 < p < 1, degrees >= 1.
 double student_quantile(double p, double degrees);
 

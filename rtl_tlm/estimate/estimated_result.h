@@ -2,6 +2,7 @@
 // Result of a run in windows mode, and the statistics of its confidence interval.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "grtx/rtl_tlm/estimate/estimate.h"
@@ -13,6 +14,7 @@ struct EstimatedResult {
   SimulationResult result;  ///< of the whole run, estimated; document: gpu.windows.* in "stats", estimate in "windows"
   CycleEstimate estimate;
   ConfidenceInterval cycles;
+  std::map<std::string, StatisticInterval> intervals;  ///< of the statistics that are not exact; "windows.intervals"
 };
 
 /// Adds gpu.windows.*: the interval on gpu.cycles, its deviation, bias, degrees of freedom and confidence.

@@ -12,6 +12,8 @@ namespace grtx::sim {
 namespace {
 
 using modules::Distribution;
+using modules::Quotient;
+using modules::StatisticKind;
 using modules::StatisticList;
 
 /// One statistic for each power of two up to the largest value seen.
@@ -25,18 +27,18 @@ void add_histogram(StatisticList& list, const std::string& name, const Distribut
     const std::uint64_t low = i == 0 ? 0 : std::uint64_t{1} << (i - 1);
     const std::uint64_t high = i == 0 ? 0 : 2 * low - 1;
     list.add(fmt::format("{}.from_{}", name, low), distribution.bin(i), unit,
-             fmt::format("{} of {} to {} cycles", what, low, high));
+             fmt::format("{} of {} to {} cycles", what, low, high), StatisticKind::histogram);
   }
 }
 
 /// Cycles of each frame of a sequence; a run of one frame has none of them.
 void describe_frames(const std::vector<modules::LaunchSpan>& launches, StatisticList& list) {
-  if (launches.empty() || (launches.back().frame == 0 && !list.lists_kinds())) return;
+  if (launches.empty() || (launches.back().frame == 0 && !list.is_reference())) return;
   Cycle start = 0;
   for (std::size_t i = 0; i < launches.size(); ++i) {
     if (i + 1 < launches.size() && launches[i + 1].frame == launches[i].frame) continue;
     list.add(fmt::format("gpu.frame{}.cycles", launches[i].frame), launches[i].end - start, "cycles",
-             "of this frame of a sequence; caches keep what the previous frame left");
+             "of this frame of a sequence; caches keep what the previous frame left", StatisticKind::largest);
     start = launches[i].end;
   }
 }
@@ -94,20 +96,22 @@ void add_up(GpuCounters& c) {
 }
 
 void describe(const GpuCounters& c, StatisticList& list) {
-  list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp");
+  list.add("gpu.cycles", c.cycles, "cycles", "core cycles from the start to the end of the last warp",
+           StatisticKind::largest);
   list.add("gpu.time_us", static_cast<double>(c.cycles) * static_cast<double>(c.period_fs) * 1e-9, "us",
-           "simulated time: gpu.cycles at the core clock");
+           "simulated time: gpu.cycles at the core clock", StatisticKind::largest);
   list.add("gpu.rays.primary_cycles", modules::cycles_of_kind(c.distributor.launches, false), "cycles",
-           "until the last warp of primary rays had ended");
+           "until the last warp of primary rays had ended", StatisticKind::largest);
   list.add("gpu.rays.secondary_cycles", modules::cycles_of_kind(c.distributor.launches, true), "cycles",
-           "from then to the end: warps of secondary rays, which are a launch of their own");
+           "from then to the end: warps of secondary rays, which are a launch of their own", StatisticKind::largest);
   describe_frames(c.distributor.launches, list);
   describe(c.distributor, list, "gpu.distributor");
   c.rt.describe(list, "gpu.rt", c.cycles);
   add_histogram(list, "gpu.rt.node_fetch_latency.histogram", c.rt.memory.fetch_latency, "fetches", "node fetches");
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
-  list.add("gpu.rt.merge_factor", modules::ratio(c.rt.memory.node_visits(), c.rt.memory.node_fetches()), "ratio",
-           "lane visits per node fetch");
+  list.add("gpu.rt.merge_factor",
+           Quotient{c.rt.memory.node_visits(), c.rt.memory.node_fetches(), "gpu.rt.node_visits", "gpu.rt.node_fetches"},
+           "ratio", "lane visits per node fetch");
   const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
   for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
     for (std::size_t u = 0; u < units; ++u) {
@@ -122,10 +126,9 @@ void describe(const GpuCounters& c, StatisticList& list) {
   describe(c.crossbar, list, "gpu.crossbar");
   c.l2.describe(list, "gpu.l2");
   add_histogram(list, "gpu.l2.miss_latency.histogram", c.l2.miss_latency, "misses", "L2 misses");
-  list.add("gpu.l2.dirty_at_end", c.l2_dirty_sectors, "sectors", "dirty sectors left in the L2 when the run ended");
-  for (const modules::Statistic& s : c.memory.statistics.items()) {
-    std::visit([&](auto value) { list.add(s.name, value, s.unit, s.description); }, s.value);
-  }
+  list.add("gpu.l2.dirty_at_end", c.l2_dirty_sectors, "sectors", "dirty sectors left in the L2 when the run ended",
+           StatisticKind::state);
+  for (const modules::Statistic& s : c.memory.statistics.items()) list.add(s);
 }
 
 }  // namespace grtx::sim

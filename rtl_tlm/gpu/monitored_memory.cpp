@@ -56,7 +56,8 @@ void MonitoredMemory::statistics(modules::StatisticList& list, const std::string
     responses += monitor->traffic().responses;
   }
   list.add(prefix + ".latency", responses == 0 ? 0.0 : sum / static_cast<double>(responses), "ns",
-           "mean from the begin of a request to the begin of its response, at the socket");
+           "mean from the begin of a request to the begin of its response, at the socket",
+           modules::StatisticKind::mean);
 }
 
 std::vector<std::string> MonitoredMemory::violations() const {

@@ -26,14 +26,13 @@ void PortedMemory::statistics(modules::StatisticList& list, const std::string& p
   describe_traffic(list, prefix);
   DramPortCounters sum;
   for (unsigned i = 0; i < dram_->ports(); ++i) sum += dram_->port(i).counters();
-  const std::uint64_t requests = sum.reads + sum.writes;
   list.add(prefix + ".queue_full_clocks", sum.full_clocks, "clocks",
            "a request waited until the DRAM simulator took it, in its own clocks");
-  list.add(prefix + ".access_latency",
-           requests == 0 ? 0.0 : static_cast<double>(sum.inside_clocks) / static_cast<double>(requests), "clocks",
-           "mean time in the DRAM simulator, in its own clocks, without the fixed latency");
+  list.add(prefix + ".access_latency", modules::Quotient{sum.inside_clocks, sum.reads + sum.writes, "", ""}, "clocks",
+           "mean time in the DRAM simulator, in its own clocks, without the fixed latency",
+           modules::StatisticKind::mean);
   list.add(prefix + ".clock_period", static_cast<double>(dram_->period_fs()) * 1e-6, "ns",
-           "of the DRAM simulator's clock");
+           "of the DRAM simulator's clock", modules::StatisticKind::state);
 }
 
 }  // namespace grtx::sim

@@ -12,6 +12,7 @@
 
 #include "grtx/base/json.h"
 #include "grtx/modules/rt_unit/rt_unit_table.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::sim {
 namespace {
@@ -109,8 +110,10 @@ StatisticUnit unit_of_statistic(const std::string& statistic) {
 }
 
 bool is_time(const std::string& statistic, const std::string& unit) {
-  return unit.find("cycle") != unit.npos || unit.find("clock") != unit.npos || unit == "us" || unit == "ns" ||
-         statistic.find("latency") != statistic.npos;
+  const modules::Statistic* const declared = declared_statistic(statistic);
+  if (declared != nullptr && declared->kind == modules::StatisticKind::histogram) return true;  // each is of latencies
+  const std::string& of = unit.empty() && declared != nullptr ? declared->unit : unit;
+  return of.find("cycle") != of.npos || of.find("clock") != of.npos || of == "us" || of == "ns";
 }
 
 StatisticsComparison compare_statistics(const RegressionCase& regression_case, const ordered_json& record,

@@ -43,6 +43,11 @@ std::vector<LowerBound> bounds_of_parts(const GpuCounters& c, const GpuConfig& c
 
 }  // namespace
 
+std::vector<LowerBound> chain_bounds(const Chain& longest) {
+  return {{"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency", true},
+          {"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane", true}};
+}
+
 std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest, const GpuConfig& config) {
   Cycle simt = 0, l1_port = 0, l1_miss_port = 0, l2_port = 0;
   for (const modules::SimtCounters& core : c.simt_of) {
@@ -60,11 +65,11 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
        {LowerBound{"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
         LowerBound{"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one per cycle"},
         LowerBound{"l2_port", l2_port, "accesses of the busiest L2 slice, one per cycle"},
-        LowerBound{"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"},
-        LowerBound{"longest_ray", longest.ray, "longest ray: its visits, any-hit calls and rounds at least latency"},
-        LowerBound{"longest_warp", longest.warp, "longest warp: its rounds, each as long as its longest lane"}}) {
+        LowerBound{"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"}}) {
     bounds.push_back(bound);
   }
+  const std::vector<LowerBound> chains = chain_bounds(longest);
+  bounds.insert(bounds.end(), chains.begin(), chains.end());
   return bounds;
 }
 
@@ -75,10 +80,12 @@ const LowerBound& binding_bound(const std::vector<LowerBound>& bounds) {
 
 void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::StatisticList& list) {
   for (const LowerBound& bound : bounds) {
-    list.add("gpu.bound." + bound.name, bound.cycles, "cycles", "lower bound: " + bound.description);
+    list.add(kBoundPrefix + bound.name, bound.cycles, "cycles", "lower bound: " + bound.description,
+             modules::StatisticKind::bound);
   }
   const LowerBound& binding = binding_bound(bounds);
-  list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name);
+  list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name,
+           modules::StatisticKind::bound);
   list.add("gpu.bound.fraction", cycles == 0 ? 0.0 : static_cast<double>(binding.cycles) / static_cast<double>(cycles),
            "ratio", "largest lower bound / gpu.cycles");
 }

@@ -18,9 +18,15 @@ struct LowerBound {
   std::string name;  ///< without the prefix gpu.bound.
   Cycle cycles = 0;
   std::string description;
+  bool of_chain = false;  ///< of the trace's longest chain, not of a unit's work
 };
 
-/// From the work that each SM and slice of this run did.
+/// Of its statistics: gpu.bound.NAME.
+inline const std::string kBoundPrefix = "gpu.bound.";
+
+/// Of the longest dependent chain of a trace.
+std::vector<LowerBound> chain_bounds(const Chain& longest);
+/// From the work that each SM and slice of this run did, and its longest chain.
 std::vector<LowerBound> lower_bounds(const GpuCounters& counters, const Chain& longest, const GpuConfig& config);
 /// The largest (the first of equals).
 const LowerBound& binding_bound(const std::vector<LowerBound>& bounds);

@@ -5,10 +5,12 @@
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 
 namespace grtx::sim {
+
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const EnergyPricing& price, SimulationResult& result) {
   const GpuCounters& counters = finished.counters;
-  const std::vector<LowerBound> bounds = lower_bounds(counters, source.longest(), config);
+  result.bounds = lower_bounds(counters, source.longest(), config);
+  const std::vector<LowerBound>& bounds = result.bounds;
   result.cycles = counters.cycles;
   result.binding_bound = binding_bound(bounds).name;
   result.violations = count_violations(counters, source.totals(), source.count());
@@ -17,6 +19,11 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   }
   describe(counters, result.statistics);
   describe(bounds, result.cycles, result.statistics);
+  for (const GpuCounters& so_far : finished.at_launches) {
+    modules::StatisticList& list = result.at_launches.emplace_back();
+    describe(so_far, list);
+    describe(lower_bounds(so_far, {}, config), so_far.cycles, list);
+  }
   const auto add = [&result](ResultNotes more) { result.notes.insert(result.notes.end(), more.begin(), more.end()); };
   add(trace_notes(source.header(), source.totals()));
   add(run_notes(config, source.header(), source.count(), result.statistics));

@@ -12,7 +12,8 @@ namespace grtx::sim {
 /// Raw data of a finished run.
 struct FinishedRun {
   GpuCounters counters;
-  std::vector<std::string> violations;  ///< found so far: emptiness, memory
+  std::vector<GpuCounters> at_launches;  ///< see SimulationOptions::read_at
+  std::vector<std::string> violations;   ///< found so far: emptiness, memory
   std::vector<modules::Inventory> inventories;
   nlohmann::ordered_json over_time;
   std::uint64_t ticks = 0;
@@ -22,8 +23,8 @@ struct FinishedRun {
   std::uint64_t memory_bytes = 0;  ///< that all launches needed
 };
 
-/// Fills cycles, statistics, violations, notes and binding_bound of `result`. source: gave the run its
-/// groups. price: see SimulationOptions.
+/// Fills cycles, statistics, violations, notes, bounds, binding_bound and at_launches of `result`. source: gave the run
+/// its groups. price: see SimulationOptions.
 void report_run(const FinishedRun& finished, const MeasuredSource& source, const GpuConfig& config,
                 const EnergyPricing& price, SimulationResult& result);
 

@@ -24,6 +24,7 @@
 #include "grtx/rtl_tlm/rtl/rtl_fault.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/host_speed.h"
+#include "grtx/rtl_tlm/run/launch_counters.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
 #include "grtx/rtl_tlm/run/pixel_cycles.h"
@@ -166,9 +167,12 @@ std::map<std::string, std::string> inputs_of(const RunInputs& work) {
 
 void add_host_statistics(modules::StatisticList& host, const HostWork& work, const GpuConfig& config,
                          std::uint64_t ticks) {
-  host.add("host.wall_seconds", work.wall_seconds, "s", "wall time of building and running the model");
-  host.add("host.cpu_seconds", work.cpu_seconds, "s", "processor time of building and running the model, all threads");
-  host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process");
+  host.add("host.wall_seconds", work.wall_seconds, "s", "wall time of building and running the model",
+           modules::StatisticKind::count);
+  host.add("host.cpu_seconds", work.cpu_seconds, "s", "processor time of building and running the model, all threads",
+           modules::StatisticKind::count);
+  host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process",
+           modules::StatisticKind::largest);
   add_host_speed(host, work, config);
   host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped");
 }
@@ -225,6 +229,10 @@ class Observers {
       timeline_ = std::make_unique<Timeline>(options.timeline, gpu, memory, trace, config_hash(work.config));
     }
     gpu.distributor().observe(options.observer);
+    if (!options.read_at.empty()) {
+      at_launches_ = std::make_unique<LaunchCounters>(gpu, memory, options.read_at, options.observer);
+      gpu.distributor().observe(at_launches_.get());
+    }
     if (options.pixel_cycles) {
       pixel_cycles_ = std::make_unique<PixelCycles>(header_, work.config.sms, work.config.resident());
       gpu.distributor().observe(pixel_cycles_.get());
@@ -238,6 +246,7 @@ class Observers {
   void finish(FinishedRun& finished) {
     if (waveform_) waveform_->finish();
     if (timeline_) timeline_->finish();
+    if (at_launches_) finished.at_launches = at_launches_->take();
     if (!pixel_cycles_) return;
     finished.width = header_.width;
     finished.height = header_.height;
@@ -249,6 +258,7 @@ class Observers {
   std::unique_ptr<Waveform> waveform_;
   std::unique_ptr<Timeline> timeline_;
   std::unique_ptr<PixelCycles> pixel_cycles_;
+  std::unique_ptr<LaunchCounters> at_launches_;
 };
 
 /// Runs the warming trace, which has `groups` groups, then prepares the machine for the trace to simulate.

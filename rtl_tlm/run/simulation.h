@@ -17,6 +17,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observe_options.h"
+#include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/result_notes.h"
 #include "grtx/traces/reader.h"
 
@@ -38,7 +39,8 @@ struct SimulationOptions {
   TimelineOptions timeline;           ///< off when its path is empty
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; ignored with pixel_cycles
-  EnergyPricing price;                        ///< empty: no energy statistics
+  std::vector<std::uint64_t> read_at;  ///< places in `groups`, ascending: counters are read when they are launched
+  EnergyPricing price;                 ///< empty: no energy statistics
   BuildOptions build;
   MemorySystemFactory memory;  ///< replaces the one that dram.model names
 };
@@ -50,10 +52,12 @@ struct SimulationResult {
   std::map<std::string, std::string> inputs;  ///< hashes of trace and configuration, and the trace's inputs
   std::vector<std::string> violations;        ///< conservation laws that did not hold; empty in a correct run
   ResultNotes notes;                          ///< caveats on these figures
-  std::string binding_bound;                  ///< name of the largest lower bound
-  nlohmann::ordered_json document;            ///< the statistics file (grtx.stats/1)
-  unsigned width = 0, height = 0;             ///< of the image, when pixel_cycles was asked for
-  std::vector<std::uint64_t> pixel_cycles;    ///< by pixel: cycles from launch to end of the warps with its rays
+  std::vector<LowerBound> bounds;
+  std::string binding_bound;                        ///< name of the largest lower bound
+  std::vector<modules::StatisticList> at_launches;  ///< statistics so far, when each of `read_at` was launched
+  nlohmann::ordered_json document;                  ///< the statistics file (grtx.stats/1)
+  unsigned width = 0, height = 0;                   ///< of the image, when pixel_cycles was asked for
+  std::vector<std::uint64_t> pixel_cycles;          ///< by pixel: cycles from launch to end of the warps with its rays
 };
 
 /// Simulates the trace in cycle mode. SystemC elaborates once per process: call it once, or each time in a

@@ -30,6 +30,37 @@ nlohmann::ordered_json statistics_object(const modules::StatisticList& list) {
   return object;
 }
 
+nlohmann::ordered_json list_json(const modules::StatisticList& list) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const modules::Statistic& s : list.items()) {
+    nlohmann::ordered_json value;
+    std::visit([&value](auto v) { value = v; }, s.value);
+    json.push_back({s.name, value, s.unit, s.description, s.picojoules, name_of(s.kind), s.of.part, s.of.whole,
+                    s.of.part_name, s.of.whole_name});
+  }
+  return json;
+}
+
+modules::StatisticList list_from_json(const nlohmann::ordered_json& json) {
+  modules::StatisticList list;
+  for (const nlohmann::ordered_json& j : json) {
+    modules::Statistic s;
+    s.name = j.at(0);
+    if (j.at(1).is_number_unsigned()) {
+      s.value = j.at(1).get<std::uint64_t>();
+    } else {
+      s.value = j.at(1).get<double>();
+    }
+    s.unit = j.at(2);
+    s.description = j.at(3);
+    s.picojoules = j.at(4);
+    s.kind = *from_name<modules::StatisticKind>(j.at(5).get<std::string>());
+    s.of = {j.at(6), j.at(7), j.at(8), j.at(9)};
+    list.add(std::move(s));
+  }
+  return list;
+}
+
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,
                                            const std::map<std::string, std::string>& inputs, const ResultNotes& notes,
                                            const modules::StatisticList& statistics, const modules::StatisticList& host,

@@ -16,6 +16,10 @@ namespace grtx::sim {
 /// the shortest form that reads back; a value that is not finite becomes null.
 nlohmann::ordered_json statistics_object(const modules::StatisticList& list);
 
+/// The list for another process of the program: nothing of it is lost.
+nlohmann::ordered_json list_json(const modules::StatisticList& list);
+modules::StatisticList list_from_json(const nlohmann::ordered_json& json);
+
 /// The whole document. `host` (what depends on the machine: wall time, memory, speed) comes last in "stats", so that
 /// the lines before it are byte-identical for the same inputs.
 nlohmann::ordered_json statistics_document(const nlohmann::ordered_json& config,

@@ -8,14 +8,18 @@
 
 namespace grtx::sim {
 
-/// Statistics of every run: GPU counters and lower bounds. Statistics of the same kind (statistic_kind()) appear once.
-modules::StatisticList statistic_kinds();
+/// Statistics of every run: GPU counters and lower bounds. Of those with one name in the reference one is there.
+modules::StatisticList all_statistics();
 
 /// The name under which the reference lists a statistic: the number of an SM, RT unit, channel, frame or bin, and a
 /// region, become placeholders in angle brackets.
-std::string statistic_kind(const std::string& name);
+std::string reference_name(const std::string& name);
+/// A statistic of this name as it is declared: its unit and kind; nullptr: none is.
+const modules::Statistic* declared_statistic(const std::string& name);
+/// Whether a statistic is of one SM, RT unit, channel or frame, and not of the whole machine.
+bool is_of_one_part(const std::string& name);
 
 /// A Markdown table for each group of names.
-std::string statistics_reference(const modules::StatisticList& kinds);
+std::string statistics_reference(const modules::StatisticList& all);
 
 }  // namespace grtx::sim

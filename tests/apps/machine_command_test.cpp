@@ -80,20 +80,6 @@ TEST_F(MachineCommand, TheBandwidthKeyIsAFasterClockWhoseTimesStay) {
   EXPECT_EQ(cycles("--set dram.bandwidth_gb_s=112"), cycles("")) << "what it is already";
 }
 
-TEST_F(MachineCommand, TwoKeysForOneClockAreRefusedInALine) {
-  folder_.write("both.toml", "[dram]\nmhz = 1000\nbandwidth_gb_s = 50\n");
-  for (const char* arguments :
-       {"both.toml", "paper --config both.toml", "paper --set dram.mhz=1000 --set dram.bandwidth_gb_s=50"}) {
-    const Outcome outcome = folder_.run(std::string("machine ") + arguments);
-    EXPECT_EQ(outcome.code, 2);
-    EXPECT_TRUE(is_one_error_line(outcome.err)) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("dram.bandwidth_gb_s and dram.mhz both set the memory clock"));
-  }
-  const Outcome beyond = folder_.run("machine paper --set dram.bandwidth_gb_s=1000");
-  EXPECT_EQ(beyond.code, 2);
-  EXPECT_THAT(beyond.err, HasSubstr("needs a memory clock beyond 100 to 10000 MHz"));
-}
-
 // `k = 0` was shown as a machine, and a bandwidth that nobody sets as 0.0 GB/s.
 TEST_F(MachineCommand, ShowedWhatNoTracerTakesAndZeroForWhatIsNotSet) {
   folder_.write("zero.toml", "[tracer]\nk = 0\n");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// --machine: hardware keys and tracer options in one word; what the command line names overrides it; a wrong name or
-// key is one line and exit code 2.
+// --machine: hardware keys and tracer options in one word, the same for every command. How it is resolved:
+// tests/experiment/machine_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,28 +27,6 @@ class MachineTest : public testing::Test {
   nlohmann::json json(const std::string& name) { return nlohmann::json::parse(folder_.read(name)); }
   Folder folder_;
 };
-
-TEST_F(MachineTest, GivesTheTracerItsOptionsUnlessTheCommandLineNamesThem) {
-  folder_.write("own.toml", "[tracer]\nchild_order = \"slot\"\nsort_key = \"peak\"\n[l1]\nbytes = 65536\n");
-  const std::string trace = std::string("trace") + kView + "--no-trace --stats t.json --machine own.toml";
-  must(trace);
-  EXPECT_EQ(json("t.json").at("config").at("child_order"), "slot");
-  EXPECT_EQ(json("t.json").at("config").at("sort_key"), "peak");
-  must(trace + " --child-order near_first");
-  EXPECT_EQ(json("t.json").at("config").at("child_order"), "near_first");
-  EXPECT_EQ(json("t.json").at("config").at("sort_key"), "peak");
-}
-
-TEST_F(MachineTest, GivesTheHardwareItsKeysUnderConfigAndSet) {
-  folder_.write("own.toml", "[l1]\nbytes = 65536\nlatency = 25\n[l2]\nlatency = 100\n");
-  folder_.write("over.toml", "[l1]\nlatency = 30\n");
-  must(std::string("trace") + kView + "-o t.grtx");
-  must("sim t.grtx --quiet --machine own.toml --config over.toml --set l2.latency=120 --stats s.json");
-  const nlohmann::json config = json("s.json").at("config");
-  EXPECT_EQ(config.at("l1.bytes"), 65536);
-  EXPECT_EQ(config.at("l1.latency"), 30);
-  EXPECT_EQ(config.at("l2.latency"), 120);
-}
 
 TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
   folder_.write("over.toml", "[l1]\nlatency = 30\n");
@@ -101,15 +79,7 @@ TEST_F(MachineTest, IsPaperForEveryCommandThatNamesNone) {
   must("sweep --compare default.sqlite paper.sqlite --quiet");
 }
 
-TEST_F(MachineTest, PaperIsPaperChargedWithoutTheCharge) {
-  const auto config = [&](const std::string& machine) {
-    return nlohmann::json::parse(folder_.run("cost --json --machine " + machine).out).at("config");
-  };
-  const nlohmann::json paper = config("paper"), charged = config("paper-charged");
-  EXPECT_EQ(charged, config("'" + grtx::paths::source_dir() + "/configs/table1.toml' --set rt.memory.queue=256"));
-  for (const auto& [key, value] : charged.items()) {
-    EXPECT_EQ(paper.at(key) != value, key == "rt.checkpoint.traffic") << key;
-  }
+TEST_F(MachineTest, RunSaysWhetherCheckpointTrafficIsFree) {
   for (const auto& [machine, text] :
        {std::pair("paper", "checkpoint traffic is free on this machine (paper-charged charges it)\n"),
         std::pair("paper-charged", ""),
@@ -169,35 +139,6 @@ TEST_F(MachineTest, SweepPutsItBelowThePlan) {
   EXPECT_EQ(config.at("l1.latency"), 30);
   EXPECT_EQ(tracer.at("sort_key"), "peak");
   EXPECT_EQ(tracer.at("child_order"), "near_first");
-}
-
-TEST_F(MachineTest, NumbersOfTheTracerAreRefusedUnlessTheyAreText) {
-  folder_.write("own.toml", "[tracer]\nk = 16\nert = 0.02\n");
-  folder_.write("text.toml", "[tracer]\nk = \"16\"\nert = \"0.02\"\n");
-  folder_.write("none.toml", "# every option at its default\n");
-  const std::string trace = std::string("trace") + kView + "--accel tlas-tri20 ";
-  must(trace + "-o own.grtx --machine own.toml");
-  must(trace + "-o text.grtx --machine text.toml");
-  must(trace + "-o named.grtx --machine none.toml --k 16 --ert 0.02");
-  must(trace + "-o other.grtx --machine none.toml");
-  EXPECT_EQ(folder_.read("own.grtx"), folder_.read("named.grtx"));
-  EXPECT_EQ(folder_.read("text.grtx"), folder_.read("named.grtx"));
-  EXPECT_NE(folder_.read("other.grtx"), folder_.read("named.grtx"));
-}
-
-TEST_F(MachineTest, BadInputIsOneLine) {
-  folder_.write("a.toml", "[tracer]\nchild_ordr = \"slot\"\n");
-  folder_.write("b.toml", "[tracer]\nchild_order = \"slott\"\n");
-  const std::pair<const char*, const char*> cases[] = {{"papper", "the nearest is paper"},
-                                                       {"a.toml", "the nearest is 'tracer.child_order'"},
-                                                       {"b.toml", "b.toml: line 2: tracer.child_order: "},
-                                                       {"missing.toml", "missing.toml"}};
-  for (const auto& [machine, text] : cases) {
-    const Outcome outcome = folder_.run(std::string("trace") + kView + "--no-trace --machine " + machine);
-    EXPECT_EQ(outcome.code, 2) << outcome.err;
-    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-  }
 }
 
 }  // namespace

@@ -5,9 +5,8 @@ namespace grtx::modules {
 
 const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
   using C = DramChannelCounters;
-  const auto access_latency = [](const C& c) { return ratio(c.latency_clocks, c.reads + c.writes); };
   const auto refreshes = [](const C& c, StatisticList& list, const std::string& prefix) {
-    if (c.refreshes == 0 && !list.lists_kinds()) return;
+    if (c.refreshes == 0 && !list.is_reference()) return;
     list.add(prefix + ".refreshes", c.refreshes, "commands",
              "refreshes of all banks of a channel, due before its last column command");
   };
@@ -31,8 +30,8 @@ const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
           .sum(&C::full_clocks, "queue_full_clocks", "clocks",
                "clocks in which a request waited for room in a channel's queue")
           .sum(&C::latency_clocks)
-          .value(access_latency, "access_latency", "clocks",
-                 "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");
+          .mean({"", &C::latency_clocks}, {"", [](const C& c) { return c.reads + c.writes; }}, "access_latency",
+                "clocks", "mean from arrival in the queue to the last data, memory clocks, without the fixed latency");
   return table;
 }
 
@@ -44,6 +43,8 @@ DramCounters dram_counters(const DramChannelConfig& config, const std::vector<Dr
   const double peak = static_cast<double>(channels.size()) * config.burst_bytes / config.timing.ccd;
   if (clocks > 0) {
     sum.bandwidth_utilisation = static_cast<double>(sum.channel.bytes) / (peak * static_cast<double>(clocks));
+    sum.of_peak.part = sum.channel.bytes * config.timing.ccd;
+    sum.of_peak.whole = channels.size() * config.burst_bytes * clocks;
   }
   return sum;
 }
@@ -51,7 +52,8 @@ DramCounters dram_counters(const DramChannelConfig& config, const std::vector<Dr
 void describe(const DramCounters& c, const std::vector<DramChannelCounters>& channels, StatisticList& list,
               const std::string& prefix) {
   DramChannelCounters::table().describe(c.channel, list, prefix);
-  list.add(prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time");
+  list.add({prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time",
+            0.0, StatisticKind::ratio, c.of_peak});
   for (std::size_t i = 0; i < channels.size(); ++i) {
     list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written");
   }

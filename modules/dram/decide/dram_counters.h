@@ -31,6 +31,7 @@ struct DramCounters {
   DramChannelCounters channel;       ///< summed over channels
   std::uint64_t clocks = 0;          ///< memory clocks since the start
   double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
+  Quotient of_peak;                  ///< the same as two whole numbers: bytes x CCD, channels x burst x clocks
 };
 
 /// Sums the counters of `channels` and computes the bandwidth utilisation after `clocks` memory clocks.

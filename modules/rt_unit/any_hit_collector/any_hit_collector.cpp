@@ -22,8 +22,7 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
 
           .sum(&C::batches, "batches", "batches", "any-hit shader invocations")
           .sum(&C::lanes, "lanes", "lanes", "any-hit calls of lanes, in all batches")
-          .value([](const C& c) { return ratio(c.lanes, c.batches); }, "lanes_per_batch", "lanes",
-                 "mean lanes of a batch")
+          .mean({"lanes", &C::lanes}, {"batches", &C::batches}, "lanes_per_batch", "lanes", "mean lanes of a batch")
           .sum(&C::timeouts, "timeouts", "batches", "batches sent before all active lanes had a hit")
           .sum(&C::wait_cycles, "wait_cycles", "cycles", "first waiting lane to invocation, summed over batches")
           .sum(of_unit(&U::answers))

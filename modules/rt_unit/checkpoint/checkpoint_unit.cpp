@@ -50,8 +50,8 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
   static const CounterTable<C> table =
       CounterTable<C>()
 
-          .sum(&C::entries_written, "entries_written", "entries", "checkpoint entries written to destination buffers")
-          .sum(&C::entries_read, "entries_read", "entries", "checkpoint entries read from source buffers")
+          .exact(&C::entries_written, "entries_written", "entries", "checkpoint entries written to destination buffers")
+          .exact(&C::entries_read, "entries_read", "entries", "checkpoint entries read from source buffers")
           .sum(&C::sectors_written, "sectors_written", "requests", "32 B writes of checkpoint buffers")
           .sum(&C::sectors_read, "sectors_read", "requests", "32 B reads of checkpoint buffers")
           .sum(&C::straddling_written, "straddling_written", "entries", "written entries that lie in two sectors")

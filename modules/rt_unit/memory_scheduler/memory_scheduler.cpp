@@ -37,7 +37,7 @@ const CounterTable<MemorySchedulerCounters>& MemorySchedulerCounters::table() {
   static const CounterTable<C> table =
       CounterTable<C>()
 
-          .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed")
+          .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed", StatisticKind::exact)
           .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp")
           .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
           .by_name<Region>(is_node, Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},

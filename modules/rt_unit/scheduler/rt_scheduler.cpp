@@ -24,26 +24,27 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
           .sum(&C::selections, "selections", "cycles", "cycles in which a warp was scheduled")
           .sum(&C::lanes_handled, "lanes_handled", "lanes", "lanes handled when their warp was scheduled")
           .sum(&C::lanes_active, "lanes_active", "lanes", "unfinished lanes of scheduled warps")
-          .value(&C::simt_efficiency, "simt_efficiency", "ratio", "lanes handled / unfinished lanes of scheduled warps")
+          .ratio({"lanes_handled", &C::lanes_handled}, {"lanes_active", &C::lanes_active}, "simt_efficiency", "ratio",
+                 "lanes handled / unfinished lanes of scheduled warps")
           .by_name<Stall>(&C::stall, "stall", "cycles", "cycles without a scheduled warp, reason: {}")
-          .sum(&C::visits_internal, "visits_internal", "events", "internal nodes visited by lanes")
-          .sum(&C::visits_instance, "visits_instance", "events", "instance leaves visited by lanes")
-          .sum(&C::visits_leaf, "visits_leaf", "events", "primitive leaves visited by lanes")
-          .sum(&C::culls, "culls", "events", "stack entries found beyond t_max")
+          .exact(&C::visits_internal, "visits_internal", "events", "internal nodes visited by lanes")
+          .exact(&C::visits_instance, "visits_instance", "events", "instance leaves visited by lanes")
+          .exact(&C::visits_leaf, "visits_leaf", "events", "primitive leaves visited by lanes")
+          .exact(&C::culls, "culls", "events", "stack entries found beyond t_max")
           .sum(&C::replay_takes, "replay_takes", "events", "source entries traversed")
           .sum(&C::replay_forwards, "replay_forwards", "events", "source entries beyond t_max")
-          .sum(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes")
+          .exact(&C::any_hit_calls, "any_hit_calls", "calls", "any-hit shader calls of lanes")
           .when([](const C& c) { return c.intersection_calls != 0; })
           .sum(&C::intersection_calls, "intersection_calls", "calls", "intersection shader calls of lanes")
           .when([](const C& c) { return c.walk.entries != 0; })
           .sum(of_walk(&W::entries), "walk.entries", "entries", "stack entries of warps that were taken")
-          .value([](const C& c) { return ratio(c.lanes_handled, c.walk.entries); }, "walk.lanes_per_entry", "lanes",
-                 "mean lanes of a stack entry of a warp")
+          .mean({"lanes_handled", &C::lanes_handled}, {"walk.entries", of_walk(&W::entries)}, "walk.lanes_per_entry",
+                "lanes", "mean lanes of a stack entry of a warp")
           .sum(of_walk(&W::dropped), "walk.dropped", "entries", "of these, entries beyond t_max of all their lanes")
           .sum(of_walk(&W::in_vain), "walk.in_vain", "tests", "tests of lanes for which a node is beyond t_max")
           .sum(of_walk(&W::under_way))
-          .value([](const C& c) { return ratio(c.walk.under_way, c.walk.entries - c.walk.dropped); }, "walk.under_way",
-                 "entries", "mean entries of a warp under way when one starts")
+          .mean({"", of_walk(&W::under_way)}, {"", [](const C& c) { return c.walk.entries - c.walk.dropped; }},
+                "walk.under_way", "entries", "mean entries of a warp under way when one starts")
           .largest(of_walk(&W::most_waiting), "walk.max_waiting", "entries", "deepest stack of a warp");
   return table;
 }

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -19,17 +18,20 @@ struct GroupTimes {
 };
 
 struct GroupRun {
-  std::vector<std::uint64_t> groups;  ///< indices in the trace, ascending
+  std::vector<std::uint64_t> groups;   ///< indices in the trace, ascending
+  std::vector<std::uint64_t> read_at;  ///< see SimulationOptions
   GroupTimes times;
   double cycles = 0.0;
-  nlohmann::ordered_json stats;  ///< "stats" of the statistics document
+  modules::StatisticList statistics;
+  std::vector<modules::StatisticList> at_launches;  ///< so far, when each of `read_at` was launched: names and numbers
+  std::vector<LowerBound> bounds;
   std::vector<std::string> violations;
 };
 
 /// Starts the simulation of run.groups. `run` must outlive it.
 std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, const GpuConfig& config,
                                               const GroupRun& run);
-/// Waits for its end and fills times, cycles, stats and violations of `run`.
+/// Waits for its end and fills the rest of `run`.
 void finish_group_run(ChildProcess& child, GroupRun& run);
 
 }  // namespace grtx::sim

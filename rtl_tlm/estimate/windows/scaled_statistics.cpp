@@ -1,44 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/estimate/windows/scaled_statistics.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <string_view>
+#include <functional>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
+#include "grtx/rtl_tlm/run/lower_bounds.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::sim {
 namespace {
 
-using nlohmann::ordered_json;
+using modules::Statistic;
+using modules::StatisticKind;
 
-bool of_one_part(std::string_view name) {
-  const auto numbered = [name](std::string_view prefix) {
-    return name.starts_with(prefix) && name.size() > prefix.size() && name[prefix.size()] >= '0' &&
-           name[prefix.size()] <= '9';
-  };
-  return numbered("gpu.sm") || numbered("gpu.dram.channel") || name.starts_with("gpu.distributor.");
-}
-
-bool is_maximum(std::string_view name) {
-  return name.ends_with("_max") || name.find(".max_") != name.npos || name.ends_with("deepest_queue");
-}
-
-double value_in(const ordered_json& stats, const std::string& name) {
-  return stats.contains(name) ? stats.at(name).at("value").get<double>() : 0.0;
-}
-
+/// The statistics of kind exact.
 std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
   const traces::Totals& t = whole.totals;
-  return {{"gpu.rt.node_visits", t.visits()},
+  return {{"gpu.distributor.groups", whole.groups},
+          {"gpu.rt.node_visits", t.visits()},
           {"gpu.rt.visits_internal", t.visits_internal},
           {"gpu.rt.visits_instance", t.visits_instance},
           {"gpu.rt.visits_leaf", t.visits_leaf},
           {"gpu.rt.culls", t.culls},
           {"gpu.rt.any_hit_calls", t.any_hit_calls},
-          {"gpu.simt.any_hit.calls", t.any_hit_calls},
           {"gpu.simt.ray_rounds", t.rounds},
           {"gpu.rt.checkpoint.entries_written", t.checkpoints_written},
           {"gpu.rt.checkpoint.entries_read", t.checkpoints_read},
@@ -48,66 +38,266 @@ std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
           {"gpu.simt.warps", whole.groups}};
 }
 
-}  // namespace
+/// Where the measured part of a window begins and ends among the groups that ran.
+struct Span {
+  std::uint64_t begin = 0, end = 0;
+  std::uint64_t stratum = 0;  ///< groups that it stands for
+};
 
-modules::StatisticList whole_statistics(const ordered_json& sample, double factor, const WholeRun& whole,
-                                        const GpuConfig& config) {
-  modules::StatisticList list;
-  const auto cycles = static_cast<std::uint64_t>(std::llround(whole.cycles));
-  const std::map<std::string, std::uint64_t> exact = exact_counts(whole);
-  const double sms = config.sms;
-  std::vector<modules::Statistic> bounds;
-  for (const auto& [name, entry] : sample.items()) {
-    if (!name.starts_with("gpu.") || of_one_part(name) || name.starts_with("gpu.energy")) continue;
-    const std::string unit = entry.at("unit"), description = entry.at("description");
-    const bool count = entry.at("value").is_number_integer();
-    const double value = entry.at("value").get<double>();
-    const auto whole_number = [](double x) { return static_cast<std::uint64_t>(std::llround(x)); };
-    if (name == "gpu.cycles") {
-      list.add(name, cycles, unit, description + "; estimated");
-    } else if (name == "gpu.time_us") {
-      list.add(name, whole.cycles / config.core_mhz, unit, description);
-    } else if (name.starts_with("gpu.rays.")) {
-      continue;  // the shares of primary and secondary rays are not estimated
-    } else if (name == "gpu.bound.longest_ray") {
-      bounds.push_back({name, whole.longest.ray, unit, description});
-    } else if (name == "gpu.bound.longest_warp") {
-      bounds.push_back({name, whole.longest.warp, unit, description});
-    } else if (name == "gpu.bound.dram_bandwidth" || name == "gpu.bound.l2_port") {
-      const bool dram = name == "gpu.bound.dram_bandwidth";
-      const double all = factor * value_in(sample, dram ? "gpu.dram.bursts" : "gpu.l2.accesses");
-      const double each =
-          dram ? config.dram.channel.timing.ccd * config.core_mhz / config.at_bandwidth().memory_mhz : 1.0;
-      const bool none = value == 0.0;  // a perfect memory
-      const unsigned ports = dram ? config.interleave.dram_channels() : config.interleave.slices;
-      bounds.push_back({name, none ? 0 : whole_number(all * each / ports), unit, description});
-    } else if (name == "gpu.bound.largest" || name == "gpu.bound.fraction") {
-      continue;
-    } else if (name.starts_with("gpu.bound.")) {
-      bounds.push_back({name, whole_number(factor * value), unit, description});
-    } else if (exact.contains(name)) {
-      list.add(name, exact.at(name), unit, description);
-    } else if (name == "gpu.rt.occupancy") {
-      const double entries = sms * whole.cycles;
-      list.add(name, factor * value_in(sample, "gpu.rt.occupancy_integral") / entries, unit, description);
-    } else if (count) {
-      list.add(name, is_maximum(name) ? whole_number(value) : whole_number(factor * value), unit, description);
-    } else {
-      list.add(name, value, unit, description);
+std::vector<Span> measured_spans(const std::vector<Window>& windows) {
+  std::vector<Span> spans;
+  std::uint64_t place = 0;
+  for (const Window& window : windows) {
+    const std::uint64_t next = place + window.end - window.first;
+    spans.push_back({place + window.measured - window.first, next, window.stratum_end - window.stratum_first});
+    place = next;
+  }
+  if (!spans.empty()) --spans.back().end;  // the time after the last launch is the whole run's, too
+  return spans;
+}
+
+/// What a statistic counts: itself, or one of the two counts of a mean or ratio.
+using Count = std::function<double(const Statistic&)>;
+
+/// A count of the whole run: scaled, and what each window has beyond its share.
+struct Scaled {
+  double value = 0.0;
+  std::vector<double> beyond;  ///< by window, scaled up to its stratum
+};
+
+class Scaling {
+ public:
+  Scaling(const GroupRun& run, const std::vector<Window>& windows, const std::vector<GroupCosts>& costs) : run_(run) {
+    for (const modules::StatisticList& list : run.at_launches) {
+      auto& by_name = at_launches_.emplace_back();
+      for (const Statistic& s : list.items()) by_name.emplace(s.name, &s);
+    }
+    std::vector<GroupCosts> simulated;
+    for (const std::uint64_t group : run.groups) simulated.push_back(costs[group]);
+    const auto sectors = [](const std::vector<GroupCosts>& all) {
+      return std::accumulate(all.begin(), all.end(), 0.0,
+                             [](double sum, const GroupCosts& c) { return sum + c.front(); });
+    };
+    const auto between = [&](double from, double to) { return costs_between(run.times, simulated, from, to).front(); };
+    const auto launch = [&](std::uint64_t place) { return run.times.launched[place]; };
+    const double end = *std::max_element(run.times.ended.begin(), run.times.ended.end());
+    const std::vector<Span> spans = measured_spans(windows);
+    const double once = between(0.0, launch(spans.front().begin)) + between(launch(spans.back().end), end);
+    factor_ = (sectors(costs) - once) / std::max(1.0, sectors(simulated) - once);
+    for (const Span& span : spans) {
+      work_.push_back(between(launch(span.begin), launch(span.end)));
+      expansion_.push_back(static_cast<double>(span.stratum) /
+                           static_cast<double>(std::max<std::uint64_t>(1, span.end - span.begin)));
+      spans_.push_back({place_of(span.begin), place_of(span.end)});
     }
   }
-  for (const modules::Statistic& bound : bounds) {
-    list.add(bound.name, std::get<std::uint64_t>(bound.value), bound.unit, bound.description);
+
+  double factor() const { return factor_; }
+  /// 1 - share of a window's stratum that was measured.
+  double unmeasured(std::size_t window) const { return std::max(0.0, 1.0 - 1.0 / expansion_[window]); }
+
+  Scaled scaled(const Statistic& last, const Count& count) const {
+    const auto at = [&](std::size_t place) {
+      const auto found = at_launches_[place].find(last.name);
+      return found == at_launches_[place].end() ? 0.0 : count(*found->second);
+    };
+    const double all = count(last), head = at(spans_.front().first), tail = all - at(spans_.back().second);
+    Scaled result;
+    result.value = head + factor_ * (all - head - tail) + tail;
+    std::vector<double> counts;
+    for (const auto& [begin, end] : spans_) counts.push_back(at(end) - at(begin));
+    const double work = std::accumulate(work_.begin(), work_.end(), 0.0);
+    const double rate = std::accumulate(counts.begin(), counts.end(), 0.0) / std::max(1.0, work);
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      result.beyond.push_back(expansion_[i] * (counts[i] - rate * work_[i]));
+    }
+    return result;
   }
-  const auto largest = std::max_element(bounds.begin(), bounds.end(), [](const auto& a, const auto& b) {
-    return std::get<std::uint64_t>(a.value) < std::get<std::uint64_t>(b.value);
-  });
-  const std::uint64_t most = largest == bounds.end() ? 0 : std::get<std::uint64_t>(largest->value);
-  const std::string which =
-      largest == bounds.end() ? "none" : largest->name.substr(std::string_view("gpu.bound.").size());
-  list.add("gpu.bound.largest", most, "cycles", "largest lower bound, estimated: " + which);
-  list.add("gpu.bound.fraction", static_cast<double>(most) / std::max(1.0, whole.cycles), "ratio",
-           "largest lower bound / gpu.cycles");
+
+  /// beyond: by window, of a value whose logarithm's deviation it makes.
+  StatisticInterval interval(double value, const std::vector<double>& beyond) const {
+    CycleEstimate estimate;
+    estimate.log_cycles = std::log(value);
+    estimate.bias = kWindowsBias;
+    estimate.degrees_of_freedom = std::max(2.0, static_cast<double>(beyond.size()) - 1.0);
+    for (std::size_t i = 0; i < beyond.size(); ++i) {
+      estimate.evidence.push_back({0, 0.0, beyond[i] * std::sqrt(unmeasured(i)) / value});
+    }
+    const ConfidenceInterval interval = cycles_interval(estimate);
+    return {interval.low, interval.high};
+  }
+
+ private:
+  std::size_t place_of(std::uint64_t launch) const {
+    return static_cast<std::size_t>(std::lower_bound(run_.read_at.begin(), run_.read_at.end(), launch) -
+                                    run_.read_at.begin());
+  }
+
+  const GroupRun& run_;
+  std::vector<std::unordered_map<std::string, const Statistic*>> at_launches_;
+  std::vector<std::pair<std::size_t, std::size_t>> spans_;  ///< by window: places in at_launches_
+  std::vector<double> work_, expansion_;                    ///< by window
+  double factor_ = 1.0;
+};
+
+/// Of 0 events in a sample the upper end is that of three: so many are missed once in twenty times.
+constexpr double kUnseen = 3.0;
+
+class Estimator {
+ public:
+  Estimator(const Scaling& scaling, WholeStatistics& result) : scaling_(scaling), result_(result) {}
+
+  /// Adds a statistic whose value is scaled; false if its interval has no end.
+  bool add_count(const Statistic& s) {
+    const auto [value, interval] = count(s);
+    if (!std::isfinite(interval.high)) return false;
+    Statistic scaled = s;
+    if (std::holds_alternative<std::uint64_t>(s.value)) {
+      scaled.value = static_cast<std::uint64_t>(std::llround(value));
+    } else {
+      scaled.value = value;
+    }
+    add(std::move(scaled), interval);
+    return true;
+  }
+
+  /// Value and interval of a count.
+  std::pair<double, StatisticInterval> count(const Statistic& s) const {
+    const Scaled scaled = scaling_.scaled(s, &Statistic::number);
+    const double unseen = kUnseen * scaling_.factor();
+    if (scaled.value <= 0.0) return {0.0, {0.0, unseen}};
+    const StatisticInterval interval = scaling_.interval(scaled.value, scaled.beyond);
+    return {scaled.value, {std::max(0.0, interval.low - unseen), interval.high + unseen}};
+  }
+
+  /// Adds a mean or ratio, if it was made from anything.
+  void add_quotient(const Statistic& s) {
+    const Scaled part = scaling_.scaled(s, [](const Statistic& q) { return static_cast<double>(q.of.part); });
+    const Scaled whole = scaling_.scaled(s, [](const Statistic& q) { return static_cast<double>(q.of.whole); });
+    if (whole.value <= 0.0) return;
+    Statistic made = s;
+    const double value = part.value / whole.value, unseen = kUnseen * scaling_.factor() / whole.value;
+    made.value = value;
+    if (value <= 0.0) return add(std::move(made), {0.0, unseen});
+    std::vector<double> beyond;
+    for (std::size_t i = 0; i < part.beyond.size(); ++i) {
+      beyond.push_back((part.beyond[i] - value * whole.beyond[i]) / whole.value);
+    }
+    const StatisticInterval interval = scaling_.interval(value, beyond);
+    if (std::isfinite(interval.high)) add(std::move(made), {interval.low, interval.high});
+  }
+
+  void add(Statistic s, const StatisticInterval& interval) {
+    result_.intervals[s.name] = interval;
+    result_.list.add(std::move(s));
+  }
+
+ private:
+  const Scaling& scaling_;
+  WholeStatistics& result_;
+};
+
+/// gpu.bound.*: of each unit's work as scaled, of the longest chain as it is.
+void add_bounds(const GroupRun& run, const WholeRun& whole, const Estimator& estimator, WholeStatistics& result) {
+  std::vector<LowerBound> bounds;
+  StatisticInterval largest;
+  for (LowerBound bound : run.bounds) {
+    if (bound.of_chain && !whole.longest) continue;
+    const std::string name = kBoundPrefix + bound.name;
+    StatisticInterval interval;
+    if (bound.of_chain) {
+      const std::vector<LowerBound> chains = chain_bounds(*whole.longest);
+      bound.cycles =
+          std::find_if(chains.begin(), chains.end(), [&](const LowerBound& c) { return c.name == bound.name; })->cycles;
+      interval.low = interval.high = static_cast<double>(bound.cycles);
+    } else {
+      const auto& items = run.statistics.items();
+      const auto last = std::find_if(items.begin(), items.end(), [&](const Statistic& s) { return s.name == name; });
+      double value = 0.0;
+      std::tie(value, interval) = estimator.count(*last);
+      if (!std::isfinite(interval.high)) continue;
+      bound.cycles = static_cast<Cycle>(std::llround(value));
+      result.intervals[name] = interval;
+    }
+    largest = {std::max(largest.low, interval.low), std::max(largest.high, interval.high)};
+    bounds.push_back(std::move(bound));
+  }
+  const ConfidenceInterval& cycles = whole.cycles;
+  describe(bounds, static_cast<Cycle>(std::llround(cycles.value)), result.list);
+  result.binding_bound = binding_bound(bounds).name;
+  result.intervals[kBoundPrefix + "largest"] = largest;
+  result.intervals[kBoundPrefix + "fraction"] = {largest.low / cycles.high, largest.high / cycles.low};
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> launches_to_read(const std::vector<Window>& windows) {
+  std::vector<std::uint64_t> places;
+  for (const Span& span : measured_spans(windows)) {
+    places.push_back(span.begin);
+    places.push_back(span.end);
+  }
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  return places;
+}
+
+WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>& windows,
+                                 const std::vector<GroupCosts>& costs, const WholeRun& whole) {
+  const Scaling scaling(run, windows, costs);
+  const std::map<std::string, std::uint64_t> exact = exact_counts(whole);
+  const ConfidenceInterval& cycles = whole.cycles;
+  WholeStatistics result;
+  Estimator estimator(scaling, result);
+  for (const Statistic& s : run.statistics.items()) {
+    if (is_of_one_part(s.name)) continue;
+    Statistic known = s;
+    if (s.name == "gpu.cycles") {
+      known.value = static_cast<std::uint64_t>(std::llround(cycles.value));
+      known.description += "; estimated";
+      estimator.add(known, {cycles.low, cycles.high});
+      continue;
+    }
+    if (s.name == "gpu.time_us") {
+      const double cycle = s.number() / run.cycles;
+      known.value = s.number() * (cycles.value / run.cycles);
+      estimator.add(known, {cycle * cycles.low, cycle * cycles.high});
+      continue;
+    }
+    switch (s.kind) {
+      case StatisticKind::exact:
+        if (const auto found = exact.find(s.name); found != exact.end()) {
+          known.value = found->second;
+          result.list.add(known);
+        }
+        break;
+      case StatisticKind::count:
+      case StatisticKind::histogram:
+        estimator.add_count(s);
+        break;
+      case StatisticKind::mean:
+      case StatisticKind::ratio:
+        estimator.add_quotient(s);
+        break;
+      case StatisticKind::bound:  // below
+      case StatisticKind::largest:
+      case StatisticKind::smallest:
+      case StatisticKind::state:
+        break;
+    }
+  }
+  add_bounds(run, whole, estimator, result);
+  return result;
+}
+
+modules::StatisticList at_ends(const WholeStatistics& statistics, bool upper) {
+  modules::StatisticList list;
+  for (Statistic s : statistics.list.items()) {
+    if (const auto found = statistics.intervals.find(s.name); found != statistics.intervals.end()) {
+      s.value = upper ? found->second.high : found->second.low;
+    }
+    list.add(std::move(s));
+  }
   return list;
 }
 

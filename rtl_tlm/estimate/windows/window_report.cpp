@@ -73,22 +73,28 @@ void WindowReport::describe(const EstimatedResult& r, const Sample& sample, cons
 }
 
 // In a child process: pricing needs an elaborated machine, and a process elaborates only once.
-void WindowReport::add_energy(modules::StatisticList& list) const {
+void WindowReport::add_energy(WholeStatistics& statistics) const {
   if (!options_.price) return;
-  ChildProcess child("energy", [this, &list] {
+  ChildProcess child("energy", [this, &statistics] {
     modules::set_time_resolution_to_fs();
     const IdleMachine machine(config_, reader_.header(), reader_.totals().max_evictions_per_ray);
-    modules::StatisticList priced = list;
-    options_.price(config_, machine.inventory(), reader_.totals().rays, priced);
     ordered_json json = ordered_json::array();
-    for (std::size_t i = list.items().size(); i < priced.items().size(); ++i) {
-      const modules::Statistic& s = priced.items()[i];
-      json.push_back({s.name, std::get<double>(s.value), s.unit, s.description});
+    for (modules::StatisticList counts : {statistics.list, at_ends(statistics, false), at_ends(statistics, true)}) {
+      const std::size_t counted = counts.items().size();
+      options_.price(config_, machine.inventory(), reader_.totals().rays, counts);
+      modules::StatisticList energy;
+      for (std::size_t i = counted; i < counts.items().size(); ++i) energy.add(counts.items()[i]);
+      json.push_back(list_json(energy));
     }
     return json_text(json);
   });
-  for (const auto& s : parse_json(child.result(), "estimate")) {
-    list.add(s.at(0), s.at(1).get<double>(), s.at(2), s.at(3));
+  const ordered_json json = parse_json(child.result(), "estimate");
+  const modules::StatisticList central = list_from_json(json.at(0)), low = list_from_json(json.at(1)),
+                               high = list_from_json(json.at(2));
+  for (std::size_t i = 0; i < central.items().size(); ++i) {
+    const modules::Statistic& s = central.items()[i];
+    statistics.intervals[s.name] = {low.items()[i].number(), high.items()[i].number()};
+    statistics.list.add(s);
   }
 }
 
@@ -96,14 +102,19 @@ void WindowReport::finish(EstimatedResult& r) const {
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double cpu = cpu_of_all_processes() - start_cpu_;
   modules::StatisticList& host = r.result.host;
-  host.add("host.wall_seconds", wall, "s", "wall time of the whole estimate");
-  host.add("host.cpu_seconds", cpu, "s", "processor time of the whole estimate, all processes");
-  host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process");
+  host.add("host.wall_seconds", wall, "s", "wall time of the whole estimate", modules::StatisticKind::count);
+  host.add("host.cpu_seconds", cpu, "s", "processor time of the whole estimate, all processes",
+           modules::StatisticKind::count);
+  host.add("host.peak_rss_bytes", peak_rss_of_all_processes(), "B", "largest resident memory of a process",
+           modules::StatisticKind::largest);
   add_host_speed(host, {r.result.cycles, reader_.totals().visits(), wall, cpu}, config_);
   r.result.inputs = inputs();
   r.result.document =
       statistics_document(config_json(config_), r.result.inputs, r.result.notes, r.result.statistics, r.result.host);
   r.result.document["windows"] = to_json(r.estimate);
+  for (const auto& [name, interval] : r.intervals) {
+    r.result.document["windows"]["intervals"][name] = {interval.low, interval.high};
+  }
 }
 
 EstimatedResult WindowReport::whole(const std::string& why) const {

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "grtx/rtl_tlm/estimate/windows/scaled_statistics.h"
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/traces/reader.h"
 
@@ -28,8 +29,9 @@ class WindowReport {
   /// Adds gpu.windows.*. note: why the whole trace was simulated; empty if it was not.
   void describe(const EstimatedResult& result, const Sample& sample, const std::string& note,
                 modules::StatisticList& list) const;
-  /// Adds the energy statistics of the whole machine for the counts in `list`, if options.price is set.
-  void add_energy(modules::StatisticList& list) const;
+  /// Adds the energy statistics of the whole machine for the counts, if options.price is set: energy grows with each
+  /// count, so the ends of its interval are prices of the counts' ends.
+  void add_energy(WholeStatistics& statistics) const;
   /// Fills inputs, host.* and document of a result whose statistics are complete.
   void finish(EstimatedResult& result) const;
   /// Simulates the whole trace in cycle mode instead of estimating, and prints the reason `why` to stderr.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "grtx/base/child_process.h"
@@ -95,6 +96,7 @@ class WindowedRun {
     windows_ = plan_windows(reader_.group_count(), slots_of(config_), share, options_.seed);
     sample_ = {};
     sample_.groups = groups_of(windows_);
+    sample_.read_at = launches_to_read(windows_);
     const std::unique_ptr<ChildProcess> child = start_group_run(reader_.path(), config_, sample_);
     count_costs();
     finish_group_run(*child, sample_);
@@ -118,21 +120,18 @@ class WindowedRun {
     r.estimate = estimate;
     r.cycles = interval;
     r.result.cycles = static_cast<Cycle>(std::llround(interval.value));
-    double simulated = 0.0, all = 0.0;
-    for (const std::uint64_t group : sample_.groups) simulated += costs_[group].front();
-    for (const GroupCosts& costs : costs_) all += costs.front();
     WholeRun whole;
-    whole.cycles = interval.value;
+    whole.cycles = interval;
     whole.groups = reader_.group_count();
     whole.totals = reader_.totals();
-    whole.longest = longest_;
-    r.result.statistics = whole_statistics(sample_.stats, all / std::max(1.0, simulated), whole, config_);
-    for (const modules::Statistic& s : r.result.statistics.items()) {
-      if (s.name == "gpu.bound.largest") r.result.binding_bound = s.description.substr(s.description.rfind(' ') + 1);
-    }
+    if (std::all_of(counted_.begin(), counted_.end(), [](bool counted) { return counted; })) whole.longest = longest_;
+    WholeStatistics estimated = whole_statistics(sample_, windows_, costs_, whole);
+    report_.add_energy(estimated);
+    r.result.statistics = std::move(estimated.list);
+    r.result.binding_bound = estimated.binding_bound;
+    r.intervals = std::move(estimated.intervals);
     r.result.violations = sample_.violations;
     r.result.notes = notes(r.result.statistics);
-    report_.add_energy(r.result.statistics);
     report_.describe(r, {sample_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;
     list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");

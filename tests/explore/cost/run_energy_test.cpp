@@ -9,6 +9,8 @@
 
 #include "grtx/base/child_process.h"
 #include "grtx/base/error.h"
+#include "grtx/explore/cost/operator_cost.h"
+#include "grtx/explore/cost/sram_cost.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
 namespace grtx::explore {
@@ -74,6 +76,40 @@ TEST(RunEnergy, ATriangleTestIsItsOperatorsAndRegisters) {
   // 23 add at 3.45, 24 mul at 9.64, 4 compare at 0.36 pJ; 37 stages of 416 bits at 0.009 pJ.
   const double pj = 23 * 3.45 + 24 * 9.64 + 4 * 0.36 + 37 * 416 * 0.009;
   EXPECT_NEAR(energy_of("rt.ray_triangle", {{"gpu.rt.ray_triangle.tests", 1000}}), pj, 1e-3);
+}
+
+/// Energy of reading and of writing a row of an SM's register file, a register of 32 lanes. For three read ports there
+/// are three copies, and a write goes to each.
+struct RegisterFileCost {
+  explicit RegisterFileCost(std::uint64_t registers) {
+    const SramCost copy = sram_cost({.bits = registers * 32, .word_bits = 32 * 32, .two_ports = true, .nm = 45});
+    read_pj = copy.read_pj;
+    write_pj = 3.0 * copy.write_pj;
+  }
+  double read_pj = 0.0, write_pj = 0.0;
+};
+
+TEST(RunEnergy, AnInstructionReadsThreeRegistersAndWritesOne) {
+  const double fma = operator_cost("fp_fma", 32).energy_pj.central;
+  for (const unsigned registers : {65536U, 16384U}) {
+    const RegisterFileCost file(registers);
+    ASSERT_GT(file.read_pj, 0.0);
+    const double pj = 32 * fma + 3 * file.read_pj + file.write_pj;
+    EXPECT_NEAR(
+        energy_of("simt", {{"gpu.simt.instructions.total", 1000}}, {"simt.registers=" + std::to_string(registers)}), pj,
+        1e-3)
+        << registers;
+  }
+}
+
+TEST(RunEnergy, AStepOfAHeapReadsAndWritesThreeOfTheWordsOfARow) {
+  const RegisterFileCost file(65536);
+  const double pj = operator_cost("fp_compare", 32).energy_pj.central + (file.read_pj + file.write_pj) * 3.0 / 32.0;
+  // A step takes two cycles: of the unit where hits enter, of the SIMT core where they are taken out.
+  const std::map<std::string, double> cycles = {{"gpu.rt.any_hit.unit.busy_cycles", 1500},
+                                                {"gpu.simt.heap_cycles", 500}};
+  EXPECT_NEAR(energy_of("rt.any_hit_unit", cycles, {"rt.any_hit_unit.enabled=true"}), pj, 1e-3);
+  EXPECT_EQ(energy_of("rt.any_hit_unit", {}, {"rt.any_hit_unit.enabled=true"}), 0.0);
 }
 
 TEST(RunEnergy, MorePipelinesOrASharedOperatorDoNotChangeATestsEnergy) {

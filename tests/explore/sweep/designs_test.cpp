@@ -58,6 +58,7 @@ TEST(Designs, WarpsThatWalkTogetherAreTracedWithAsManyNodesUnderWay) {
   const Design& walk = design_of("walk");
   EXPECT_EQ(value_of(walk.keys, "rt.traversal"), "warp");
   EXPECT_EQ(value_of(walk.keys, "rt.warp_stack.ahead"), value_of(walk.tracer, "ahead"));
+  EXPECT_EQ(value_of(walk.keys, "rt.warp_stack.entries"), "96");  // rt_unit_warp_walk_test.cpp: why not the key's 64
 }
 
 }  // namespace

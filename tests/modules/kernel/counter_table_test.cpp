@@ -36,7 +36,7 @@ constexpr auto enum_names(Reason) { return names_in_order<Reason>({"a", "b", "c"
 struct Inner {
   std::uint64_t hits = 0;
   static const CounterTable<Inner>& table() {
-    static const CounterTable<Inner> table = CounterTable<Inner>().sum(&Inner::hits, "hits", "1", "hits of a part");
+    static const CounterTable<Inner> table = CounterTable<Inner>().exact(&Inner::hits, "hits", "1", "hits of a part");
     return table;
   }
 };
@@ -49,20 +49,20 @@ struct Outer {
   std::array<std::uint64_t, 3> waits{};
   Distribution latency;
   Inner inner;
-  double share() const { return ratio(calls, hidden); }
   static const CounterTable<Outer>& table() {
     using C = Outer;
     using Column = CounterColumn<decltype(&C::stalls)>;
-    static const CounterTable<C> table = CounterTable<C>()
-                                             .sum(&C::calls, "calls", "calls", "calls made")
-                                             .sum(&C::hidden)
-                                             .largest(&C::longest, "longest", "entries", "longest queue")
-                                             .by_name<Reason>([](Reason reason) { return reason != Reason::b; },
-                                                              Column{&C::stalls, "stall", "cycles", "by {}."},
-                                                              Column{&C::waits, "wait", "cycles", "for {}"})
-                                             .value(&C::share, "share", "ratio", "calls / hidden")
-                                             .distribution(&C::latency, "latency", "cycles", "mean", "longest")
-                                             .part(&C::inner, ".inner");
+    static const CounterTable<C> table =
+        CounterTable<C>()
+            .sum(&C::calls, "calls", "calls", "calls made")
+            .sum(&C::hidden)
+            .largest(&C::longest, "longest", "entries", "longest queue")
+            .by_name<Reason>([](Reason reason) { return reason != Reason::b; },
+                             Column{&C::stalls, "stall", "cycles", "by {}."},
+                             Column{&C::waits, "wait", "cycles", "for {}"})
+            .ratio({"calls", &C::calls}, {"", &C::hidden}, "share", "ratio", "calls / hidden")
+            .distribution(&C::latency, "latency", "cycles", "mean", "longest")
+            .part(&C::inner, ".inner");
     return table;
   }
 };
@@ -107,6 +107,20 @@ TEST(CounterTable, DescribesInTheOrderOfTheTable) {
             "1:hits of a part\n");
 }
 
+TEST(CounterTable, GivesEachStatisticTheKindOfItsRow) {
+  StatisticList list;
+  Outer::table().describe(example(4), list, "unit");
+  std::vector<std::string> kinds;
+  for (const Statistic& s : list.items()) kinds.emplace_back(name_of(s.kind));
+  EXPECT_THAT(kinds, ::testing::ElementsAre("count", "largest", "count", "count", "count", "count", "ratio", "mean",
+                                            "largest", "exact"));
+  const Quotient& share = list.items()[6].of;
+  EXPECT_EQ(share.part, 4U);
+  EXPECT_EQ(share.whole, 8U);
+  EXPECT_EQ(share.part_name, "unit.calls");
+  EXPECT_EQ(share.whole_name, "");
+}
+
 TEST(CounterTable, KnowsWhetherAFieldWasForgotten) {
   EXPECT_EQ(Outer::table().bytes(), sizeof(Outer));
   EXPECT_LT(CounterTable<Outer>().sum(&Outer::calls).bytes(), sizeof(Outer));
@@ -115,7 +129,7 @@ TEST(CounterTable, KnowsWhetherAFieldWasForgotten) {
 /// Statistics that are not zero and that no table would print.
 template <typename Counters>
 std::vector<std::string> left_out(const Counters& counters) {
-  StatisticList all = StatisticList::of_kinds(), shown;
+  StatisticList all = StatisticList::of_reference(), shown;
   Counters::table().describe(counters, all, "unit");
   Counters::table().describe(counters, shown, "unit");
   std::set<std::string> names;

@@ -28,7 +28,7 @@ std::vector<modules::PartInfo> all_rows() {
 
 TEST(PartTable, NamesOnlyStatisticsThatRunsHave) {
   std::set<std::string> declared;
-  const modules::StatisticList kinds = statistic_kinds();
+  const modules::StatisticList kinds = all_statistics();
   for (const modules::Statistic& statistic : kinds.items()) declared.insert(statistic.name);
   for (const modules::PartInfo& part : all_rows()) {
     for (const modules::EnergyAction& action : part.energy) {

@@ -63,14 +63,14 @@ TEST(StatisticsDifference, WorkMovesWithTheFlowAndWaitingAgainstIt) {
 
 TEST(StatisticsDifference, TheUnitOfTheChangedKeyMovedFirst) {
   const auto moved = [](const char* key) {
-    auto record = document({{"gpu.simt.any_hit.batches", 4}, {"gpu.l2.read_latency", 2}, {"gpu.cycles", 50}});
-    auto found = document({{"gpu.simt.any_hit.batches", 5}, {"gpu.l2.read_latency", 3}, {"gpu.cycles", 60}});
+    auto record = document({{"gpu.simt.any_hit.batches", 4}, {"gpu.l2.miss_latency", 2}, {"gpu.cycles", 50}});
+    auto found = document({{"gpu.simt.any_hit.batches", 5}, {"gpu.l2.miss_latency", 3}, {"gpu.cycles", 60}});
     record["config"] = {{key, 1}};
     found["config"] = {{key, 2}};
     const StatisticsComparison comparison = compare_statistics({}, record, found);
     return likely_origin(comparison)->name;
   };
-  EXPECT_EQ(moved("l2.latency"), "gpu.l2.read_latency");  // later hits make more batches time out
+  EXPECT_EQ(moved("l2.latency"), "gpu.l2.miss_latency");  // later hits make more batches time out
   EXPECT_EQ(moved("gpu.core_mhz"), "gpu.cycles");
   EXPECT_EQ(moved("simt.registers"), "gpu.simt.any_hit.batches");
   EXPECT_EQ(moved("dram.banks"), "gpu.simt.any_hit.batches");  // nothing of the DRAM is on record: by the flow

@@ -165,6 +165,48 @@ TEST_F(WarpWalk, EntriesInATraceWithoutCheckpointingWereIgnored) {
   }
 }
 
+// Design walk has a stack of 96 entries: sixteen nodes under way give more children than 64 hold.
+TEST_F(WarpWalk, AStackOf96HoldsWhatOneOf64Spills) {
+  // A root with six nodes of six nodes of five leaves each, all visited by one lane.
+  constexpr std::uint32_t kNode = 100, kInner = 1000, kLeaf = 10000;
+  const std::vector<NodeKind> nodes(6, NodeKind::internal), leaves(5, NodeKind::triangle);
+  traces::RayGroup group;
+  group.nodes = {node_definition(1, kNode, nodes)};
+  std::vector<Event> events{internal_event(0, 0b111111)};
+  const auto visit = [&](std::uint32_t address, std::uint32_t child, const std::vector<NodeKind>& kinds) {
+    events.push_back(internal_event(static_cast<std::uint32_t>(group.nodes.size()), (1u << kinds.size()) - 1));
+    group.nodes.push_back(node_definition(address, child, kinds));
+  };
+  for (std::uint32_t n = 0; n < 6; ++n) {
+    visit(kNode + n, kInner + 10 * n, nodes);
+    for (std::uint32_t i = 0; i < 6; ++i) {
+      const std::uint32_t base = kLeaf + 100 * n + 10 * i;
+      visit(kInner + 10 * n + i, base, leaves);
+      for (std::uint32_t leaf = 0; leaf < 5; ++leaf) events.push_back(leaf_event(base + leaf, LeafOutcome::miss));
+    }
+  }
+  group.rays.resize(1);
+  add_round(group.rays[0], events);
+  struct Run {
+    std::uint64_t spills, most_waiting;
+    Cycle end;
+  };
+  const auto run = [&](unsigned entries) {
+    RtBench bench(small_header(), walking(16, entries));
+    bench.run(group);
+    EXPECT_EQ(bench.counters().scheduler.visits_leaf, 180u);
+    EXPECT_EQ(bench.counters().stack.fills, bench.counters().stack.spills);
+    return Run{bench.counters().stack.spills, bench.counters().scheduler.walk.most_waiting, bench.dones[0].cycle};
+  };
+  const Run small = run(64), walk = run(96), endless = run(1024);
+  EXPECT_GT(endless.most_waiting, 64u);
+  EXPECT_LE(endless.most_waiting, 96u);
+  EXPECT_GT(small.spills, 0u);
+  EXPECT_EQ(walk.spills, 0u);
+  EXPECT_EQ(walk.end, endless.end);
+  EXPECT_GT(small.end, walk.end);
+}
+
 TEST_F(WarpWalk, TracesThatWarpsCannotWalkAreRefusedByTheKey) {
   const auto refused = [](const traces::Header& header, BenchOptions options) {
     try {

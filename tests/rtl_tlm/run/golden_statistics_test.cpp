@@ -8,9 +8,11 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/child_process.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/statistics_table.h"
 #include "paths.h"
+#include "rtl_tlm/plain/random_machine.h"
 #include "rtl_tlm/simulate_priced.h"
 #include "traces/random_group.h"
 #include "traces/temporary_file.h"
@@ -28,6 +30,9 @@ struct Case {
   std::uint64_t capacity;
   const char* order;
   std::vector<std::string> settings;
+  unsigned k = 4;
+  const char* design = nullptr;  ///< whose units these are, and whose leaves: procedural
+  traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
@@ -54,6 +59,8 @@ const std::vector<Case>& cases() {
        1000,
        "fifo",
        {"l2.slices=3", "l2.bytes=61440", "l1.banks=1", "simt.message_latency=7", "l1.link_latency=3"}},
+      {"gautracer", false, false, 0, "fifo", {}, 16, "gautracer"},
+      {"walk", false, false, 0, "fifo", {}, 64, "walk", traces::NodeLayout::quantised},
   };
   return all;
 }
@@ -86,12 +93,21 @@ TEST_P(GoldenStatistics, AreReproduced) {
   random.checkpoint = c.checkpoint;
   random.capacity = c.capacity;
   random.checkpoint_order = *from_name<traces::CheckpointOrder>(c.order);
+  random.k = c.k;
+  std::vector<std::string> settings = c.settings;
+  if (c.design != nullptr) {
+    const explore::Design& design = explore::design_of(c.design);
+    for (const auto& [key, value] : explore::keys_for(design, c.k)) settings.push_back(key + "=" + value);
+  }
+  random.layout = c.layout;
+  random.procedural = c.layout == traces::NodeLayout::quantised;  // whose two kinds of leaves differ in size
   const traces::testing::TemporaryFile file(c.name);
   auto trace = traces::testing::random_trace(random);
   for (traces::RayGroup& group : trace.groups) group.kind = traces::RayKind::primary;  // one launch
+  if (c.design != nullptr) test::make_procedural(trace);
   traces::testing::write_trace(file.path(), trace.header, trace.groups);
 
-  const ordered_json found = values(file.path(), c.settings);
+  const ordered_json found = values(file.path(), settings);
   if (const char* const path = std::getenv("GRTX_WRITE_GOLDEN")) {
     StatisticsTable golden(path);
     golden.put(c.name, found);

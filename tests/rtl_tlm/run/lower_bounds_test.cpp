@@ -9,7 +9,9 @@
 #include "grtx/rtl_tlm/gpu/built_in_memory.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "rtl_tlm/observe/observed_run.h"
+#include "rtl_tlm/simulate_priced.h"
 #include "rtl_tlm/tiny_trace.h"
+#include "traces/temporary_file.h"
 
 namespace grtx::sim {
 namespace {
@@ -58,6 +60,41 @@ TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
   EXPECT_EQ(bounds.at("longest_ray"), 500U);
   EXPECT_EQ(bounds.at("longest_warp"), 600U);
   EXPECT_EQ(binding_bound(lower_bounds(c, {500, 600}, config)).name, "dram_bandwidth");
+}
+
+// A test takes its pipeline for `interval` cycles, but nothing waits after the last one.
+TEST(LowerBounds, APipelineIsNotWaitedForAfterItsLastTest) {
+  GpuConfig config;
+  config.rt.ray_box = {2, 13, 5};
+  config.rt.ray_triangle = {1, 37, 7};
+  config.rt.ray_sphere = {4, 37, 3};
+  config.rt.ray_gaussian = {3, 9, 4};
+  config.rt.ray_transform = {1, 4, 64};
+  GpuCounters c = two_sms();
+  c.rt_of[0].ray_box.busy_cycles = 7 * 5;
+  c.rt_of[1].ray_box.busy_cycles = 6 * 5;
+  c.rt_of[1].ray_triangle.busy_cycles = 3 * 7;
+  c.rt_of[0].ray_sphere.busy_cycles = 1 * 3;
+  c.rt_of[0].ray_gaussian.busy_cycles = 8 * 4;
+  c.rt_of[1].ray_transform.busy_cycles = 1 * 64;
+  const auto bounds = bounds_of(c, {}, config);
+  EXPECT_EQ(bounds.at("unit.box"), 18U - 4U);       // ceil(7 tests x 5 / 2 pipelines) - (5 - 1)
+  EXPECT_EQ(bounds.at("unit.triangle"), 21U - 6U);  // 3 tests x 7 in one pipeline: the third starts in cycle 14
+  EXPECT_EQ(bounds.at("unit.sphere"), 0U);          // one of four pipelines
+  EXPECT_EQ(bounds.at("unit.gaussian"), 11U - 3U);  // ceil(8 x 4 / 3) - 3
+  EXPECT_EQ(bounds.at("unit.transform"), 1U);
+}
+
+// A run of eight box tests in pipelines that are slower than all else: the bound is near its cycles, and not above.
+TEST(LowerBounds, AUnitWithAnIntervalBindsARunAndIsNotAboveIt) {
+  const traces::testing::TemporaryFile file("interval");
+  test::write_tiny_trace(file.path(), {1, 8});
+  const std::vector<std::string> slow = {"rt.box.count=1", "rt.box.interval=3000"};
+  const auto stats = test::small_statistics(file.path(), slow);  // breaks no law: no bound is above the cycles
+  EXPECT_EQ(stats.at("gpu.rt.ray_box.tests").at("value"), 8U);
+  EXPECT_EQ(stats.at("gpu.bound.unit.box").at("value"), 8U * 3000U - 2999U);
+  EXPECT_GT(stats.at("gpu.bound.fraction").at("value").get<double>(), 0.9);
+  EXPECT_EQ(stats.at("gpu.bound.largest").at("description"), "largest lower bound: unit.box");
 }
 
 // The same traffic of each channel, a part of it for each port of the L2.

@@ -65,7 +65,7 @@ TEST(StatisticsReference, ListsWhatRunsReport) {
   const nlohmann::json stats = nlohmann::json::parse(child.result());
   for (const auto& [name, entry] : stats.items()) {
     if (name.starts_with("host.")) continue;
-    const auto row = known.find(statistic_kind(name));
+    const auto row = known.find(reference_name(name));
     if (row == known.end()) {
       ADD_FAILURE() << name << " is not listed";
     } else {
@@ -74,14 +74,14 @@ TEST(StatisticsReference, ListsWhatRunsReport) {
   }
 }
 
-TEST(StatisticKind, ReplacesNumbersAndRegions) {
-  EXPECT_EQ(statistic_kind("gpu.sm12.rt.selections"), "gpu.sm<i>.rt<j>.selections");
-  EXPECT_EQ(statistic_kind("gpu.sm3.rt1.selections"), "gpu.sm<i>.rt<j>.selections");
-  EXPECT_EQ(statistic_kind("gpu.sm3.warps"), "gpu.sm<i>.warps");
-  EXPECT_EQ(statistic_kind("gpu.dram.channel10.bytes"), "gpu.dram.channel<i>.bytes");
-  EXPECT_EQ(statistic_kind("gpu.l1.k_buffer.reads"), "gpu.l1.<region>.reads");
-  EXPECT_EQ(statistic_kind("gpu.l1.stall.bank_conflict"), "gpu.l1.stall.bank_conflict");
-  EXPECT_EQ(statistic_kind("gpu.l2.miss_latency.histogram.from_64"), "gpu.l2.miss_latency.histogram.from_<n>");
+TEST(ReferenceName, ReplacesNumbersAndRegions) {
+  EXPECT_EQ(reference_name("gpu.sm12.rt.selections"), "gpu.sm<i>.rt<j>.selections");
+  EXPECT_EQ(reference_name("gpu.sm3.rt1.selections"), "gpu.sm<i>.rt<j>.selections");
+  EXPECT_EQ(reference_name("gpu.sm3.warps"), "gpu.sm<i>.warps");
+  EXPECT_EQ(reference_name("gpu.dram.channel10.bytes"), "gpu.dram.channel<i>.bytes");
+  EXPECT_EQ(reference_name("gpu.l1.k_buffer.reads"), "gpu.l1.<region>.reads");
+  EXPECT_EQ(reference_name("gpu.l1.stall.bank_conflict"), "gpu.l1.stall.bank_conflict");
+  EXPECT_EQ(reference_name("gpu.l2.miss_latency.histogram.from_64"), "gpu.l2.miss_latency.histogram.from_<n>");
 }
 
 }  // namespace
