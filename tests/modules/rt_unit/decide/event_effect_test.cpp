@@ -13,7 +13,7 @@ using traces::Event;
 using traces::EventKind;
 using traces::LeafOutcome;
 
-struct Case {
+struct EffectCase {
   const char* name;
   EventKind kind;
   unsigned detail;
@@ -22,14 +22,14 @@ struct Case {
   unsigned checkpoints;
   bool takes_top, any_hit;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const EffectCase& c, std::ostream* out) { *out << c.name; }
 
 constexpr unsigned detail_of(LeafOutcome outcome) { return static_cast<unsigned>(outcome); }
 
-class EventEffectOf : public testing::TestWithParam<Case> {};
+class EventEffectOf : public testing::TestWithParam<EffectCase> {};
 
 TEST_P(EventEffectOf, IsThatOfTheTable) {
-  const Case& c = GetParam();
+  const EffectCase& c = GetParam();
   const Event event{7, static_cast<std::uint8_t>(c.detail), static_cast<std::uint8_t>(c.entries), Event::pack(c.kind)};
   const EventEffect effect(event);
   EXPECT_EQ(effect.takes_top(), c.takes_top);
@@ -45,22 +45,22 @@ TEST_P(EventEffectOf, IsThatOfTheTable) {
 
 INSTANTIATE_TEST_SUITE_P(
     Events, EventEffectOf,
-    testing::Values(Case{"internal_without_hits", EventKind::visit_internal, 0, 0, -1, 0, true, false},
-                    Case{"internal_pushes_three", EventKind::visit_internal, 0b100110, 0, 2, 0, true, false},
-                    Case{"internal_mask_of_entries", EventKind::visit_internal, 0b1, 0b110010, 0, 3, true, false},
-                    Case{"instance_enters_blas", EventKind::visit_instance, 0, 0, 0, 0, true, false},
-                    Case{"instance_transforms_only", EventKind::visit_instance, 1, 0, 0, 0, true, false},
-                    Case{"leaf_missed", EventKind::visit_leaf, detail_of(LeafOutcome::miss), 0, -1, 0, true, false},
-                    Case{"leaf_beyond", EventKind::visit_leaf, detail_of(LeafOutcome::beyond), 1, -1, 1, true, false},
-                    Case{"leaf_inserted", EventKind::visit_leaf, detail_of(LeafOutcome::inserted), 0, -1, 0, true,
-                         true},
-                    Case{"leaf_ignored", EventKind::visit_leaf, detail_of(LeafOutcome::ignored), 0, -1, 0, true, true},
-                    Case{"leaf_nearest", EventKind::visit_leaf, detail_of(LeafOutcome::nearest), 0, -1, 0, true, false},
-                    Case{"cull_dropped", EventKind::cull, 0, 0, -1, 0, true, false},
-                    Case{"cull_kept", EventKind::cull, 0, 1, -1, 1, true, false},
-                    Case{"take", EventKind::replay_take, 0, 0, 1, 0, false, false},
-                    Case{"forward", EventKind::replay_forward, 0, 1, 0, 1, false, false}),
-    [](const testing::TestParamInfo<Case>& test) { return std::string(test.param.name); });
+    testing::Values(
+        EffectCase{"internal_without_hits", EventKind::visit_internal, 0, 0, -1, 0, true, false},
+        EffectCase{"internal_pushes_three", EventKind::visit_internal, 0b100110, 0, 2, 0, true, false},
+        EffectCase{"internal_mask_of_entries", EventKind::visit_internal, 0b1, 0b110010, 0, 3, true, false},
+        EffectCase{"instance_enters_blas", EventKind::visit_instance, 0, 0, 0, 0, true, false},
+        EffectCase{"instance_transforms_only", EventKind::visit_instance, 1, 0, 0, 0, true, false},
+        EffectCase{"leaf_missed", EventKind::visit_leaf, detail_of(LeafOutcome::miss), 0, -1, 0, true, false},
+        EffectCase{"leaf_beyond", EventKind::visit_leaf, detail_of(LeafOutcome::beyond), 1, -1, 1, true, false},
+        EffectCase{"leaf_inserted", EventKind::visit_leaf, detail_of(LeafOutcome::inserted), 0, -1, 0, true, true},
+        EffectCase{"leaf_ignored", EventKind::visit_leaf, detail_of(LeafOutcome::ignored), 0, -1, 0, true, true},
+        EffectCase{"leaf_nearest", EventKind::visit_leaf, detail_of(LeafOutcome::nearest), 0, -1, 0, true, false},
+        EffectCase{"cull_dropped", EventKind::cull, 0, 0, -1, 0, true, false},
+        EffectCase{"cull_kept", EventKind::cull, 0, 1, -1, 1, true, false},
+        EffectCase{"take", EventKind::replay_take, 0, 0, 1, 0, false, false},
+        EffectCase{"forward", EventKind::replay_forward, 0, 1, 0, 1, false, false}),
+    [](const testing::TestParamInfo<EffectCase>& test) { return std::string(test.param.name); });
 
 TEST(EventEffect, SourceEntriesOfARoundAreItsReplays) {
   const auto of = [](EventKind kind) { return Event{0, 0, 0, Event::pack(kind)}; };

@@ -28,9 +28,9 @@ class RtMemorySchedulerTest : public SystemCTest {
 };
 
 /// A memory scheduler among mocks: a warp buffer without warps, links, and somebody who takes the nodes.
-struct Bench final : warp_buffer_if, fetched_node_if {
-  Bench(const MemoryScheduler::Config& config, const traces::Header& header, unsigned entries,
-        std::size_t capacity = 64)
+struct SchedulerBench final : warp_buffer_if, fetched_node_if {
+  SchedulerBench(const MemoryScheduler::Config& config, const traces::Header& header, unsigned entries,
+                 std::size_t capacity = 64)
       : table(entries), memory("memory", config, header, entries), requests("requests", 1, capacity) {
     memory.warp_buffer.bind(*this);
     memory.fetched_node.bind(*this);
@@ -50,7 +50,7 @@ struct Bench final : warp_buffer_if, fetched_node_if {
 };
 
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  Bench bench({64, false, false, 1, {}}, header(), 2, 64);
+  SchedulerBench bench({64, false, false, 1, {}}, header(), 2, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(5, 0);
@@ -99,7 +99,7 @@ TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  Bench bench({64, true, false, 1, {}}, header(), 1, 64);
+  SchedulerBench bench({64, true, false, 1, {}}, header(), 1, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -121,7 +121,7 @@ TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  Bench bench({64, false, false, 1, {128, true, false}}, header(), 1);
+  SchedulerBench bench({64, false, false, 1, {128, true, false}}, header(), 1);
   MemoryScheduler& memory = bench.memory;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
@@ -145,7 +145,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  Bench bench({64, false, false, 1, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
