@@ -109,6 +109,8 @@ struct LoadedConfig {
   KeyPlaces places;    ///< of keys and, as "tracer.NAME", of options of the tracer; those at their defaults are missing
   RivalKeys rivals;
   std::vector<std::string> files;  ///< all that were read
+  std::string machine_hash;        ///< config_hash() of the machine alone
+  std::string undesigned_hash;     ///< that of all but the keys of the design
 };
 /// Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination: what is
 /// laid over each other is checked as a whole. check: false leaves the last to whoever lays keys of a design over it.
