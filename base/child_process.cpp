@@ -8,8 +8,10 @@
 #include <unistd.h>
 #include <csignal>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -26,6 +28,8 @@ namespace {
 constexpr char kResult = 'r';
 constexpr char kBadInput = 'e';  // followed by file \0 place \0 rule
 constexpr char kFailure = 'x';   // followed by the message
+
+constexpr std::chrono::milliseconds kLook{200};  ///< between two looks at running children
 
 /// Exit code of a child that ran out of memory.
 constexpr int kNoMemory = 3;
@@ -90,10 +94,14 @@ ChildProcess::~ChildProcess() {
   }
 }
 
-bool ChildProcess::wait_for(std::chrono::milliseconds time) const {
-  pollfd end{pipe_, POLLIN, 0};
-  return ::poll(&end, 1, static_cast<int>(time.count())) !=
-         0;  // an interrupted poll counts as ready; result() handles it
+std::optional<std::size_t> ChildProcess::wait_for_any(const std::vector<std::unique_ptr<ChildProcess>>& children,
+                                                      std::chrono::milliseconds time) {
+  std::vector<pollfd> ends;
+  ends.reserve(children.size());
+  for (const auto& child : children) ends.push_back({child->pipe_, POLLIN, 0});
+  if (::poll(ends.data(), ends.size(), static_cast<int>(time.count())) <= 0) return std::nullopt;
+  const auto ended = std::find_if(ends.begin(), ends.end(), [](const pollfd& end) { return end.revents != 0; });
+  return static_cast<std::size_t>(ended - ends.begin());
 }
 
 std::string ChildProcess::result() {
@@ -120,6 +128,27 @@ std::string ChildProcess::result() {
   const std::size_t place = rest.find('\0');
   const std::size_t rule = rest.find('\0', place + 1);
   throw Error(rest.substr(0, place), rest.substr(place + 1, rule - place - 1), rest.substr(rule + 1));
+}
+
+void run_children(const std::vector<ChildTask>& tasks, std::size_t at_a_time,
+                  const std::function<void(std::size_t, const std::string&)>& take, const std::function<void()>& look) {
+  std::vector<std::unique_ptr<ChildProcess>> running;
+  std::vector<std::size_t> indices;  // of the running ones
+  std::size_t begun = 0;
+  while (begun < tasks.size() || !running.empty()) {
+    if (begun < tasks.size() && running.size() < at_a_time) {
+      running.push_back(std::make_unique<ChildProcess>(tasks[begun].name, tasks[begun].body));
+      indices.push_back(begun++);
+      continue;
+    }
+    const std::optional<std::size_t> ended = ChildProcess::wait_for_any(running, kLook);
+    look();
+    if (!ended) continue;
+    const auto at = static_cast<std::ptrdiff_t>(*ended);
+    take(indices[*ended], running[*ended]->result());
+    running.erase(running.begin() + at);
+    indices.erase(indices.begin() + at);
+  }
 }
 
 }  // namespace grtx

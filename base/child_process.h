@@ -6,8 +6,12 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace grtx {
 
@@ -23,8 +27,9 @@ class ChildProcess {
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  /// Waits up to `time` for the child's text or end. Returns whether it came, so that result() will not block for long.
-  bool wait_for(std::chrono::milliseconds time) const;
+  /// Waits up to `time` for the text or end of one of them. Returns the one whose result() will not block for long.
+  static std::optional<std::size_t> wait_for_any(const std::vector<std::unique_ptr<ChildProcess>>& children,
+                                                 std::chrono::milliseconds time);
   /// Waits for the child and returns its text. Call once.
   std::string result();
 
@@ -33,5 +38,17 @@ class ChildProcess {
   pid_t pid_ = -1;
   int pipe_ = -1;
 };
+
+/// Work for a child process. name: for messages.
+struct ChildTask {
+  std::string name;
+  std::function<std::string()> body;
+};
+
+/// Runs tasks in child processes, begun in this order, at most `at_a_time` at once: whichever ends first makes room for
+/// the next. take: gets a task's index and text as soon as it ends. look: called from time to time. Throws as
+/// ChildProcess::result(), and ends those that still run.
+void run_children(const std::vector<ChildTask>& tasks, std::size_t at_a_time,
+                  const std::function<void(std::size_t, const std::string&)>& take, const std::function<void()>& look);
 
 }  // namespace grtx

@@ -72,7 +72,8 @@ void add_design(DesignResults& run, const std::string& name, const RunPlan& plan
   design = own.statistics;
   design.update(document.at("stats"));
   // The user may have overridden tracer options of the machine.
-  const std::map<std::string, std::string> chosen = plan.chosen_tracer.value_or(machine_tracer(plan.machine));
+  const std::map<std::string, std::string> chosen =
+      plan.chosen_tracer ? *plan.chosen_tracer : machine_tracer(plan.machine);
   put_first(tracer_notes(plan.machine, chosen, &explore::design_of(name), traces::Reader(own.path).header()), document);
   results["notes"][name] = document.at("notes");
   run.notes[name] = sim::notes_from(results["notes"][name], name);
@@ -98,7 +99,7 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   results["schema"] = "grtx.run/1";
   results["version"] = GRTX_VERSION;
   results["model_version"] = sim::kModelVersion;
-  results["machine"] = machine_name(plan.machine, plan.config);
+  results["machine"] = machine_name(plan.machine, plan.config, plan.machine_hash);
   results["config"] = sim::config_json(plan.config);
   // Without this entry, readers take the baseline.
   if (comparison.reference() != explore::design_names().front()) results["speedup_over"] = comparison.reference();

@@ -48,20 +48,20 @@ std::map<std::string, std::string> checked(const sim::TracerTexts& texts) {
 
 ChosenMachine choose_machine(const MachineChoice& choice, bool check) {
   sim::ConfigSource source{.machine = choice.machine, .file = choice.config, .settings = choice.settings};
-  const std::string own = sim::config_hash(sim::load_machine({.machine = choice.machine}, false).config);
-  std::string undesigned = sim::config_hash(sim::load_machine(source, false).config);
   if (!choice.design.empty()) {
     const explore::Design& design = explore::design_of(choice.design);
     source.design = design.name;
     source.design_keys = explore::keys_for(design, choice.k != 0 ? choice.k : explore::k_of(design));
   }
   sim::LoadedConfig loaded = sim::load_machine(source, check);
-  ChosenMachine chosen{machine_name(choice.machine) + (choice.machine.empty() || own == undesigned ? "" : ", changed"),
+  const bool own = choice.machine.empty() || loaded.machine_hash == loaded.undesigned_hash;
+  ChosenMachine chosen{machine_name(choice.machine) + (own ? "" : ", changed"),
                        std::move(loaded.config),
                        checked(loaded.tracer),
                        std::move(loaded.places),
                        loaded.rivals,
-                       std::move(loaded.files)};
+                       std::move(loaded.files),
+                       std::move(loaded.machine_hash)};
   return chosen;
 }
 
@@ -85,9 +85,9 @@ std::string machine_name(const std::string& machine) {
   return machine.ends_with(".toml") ? fs::path(machine).stem().string() : machine;
 }
 
-std::string machine_name(const std::string& machine, const sim::GpuConfig& config) {
-  const bool own =
-      machine.empty() || sim::config_hash(load_machine_config(machine, "", {})) == sim::config_hash(config);
+std::string machine_name(const std::string& machine, const sim::GpuConfig& config, const std::string& hash) {
+  const bool own = machine.empty() || sim::config_hash(config) ==
+                                          (hash.empty() ? choose_machine({.machine = machine}).machine_hash : hash);
   return machine_name(machine) + (own ? "" : ", changed");
 }
 

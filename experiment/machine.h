@@ -36,6 +36,7 @@ struct ChosenMachine {
   sim::KeyPlaces places;                      ///< of keys, and of tracer options as "tracer.NAME"
   sim::RivalKeys rivals;
   std::vector<std::string> files;  ///< all that were read
+  std::string machine_hash;        ///< config_hash() of the machine alone
 };
 /// The one place where machine, file, design and settings become a configuration. Throws Error for unknown names, keys
 /// and values, tracer options included. check: as in sim::load_machine().
@@ -57,7 +58,8 @@ std::string describe_machine(const std::string& machine, const std::string& conf
 std::string machine_name(const std::string& machine);
 
 /// The name of `machine`, followed by ", changed" if `config` differs from its configuration; "" if `machine` is "".
-std::string machine_name(const std::string& machine, const sim::GpuConfig& config);
+/// hash: ChosenMachine::machine_hash; "": the machine is read.
+std::string machine_name(const std::string& machine, const sim::GpuConfig& config, const std::string& hash);
 
 /// Sets tracer options, except keys for which `named` returns true (set by the user).
 void apply_tracer(TracerSettings& settings, const std::map<std::string, std::string>& options,

@@ -71,17 +71,21 @@ sim::ResultNotes tracer_notes(const std::string& machine, const Options& own, co
   if (machine.empty() || !header.inputs.contains("child_order")) return {};
   const Options whole = design == nullptr ? own : explore::tracer_of(*design, own, {});
   const Options wanted = resolved(whole, header), usual = option_texts({});
-  std::vector<std::string> others;
-  for (const std::string& name : options_of_machines(own)) {
+  Options differing;  // secondary rays are not among them: traces do not name their options
+  for (const auto& [name, want] : wanted) {
     const bool of_checkpoints = name.starts_with("checkpoint_") || name == "below_instance";
     if (of_checkpoints && !header.checkpoint) continue;
-    if (!wanted.contains(name)) continue;  // secondary rays: not among the options that traces name
     const auto given = header.inputs.find(name);
     const auto otherwise = usual.find(name);
     const std::string value = given != header.inputs.end() ? given->second
                               : otherwise != usual.end()   ? otherwise->second
                                                            : "absent";
-    if (value != wanted.at(name)) others.push_back(fmt::format("{} is {}, not {}", name, value, wanted.at(name)));
+    if (value != want) differing[name] = fmt::format("{} is {}, not {}", name, value, want);
+  }
+  if (differing.empty()) return {};  // and no machine is read
+  std::vector<std::string> others;
+  for (const std::string& name : options_of_machines(own)) {
+    if (const auto other = differing.find(name); other != differing.end()) others.push_back(other->second);
   }
   if (others.empty()) return {};
   return {{"tracer-options", fmt::format("the trace was not made with the tracer options of machine {}: {}",

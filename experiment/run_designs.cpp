@@ -160,6 +160,7 @@ RunPlan plan_on(const std::string& machine, const std::vector<std::string>& sett
   plan.named = explore::keys_of(settings);
   apply_tracer(plan.tracer, chosen.tracer);
   plan.chosen_tracer = std::move(chosen.tracer);
+  plan.machine_hash = std::move(chosen.machine_hash);
   return plan;
 }
 

@@ -35,6 +35,7 @@ struct RunPlan {
   sim::GpuConfig config;                  ///< the hardware of all designs, but for a design's own keys
   /// Tracer options of the machine and its file, which designs override; none: those of the machine.
   std::optional<std::map<std::string, std::string>> chosen_tracer;
+  std::string machine_hash;                 ///< ChosenMachine::machine_hash; "": the machine is read
   std::vector<std::string> designs;         ///< names; empty: all (explore/sweep/designs.h)
   std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
   std::string output;                       ///< folder

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <memory>
+#include <cstddef>
+#include <functional>
+#include <numeric>
 #include <optional>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "grtx/base/child_process.h"
@@ -24,7 +24,6 @@
 namespace grtx::experiment {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{200};  ///< polling interval of the parent
 /// Memory of the largest simulation.
 std::uint64_t largest_simulation(const std::map<std::string, TracedDesign>& traced, const sim::GpuConfig& config) {
   std::uint64_t groups = 0;
@@ -74,7 +73,6 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
   const std::uint64_t bytes_each = largest_simulation(traced.designs, simulation.configs.begin()->second);
   const unsigned jobs = simulation.jobs == 0 ? default_jobs(bytes_each) : simulation.jobs;
   std::map<std::string, nlohmann::ordered_json> documents;
-  std::vector<std::pair<std::string, std::unique_ptr<ChildProcess>>> running;
   std::vector<std::string> names;
   std::vector<std::uint64_t> warps;
   for (const ComparedDesign& design : comparison.designs()) {
@@ -88,22 +86,25 @@ std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesig
     say_simulation_time("run", simulation.mode, visits, simulation.windows.share, bytes_each * at_a_time, at_a_time);
   }
   DesignProgress progress(names, warps, simulation.quiet);
-  const auto collect_first = [&] {
-    while (!running.front().second->wait_for(kLook)) progress.look();
-    progress.look();
-    documents[running.front().first] = parse_json(running.front().second->result(), running.front().first);
-    running.erase(running.begin());
-  };
-  for (std::size_t index = 0; index < names.size(); ++index) {
-    if (running.size() >= jobs) collect_first();
-    const auto work = [&, index] {
-      const std::string& name = names[index];
-      return simulated_text(traced.designs.at(name).path, simulation.configs.at(name), simulation,
-                            progress.observer(index));
-    };
-    running.emplace_back(names[index], std::make_unique<ChildProcess>(names[index], work));
+  // The longest first: one that is begun last is alone at the end.
+  std::vector<std::size_t> order(names.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto visits_of = [&](std::size_t index) { return traced.designs.at(names[index]).file.visits; };
+  std::ranges::stable_sort(order, std::greater(), visits_of);
+  std::vector<ChildTask> tasks;
+  for (const std::size_t index : order) {
+    tasks.push_back({names[index], [&, index] {
+                       const std::string& name = names[index];
+                       return simulated_text(traced.designs.at(name).path, simulation.configs.at(name), simulation,
+                                             progress.observer(index));
+                     }});
   }
-  while (!running.empty()) collect_first();
+  run_children(
+      tasks, jobs,
+      [&](std::size_t task, const std::string& text) {
+        documents[tasks[task].name] = parse_json(text, tasks[task].name);
+      },
+      [&] { progress.look(); });
   return documents;
 }
 

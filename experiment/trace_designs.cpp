@@ -106,6 +106,14 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     render.count_hits = !all.counters.hits;  // counted once: hits are the same in each design
     TracedDesign& result = all.designs[design.name];
     result.path = tracing.folder + "/" + design.name + ".grtx";
+    PictureQuality& quality = all.pictures[design.name];
+    const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
+    quality.fp64 = !reference.images.empty();
+    // First, in the structure of the design before it, which may be the same: each is built once.
+    Images precise;
+    if (!quality.fp64 && is_rounded(settings)) {
+      precise = at_full_precision(scene, settings, design, files, tracing.quiet);
+    }
     frontend::TracedView traced =
         trace_scene(scene, settings, design.checkpoint, design.kind, render, result.path, files);
     result.file = traced.trace.value();
@@ -114,17 +122,13 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
     all.counters = rendered.counters;
     result.statistics = sim::statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(sim::statistics_object(tracer_host_statistics(scene, rendered)));
-    PictureQuality& quality = all.pictures[design.name];
     quality.order = order_of(settings, design.kind);
     images.take(all, design.name, quality.order, traced);
-    const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
     const Images& own = images.at(quality.order);
-    quality.fp64 = !reference.images.empty();
     if (quality.fp64) {
       compare_with(own, reference.images, reference.pixels, quality);
     } else {
-      compare_with(own, is_rounded(settings) ? at_full_precision(scene, settings, design, files, tracing.quiet) : own,
-                   {}, quality);
+      compare_with(own, precise.empty() ? own : precise, {}, quality);
     }
   }
   const Images& over = images.at(all.pictures.at(comparison.reference()).order);

@@ -44,10 +44,11 @@ view=(--scene "$out/hall.ply" --cameras "$out/hall.cameras.json" --view 0)
 echo "picture, 512 x 512: $out/hall.png"
 
 results=()
-for machine in paper paper-charged ada-share; do
+# One SM each, with its share of L2 and DRAM: 4,096 rays would leave eight SMs half empty, and say little of a GPU at work.
+for machine in paper-1sm charged-1sm rdna4-1sm; do
   step "4/5 Six designs on the machine $machine, 64 x 64 rays"
   "$grtx" run "${view[@]}" --width 64 --height 64 --designs baseline,sw,hw,grtx,gautracer,walk \
-    --mode cycle --machine "$machine" -o "$out/$machine" >"$out/$machine.txt"
+    --mode cycle --machine "$here/configs/demo/$machine.toml" -o "$out/$machine" >"$out/$machine.txt"
   results+=("$out/$machine/results.json")
 done
 

@@ -29,6 +29,14 @@ def main(program, files):
         for design in run["designs"]:
             cells = (form.format(value(run, design, statistic) * scale) for _, statistic, scale, form in COLUMNS)
             print(f"{run['machine']:<14}{design:<10}{speedup(run, design):>8.2f}" + "".join(f"{cell:>{WIDTH}}" for cell in cells))
+    launches = {}  # how full a machine is and the machines
+    for run in runs:
+        warps, slots = value(run, "baseline", "gpu.distributor.groups"), run["config"]["gpu.sms"] * run["config"]["gpu.resident_warps"]
+        tail = max(value(run, design, "gpu.distributor.tail_cycles") / value(run, design, "gpu.cycles") for design in run["designs"])
+        text = f"{warps} warps are {warps / slots:.1f} times the {slots} warp slots; at most {100 * tail:.0f} % of a design's cycles lie behind the last start"
+        launches.setdefault(text, []).append(run["machine"])
+    for text, machines in launches.items():
+        print(f"full ({', '.join(machines)}): {text}")
     notes = {}  # a text and the machines whose figures it limits
     for run in runs:
         for note in (note for own in run.get("notes", {}).values() for note in own):
@@ -41,9 +49,10 @@ def main(program, files):
     first, last = runs[0], runs[-1]
     fewer = value(first, "baseline", "gpu.rt.node_fetches") / value(first, "hw", "gpu.rt.node_fetches")
     hits = [100 * value(first, design, "gpu.l1.node.hit_rate") for design in ("baseline", "sw")]
-    free = first["config"]["rt.checkpoint.traffic"] == "uncharged"
+    charging = [run["machine"] for run in runs if run["config"]["rt.checkpoint.traffic"] == "charged"]
+    free = f", where checkpoint traffic is free ({charging[0]} charges it)" if charging and first["machine"] not in charging else ""
     print(f"""
-1. On the machine {first['machine']}{', where checkpoint traffic is free (paper-charged charges it)' if free else ''}, grtx is {speedup(first, 'grtx'):.1f} times as fast as the baseline: one BLAS for all Gaussians (sw)
+1. On the machine {first['machine']}{free}, grtx is {speedup(first, 'grtx'):.1f} times as fast as the baseline: one BLAS for all Gaussians (sw)
    takes the L1 hits of nodes from {hits[0]:.0f} to {hits[1]:.0f} %, checkpoints (hw) divide node fetches by {fewer:.1f}.
 2. gautracer, which takes the shaders out of the traversal and has no checkpoints, is {speedup(first, 'gautracer'):.1f} times as fast.
    walk, where the lanes of a warp also share a stack and a Gaussian takes 32 bytes, is {speedup(first, 'walk'):.1f} times as fast.

@@ -126,6 +126,7 @@ int run(RunArguments& options, const CommonOptions& common) {
   apply_tracer(plan.tracer, chosen, *options.command);
   plan.config = std::move(chosen.config);  // checked with the keys of each design
   plan.chosen_tracer = std::move(chosen.tracer);
+  plan.machine_hash = std::move(chosen.machine_hash);
   plan.named = explore::keys_of(options.settings);
   for (const experiment::TracerOptionName& option : experiment::tracer_option_names()) {
     if (options.command->count(experiment::flag_of(option.key)) > 0) plan.named.insert(option.key);

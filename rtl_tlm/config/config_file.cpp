@@ -134,23 +134,30 @@ void ConfigLayers::apply(const std::string& setting, const KeyPlace& place) {
 }
 
 void ConfigLayers::read(const std::filesystem::path& path, const std::string& included_from, bool begun_from) {
-  Text text{path, path.string(), {}, {}};
   const std::filesystem::path canonical = std::filesystem::weakly_canonical(path);
   if (std::find(open_.begin(), open_.end(), canonical) != open_.end()) {
-    throw Error(included_from, "include", fmt::format("'{}' includes itself", text.name));
+    throw Error(included_from, "include", fmt::format("'{}' includes itself", path.string()));
   }
   open_.push_back(canonical);
-  text.text = read_file(text.name);
+  const Text& text = text_of(path);
+  read_includes(text);
+  rivals_.begin(begun_from);
+  read_keys(text);
+  open_.pop_back();
+}
+
+const ConfigLayers::Text& ConfigLayers::text_of(const std::filesystem::path& path) {
+  std::shared_ptr<const Text>& known = texts_[path.string()];
+  if (known) return *known;
+  Text text{path, path.string(), read_file(path.string()), {}};
   files_.push_back(text.name);
   try {
     text.table = toml::parse(text.text, text.name);
   } catch (const toml::parse_error& error) {
     throw Error(text.name, fmt::format("line {}", error.source().begin.line), std::string(error.description()));
   }
-  read_includes(text);
-  rivals_.begin(begun_from);
-  read_keys(text);
-  open_.pop_back();
+  known = std::make_shared<const Text>(std::move(text));
+  return *known;
 }
 
 void ConfigLayers::read_includes(const Text& text) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -102,6 +103,7 @@ class ConfigLayers {
  private:
   struct Text;
   void read(const std::filesystem::path& path, const std::string& included_from, bool begun_from);
+  const Text& text_of(const std::filesystem::path& path);
   void read_includes(const Text& text);
   void read_keys(const Text& text);
   void name(const modules::Parameter& key, const KeyPlace& place);
@@ -112,7 +114,8 @@ class ConfigLayers {
   TracerTexts tracer_;
   RivalKeys rivals_;
   std::vector<std::string> files_;
-  std::vector<std::filesystem::path> open_;  ///< files being read, to detect circular includes
+  std::map<std::string, std::shared_ptr<const Text>> texts_;  ///< of these files: one that two include is read once
+  std::vector<std::filesystem::path> open_;                   ///< files being read, to detect circular includes
 };
 
 /// Reads one file into `keys` as ConfigLayers does; tracer options in it are not kept. places: takes the place of every

@@ -163,10 +163,14 @@ LoadedConfig load_machine(const ConfigSource& source, bool check) {
   ConfigLayers layers(keys);
   const std::string design = "--design " + source.design;
   if (!source.machine.empty()) layers.machine(source.machine);
+  loaded.machine_hash = config_hash(loaded.config);
   if (!source.file.empty()) layers.file(source.file);
+  GpuConfig undesigned = loaded.config;
   if (!source.design_keys.empty()) layers.design(design, source.design_keys);
   if (!source.settings.empty()) layers.settings(source.settings);
   layers.require_agreement();
+  for (const std::string& setting : source.settings) apply_setting(setting, config_keys(undesigned));
+  loaded.undesigned_hash = config_hash(undesigned);
   if (check) {
     check_config(loaded.config, !source.settings.empty()      ? "configuration"
                                 : !source.design_keys.empty() ? design

@@ -108,6 +108,8 @@ struct LoadedConfig {
   KeyPlaces places;    ///< of keys and, as "tracer.NAME", of options of the tracer; those at their defaults are missing
   RivalKeys rivals;
   std::vector<std::string> files;  ///< all that were read
+  std::string machine_hash;        ///< config_hash() of the machine alone
+  std::string undesigned_hash;     ///< that of all but the keys of the design
 };
 /// Throws Error for anything that is unknown, of the wrong type, out of range, or impossible in combination, which is
 /// checked when all sources are applied. check: false leaves combinations to a caller that adds keys of a design.

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The main job on a small generated scene, through the program: synth, trace, check, run, sim twice, errors.
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/file_lock.h"
@@ -320,6 +325,52 @@ TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {
   }
   const Outcome dump = grtx("trace-dump " + folder + "/out/grtx.grtx");
   EXPECT_NE(dump.output.find(" of the scene transform only"), std::string::npos);
+}
+
+// Whichever simulation ends first makes room for the next; the longest is begun first.
+TEST_F(RunTest, ResultsDoNotDependOnHowManySimulationsRunAtOnce) {
+  must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
+  std::vector<std::string> tables, documents;
+  for (const char* jobs : {"1", "2", "6"}) {
+    const Outcome run = grtx("run " + scene_arguments() + config() +
+                             "--designs baseline,sw,hw,grtx,gautracer,walk --mode cycle -o " + folder +
+                             "/out --jobs " + jobs + " 2>/dev/null");
+    ASSERT_EQ(run.code, 0) << run.output;
+    tables.push_back(run.output);
+    auto results = nlohmann::ordered_json::parse(read_file(folder + "/out/results.json"));
+    for (auto& design : results.at("designs")) {
+      std::vector<std::string> of_host;
+      for (const auto& [name, statistic] : design.items()) {
+        if (name.starts_with("host.") || name.find("second") != name.npos) of_host.push_back(name);
+      }
+      for (const std::string& name : of_host) design.erase(name);
+      EXPECT_GT(design.size(), 100U);
+    }
+    documents.push_back(results.dump());
+  }
+  for (const std::size_t i : {1U, 2U}) {
+    EXPECT_EQ(documents[0], documents[i]);
+    EXPECT_EQ(tables[0], tables[i]);
+  }
+}
+
+// It was opened 12 times: three times by each of those who asked for the machine.
+TEST_F(RunTest, AMachineFileIsReadOnce) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  const std::string file = own_folder.write("own.toml", "[gpu]\nsms = 1\n");
+  const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  // Two equal events in a row would be one: between two that open lies one that closes.
+  ASSERT_GE(::inotify_add_watch(watch, file.c_str(), IN_OPEN | IN_CLOSE_NOWRITE), 0);
+  must("run " + scene_arguments() + "--machine " + file +
+       " --set rt.warp_buffer.entries=4 --designs sw,grtx --mode cycle --quiet -o " + folder + "/out");
+  std::array<inotify_event, 64> events{};  // a watched file has no name in them
+  const ssize_t bytes = ::read(watch, events.data(), sizeof events);
+  ::close(watch);
+  ASSERT_GT(bytes, 0);
+  const auto opened = std::count_if(events.begin(), events.begin() + bytes / static_cast<ssize_t>(sizeof events[0]),
+                                    [](const inotify_event& event) { return (event.mask & IN_OPEN) != 0; });
+  EXPECT_EQ(opened, 1);
+  EXPECT_EQ(json("out/results.json").at("machine"), "own, changed");
 }
 
 TEST_F(RunTest, SameSimulationTwiceGivesTheSameStatistics) {

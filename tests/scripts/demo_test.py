@@ -7,6 +7,7 @@ report's path on the last line; it and others refuse what they do not know.
 """
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -14,6 +15,7 @@ import unittest
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 PROGRAM = ""
+MACHINES = ("paper-1sm", "charged-1sm", "rdna4-1sm")
 
 
 def run(*command):
@@ -30,15 +32,21 @@ class Demo(unittest.TestCase):
             with open(os.path.join(folder, "report.html"), encoding="utf-8") as page:
                 self.assertIn("<html", page.read())
             self.assertGreater(os.path.getsize(os.path.join(folder, "hall.png")), 10000)  # an empty one has 800 bytes
-            for machine in ("paper", "paper-charged", "ada-share"):
+            for machine in MACHINES:
                 with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:
                     speedup = json.load(file)["speedup"]
                 rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
                 self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
-            table = [line for line in lines if line.startswith(("machine ", "paper ", "paper-charged ", "ada-share "))]
+            table = [line for line in lines if line.startswith(tuple(f"{name} " for name in ("machine", *MACHINES)))]
             self.assertEqual(len(table), 19)
             self.assertLessEqual(max(map(len, table)), 80)
             self.assertIn("bit-identical", done.stdout)
+            # 100 % of the cycles lay behind the last start of a warp: 128 warps had 256 slots.
+            full = [re.fullmatch(r"full \((.*)\): (\d+) warps are (.*) times the (\d+) warp slots; at most (\d+) % .*", line) for line in lines if line.startswith("full (")]
+            self.assertEqual({name for match in full for name in match[1].split(", ")}, set(MACHINES))
+            for match in full:
+                self.assertGreaterEqual(int(match[2]), 4 * int(match[4]))
+                self.assertLess(int(match[5]), 50)
             self.assertEqual([line[:2] for line in lines if line[:1].isdigit()], ["1.", "2.", "3.", "4."])
 
     def test_bad_requests_are_refused_before_anything_is_made(self):

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "error_of.h"
@@ -129,6 +130,26 @@ TEST_F(MachineLayers, KeysOfADesignLieBelowSettingsAndAreCheckedWithThem) {
   EXPECT_FALSE(loaded.config.rt.any_hit_unit.enabled);
   EXPECT_EQ(loaded.places.at("simt.registers_per_thread").file, "--design own");
   EXPECT_EQ(loaded.places.at("rt.any_hit_unit.enabled").file, "--set");
+}
+
+// A run read table1.toml 81 times: for each of three questions, once for each file that includes it.
+TEST_F(MachineLayers, EachFileIsReadOnce) {
+  const std::string own = folder_.write("own.toml", "include = ['ada-share', 'paper-charged']\n");
+  LoadedConfig loaded = load_machine({.machine = "ada-share", .file = own, .settings = {"gpu.sms=4"}});
+  EXPECT_THAT(loaded.files, ::testing::Contains(HasSubstr("table1.toml")));
+  std::sort(loaded.files.begin(), loaded.files.end());
+  EXPECT_EQ(std::adjacent_find(loaded.files.begin(), loaded.files.end()), loaded.files.end());
+}
+
+TEST_F(MachineLayers, KeysOfADesignDoNotChangeAMachine) {
+  ConfigSource source{.machine = "ada-share", .design = "own", .design_keys = {{"simt.registers_per_thread", "32"}}};
+  const LoadedConfig designed = load_machine(source);
+  EXPECT_EQ(designed.machine_hash, config_hash(load_config("ada-share", {})));
+  EXPECT_EQ(designed.undesigned_hash, designed.machine_hash);
+  EXPECT_NE(config_hash(designed.config), designed.machine_hash);
+  source.settings = {"gpu.sms=4"};
+  EXPECT_EQ(load_machine(source).machine_hash, designed.machine_hash);
+  EXPECT_EQ(load_machine(source).undesigned_hash, config_hash(load_config("ada-share", {"gpu.sms=4"})));
 }
 
 }  // namespace
