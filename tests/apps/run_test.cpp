@@ -332,9 +332,9 @@ TEST_F(RunTest, ResultsDoNotDependOnHowManySimulationsRunAtOnce) {
   must("synth --preset object --count 1500 --seed 7 -o " + folder + "/s.ply --quiet");
   std::vector<std::string> tables, documents;
   for (const char* jobs : {"1", "2", "6"}) {
-    const Outcome run = grtx("run " + scene_arguments() + config() +
-                             "--designs baseline,sw,hw,grtx,gautracer,walk --mode cycle -o " + folder +
-                             "/out --jobs " + jobs + " 2>/dev/null");
+    const Outcome run =
+        grtx("run " + scene_arguments() + config() + "--designs baseline,sw,hw,grtx,gautracer,walk --mode cycle -o " +
+             folder + "/out --jobs " + jobs + " 2>/dev/null");
     ASSERT_EQ(run.code, 0) << run.output;
     tables.push_back(run.output);
     auto results = nlohmann::ordered_json::parse(read_file(folder + "/out/results.json"));

@@ -78,16 +78,18 @@ TEST(RunChildren, WhicheverEndsFirstMakesRoomForTheNext) {
     return "last";
   };
   std::vector<std::string> texts(3);
-  run_children({{"first", wait_for_last}, {"short", [] { return std::string("short"); }}, {"last", last}}, 2,
-               [&](std::size_t task, const std::string& text) { texts[task] = text; }, [] {});
+  run_children(
+      {{"first", wait_for_last}, {"short", [] { return std::string("short"); }}, {"last", last}}, 2,
+      [&](std::size_t task, const std::string& text) { texts[task] = text; }, [] {});
   EXPECT_EQ(texts, (std::vector<std::string>{"after the last", "short", "last"}));
 }
 
 TEST(RunChildren, OneAtATimeAreBegunAndEndInTheirOrder) {
   std::vector<std::size_t> order;
   const auto body = [] { return std::string("done"); };
-  run_children({{"a", body}, {"b", body}, {"c", body}}, 1,
-               [&](std::size_t task, const std::string&) { order.push_back(task); }, [] {});
+  run_children(
+      {{"a", body}, {"b", body}, {"c", body}}, 1, [&](std::size_t task, const std::string&) { order.push_back(task); },
+      [] {});
   EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2}));
 }
 
@@ -98,7 +100,9 @@ TEST(RunChildren, AnErrorOfOneEndsTheOthers) {
     return "";
   };
   const auto bad = []() -> std::string { throw Error("a.grtx", "byte 12", "must hold"); };
-  EXPECT_THROW(run_children({{"long", sleep}, {"bad", bad}}, 2, [](std::size_t, const std::string&) {}, [] {}), Error);
+  EXPECT_THROW(run_children(
+                   {{"long", sleep}, {"bad", bad}}, 2, [](std::size_t, const std::string&) {}, [] {}),
+               Error);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::minutes(2));
 }
 
