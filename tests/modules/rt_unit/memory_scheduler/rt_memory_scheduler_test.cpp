@@ -79,7 +79,7 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
 
 // The netlist does not call the stages of a part that is not awake: sectors would then stay for ever.
 TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
-  Bench bench({64, false, false, 1, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   EXPECT_FALSE(memory.awake());
   memory.begin_warp(0, 0);
