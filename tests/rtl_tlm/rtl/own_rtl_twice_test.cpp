@@ -31,10 +31,10 @@ TEST(OwnRtlTwice, ItsBlockRestarts) {
     options.parts.sm.rt_parts.ray_box = [](const char* name, const modules::RtUnitContext&) {
       return std::make_unique<OwnRayBox>(name);
     };
-    test::Station station("gpu0", options, {{0}, {0, false, 3.5}});
+    test::LaunchedGpu launched("gpu0", options, {{0}, {0, false, 3.5}});
     sc_core::sc_start();
     nlohmann::json all = nlohmann::json::array();
-    for (const SimulationResult& result : station.gpu.results()) all.push_back(test::statistics_of(result));
+    for (const SimulationResult& result : launched.gpu.results()) all.push_back(test::statistics_of(result));
     return all.dump();
   });
   const auto results = nlohmann::json::parse(child.result()).get<std::vector<std::string>>();

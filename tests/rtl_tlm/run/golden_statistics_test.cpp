@@ -116,7 +116,7 @@ TEST_P(GoldenStatistics, AreReproduced) {
   }
   const StatisticsTable golden(grtx::paths::source_dir() + "/tests/rtl_tlm/run/golden.tsv");
   ASSERT_TRUE(golden.has(c.name)) << "no record";
-  const ordered_json expected = golden.of(c.name);
+  const ordered_json expected = golden.values_of(c.name);
   for (const auto& [name, value] : expected.items()) {
     ASSERT_TRUE(found.contains(name)) << name << " is missing";
     EXPECT_EQ(found.at(name), value) << name;

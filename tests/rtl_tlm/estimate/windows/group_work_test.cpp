@@ -48,9 +48,9 @@ TEST(GroupWork, CountsTheVisitsOfEveryLaneAndTheStepsOfTheLongest) {
       static_cast<double>((header.gaussian_record_bytes + header.sh_record_bytes + 31) / 32);
   for (int turn = 0; turn < 2; ++turn) {  // each group meets empty caches
     const GroupWork work = counter.count(group);
-    EXPECT_DOUBLE_EQ(work.sectors, 2 * (3 * 2));           // two lanes: root and two leaves, two sectors each
-    EXPECT_DOUBLE_EQ(work.far, 3 * 2 + 2 * (2 * record));  // the first lane misses; each lane blends two hits
-    EXPECT_DOUBLE_EQ(work.steps, 1 + 2 * (1 + kShader));   // of the first lane: the other finds all three nodes
+    EXPECT_DOUBLE_EQ(work.sectors, 2 * (3 * 2));                    // two lanes: root and two leaves, two sectors each
+    EXPECT_DOUBLE_EQ(work.dram_sectors, 3 * 2 + 2 * (2 * record));  // the first lane misses; each lane blends two hits
+    EXPECT_DOUBLE_EQ(work.steps, 1 + 2 * (1 + kShader));  // of the first lane: the other finds all three nodes
   }
 }
 
@@ -99,7 +99,7 @@ TEST(GroupWork, AnInstanceIsFourSectorsAndACheckpointWhatItsEntryIs) {
     add_round(group.rays[0], {instance_event(7), leaf_event(9, LeafOutcome::miss, 0b11), test::take_event(11)});
     const GroupWork work = WorkCounter(header, config).count(group);
     EXPECT_DOUBLE_EQ(work.sectors, 4 + 2);
-    return static_cast<float>(work.far);
+    return static_cast<float>(work.dram_sectors);
   };
   EXPECT_FLOAT_EQ(far(16, false), 6 + 2 * 1 + 1);         // two entries written, one read; none straddles two sectors
   EXPECT_FLOAT_EQ(far(20, false), 6 + 2 * 1.5F + 1.5F);   // half of them do
