@@ -65,6 +65,7 @@ Gpu::Gpu(const sc_core::sc_module_name& name, const GpuConfig& config, const tra
       header_(header),
       map_(header_, memory_map_config(config, header, eviction_entries)),
       memory_bytes_(build.memory_bytes),
+      base_(build.base),
       core_("core_clock", config.core_mhz, build.idle_skip),
       sms_(config.sms),
       slices_(config.interleave.slices) {

@@ -57,6 +57,8 @@ class Gpu final : public sc_core::sc_module {
   const modules::MemoryMap& map() const { return map_; }
   /// Bytes of memory that all launches need.
   std::uint64_t memory_bytes() const { return std::max(memory_bytes_, map_.bytes()); }
+  /// Where its memory begins on the bus (BuildOptions).
+  std::uint64_t base() const { return base_; }
   const GpuConfig& config() const { return config_; }
   const std::vector<std::unique_ptr<Sm>>& sms() const { return sms_; }
   const std::vector<std::unique_ptr<modules::L2SliceModule>>& slices() const { return slices_; }
@@ -112,6 +114,7 @@ class Gpu final : public sc_core::sc_module {
   traces::Header header_;
   modules::MemoryMap map_;
   std::uint64_t memory_bytes_;
+  std::uint64_t base_;
   modules::ClockDomain core_;
   std::vector<LinkPointer<modules::LaunchWarp>> launches_;             ///< by SM
   std::vector<LinkPointer<modules::WarpEnded>> ends_;                  ///< by SM

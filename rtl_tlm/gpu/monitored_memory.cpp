@@ -20,7 +20,7 @@ MonitoredMemory::MonitoredMemory(Gpu& gpu, std::string model, bool check) : mode
     }
     modules::AtProtocolChecker::Config rules;
     rules.period_fs = gpu.core().period_fs();
-    rules.address_limit = gpu.memory_bytes();
+    rules.address_limit = gpu.base() + gpu.memory_bytes();
     checkers_.push_back(
         std::make_unique<modules::AtProtocolChecker>(fmt::format("memory_checker{}", i).c_str(), rules));
     gpu.dram[i].bind(checkers_.back()->target);

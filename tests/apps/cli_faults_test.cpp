@@ -242,7 +242,7 @@ TEST_F(CliFaults, InputThatIsWrongEndsAsAnInternalError) {
 
 TEST_F(CliFaults, AnEmptySceneHasNoTraceAndIsAnInternalError) {
   ASSERT_EQ(folder_.run("synth --preset stress-empty --quiet -o s.ply").code, 0);
-  expect_refused(trace_ + "-o t.grtx", "has no Gaussians, so there is nothing to trace; --no-trace renders it");
+  expect_refused(trace_ + "-o t.grtx", "has no Gaussians, so there is nothing to trace");
   EXPECT_FALSE(folder_.has("t.grtx"));
   EXPECT_EQ(folder_.run(trace_ + "--no-trace --image i.png --quiet").code, 0);
 }
@@ -390,10 +390,8 @@ TEST_F(CliFaults, ANameOf250BytesIsTooLong) {
   EXPECT_EQ(folder_.read(name), folder_.read("t.grtx"));
 }
 
-TEST_F(CliFaults, AHintSteersTheTerminal) {
-  folder_.write("s\x1b[31m\n.ply", "");
+TEST_F(CliFaults, AFilesNameSteersTheTerminal) {
   expect_refused("info \"$(printf 's\\033[31m\\nx.ply')\"", "s\\x1b[31m\\nx.ply: No such file");
-  expect_refused("info \"$(printf 's\\033[31m\\nx.ply')\"", "s\\x1b[31m\\n.ply is there");
 }
 
 TEST_F(CliFaults, AProgramAwayFromItsSourcesKnowsMachinesOfNoName) {

@@ -59,7 +59,7 @@ TEST(CliUsage, VersionIsPrinted) {
   const Folder folder;
   const Outcome outcome = folder.run("--version");
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+, model version [0-9]+, "
+  EXPECT_THAT(outcome.out, ::testing::MatchesRegex("grtx [0-9]+\\.[0-9]+\\.[0-9]+(-dev)?, model version [0-9]+, "
                                                    "commit ([0-9a-f]+(-dirty)?|unknown), [A-Za-z]+ [0-9.]+\n"));
   const std::string asked = "git -C '" + paths::source_dir() + "' rev-parse HEAD >/dev/null 2>&1";
   if (std::filesystem::exists(paths::source_dir() + "/.git") && std::system(asked.c_str()) == 0) {

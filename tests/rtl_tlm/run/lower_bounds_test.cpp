@@ -75,6 +75,7 @@ TEST(LowerBounds, APipelineIsNotWaitedForAfterItsLastTest) {
   c.rt_of[1].ray_box.busy_cycles = 6 * 5;
   c.rt_of[1].ray_triangle.busy_cycles = 3 * 7;
   c.rt_of[0].ray_sphere.busy_cycles = 1 * 3;
+  c.rt_of[0].ray_gaussian.operations = 8;  // a unit that nobody has is not listed
   c.rt_of[0].ray_gaussian.busy_cycles = 8 * 4;
   c.rt_of[1].ray_transform.busy_cycles = 1 * 64;
   const auto bounds = bounds_of(c, {}, config);
