@@ -69,7 +69,8 @@ def faults(top, tag=None):
                           ("packaging/vcpkg/vcpkg.json", r'"version-semver": "([^"]+)"'),
                           ("packaging/spack/packages/grtx-tlm/package.py", r'^    version\("([^"]+)", tag="v\1"')):
         other = first(pattern, read(top, name))
-        if other != (number if name.endswith("package.py") else version):  # a recipe names tags
+        wanted = number + suffix.replace("-dev", ".dev0") if name.startswith("python/") else version  # PEP 440
+        if other != (number if name.endswith("package.py") else wanted):  # a recipe names tags
             found.append(f"{name}: version {other}, CMakeLists.txt has {version}")
     text = read(top, "CHANGELOG.md")
     known = sections(text)

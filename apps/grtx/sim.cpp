@@ -233,12 +233,6 @@ void add_sim(CLI::App& app, CommonOptions& common) {
       ->type_name(kOutputFile);
   add_mode_option(command, options->mode, "Warps to simulate: all, or (whole frames) windows of them");
   add_estimate_options(command, options->estimate);
-  const auto gone = [](const std::string&) {
-    throw Error("sim", "--threads",
-                "is gone: a simulation takes one core; --jobs of grtx run and grtx sweep "
-                "runs several side by side");
-  };
-  command->add_option_function<std::string>("--threads", gone)->group("");
   add_warming_options(command, *options);
   add_observation_options(command, *options);
   command

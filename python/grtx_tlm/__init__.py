@@ -14,7 +14,7 @@ from .frames import DESIGNS, Results, over_time, read_results, read_statistics, 
 from .runs import run, simulate, simulate_all
 from .trace import EVENT_KINDS, OUTCOMES, RayGroup, Trace, read_trace
 
-__version__ = "1.1.0-dev"
+__version__ = "1.1.0.dev0"
 __all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "ProgramError", "RayGroup", "Results", "StatisticsError", "Trace",
            "TraceError", "__version__", "over_time", "read_results", "read_statistics", "read_sweep", "read_trace", "run",
            "simulate", "simulate_all"]

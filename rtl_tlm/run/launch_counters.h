@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "grtx/modules/simt/work_distributor.h"
@@ -12,7 +13,8 @@ namespace grtx::sim {
 
 class LaunchCounters final : public modules::WarpObserver {
  public:
-  /// positions: of the launches, ascending. observer: is told of all warps, too; nullptr: none. All must outlive it.
+  /// positions: of the launches, each above the one before. observer: is told of all warps, too; nullptr: none. All
+  /// must outlive it.
   LaunchCounters(const Gpu& gpu, const MemorySystem& memory, const std::vector<std::uint64_t>& positions,
                  modules::WarpObserver* observer)
       : gpu_(gpu), memory_(memory), positions_(positions), observer_(observer) {}

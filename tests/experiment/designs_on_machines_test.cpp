@@ -63,7 +63,7 @@ TEST(DesignOnAMachine, WalkWasRefusedOnMachinesWithoutSpills) {
 TEST(DesignOnAMachine, AKeyThatNeedsTheDesignsOwnWasRefusedBesideIt) {
   const MachineChoice set{.design = "gautracer", .settings = {"simt.payload_registers=60"}};
   EXPECT_EQ(choose_machine(set).config.simt.register_file.payload_registers, 60U);
-  EXPECT_EQ(choose_machine({.design = "gautracer"}).config.simt.register_file.payload_registers, 48U);  // 3 x k = 16
+  EXPECT_EQ(choose_machine({.design = "gautracer"}).config.simt.register_file.payload_registers, 48U);  // 3 x k, k = 16
   EXPECT_EQ(choose_machine({.design = "gautracer", .k = 8}).config.simt.register_file.payload_registers, 24U);
   EXPECT_THAT(refused([] { choose_machine({.settings = {"simt.payload_registers=60"}}); }),
               HasSubstr("simt.payload_registers: needs simt.registers_per_thread"));

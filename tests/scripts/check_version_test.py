@@ -39,7 +39,8 @@ class CheckVersion(unittest.TestCase):
         self.assertEqual(self.faults({}, "--tag", "v1.2.0"), [])
 
     def test_a_tree_between_releases_says_dev_and_has_no_date(self):
-        dev = {name: text.replace('1.2.0', '1.2.0-dev') for name, text in TREE.items() if name.startswith(("python", "packaging/vcpkg"))}
+        dev = {name: text.replace('1.2.0', '1.2.0.dev0' if name.startswith("python") else '1.2.0-dev') for name, text in TREE.items()
+               if name.startswith(("python", "packaging/vcpkg"))}
         dev |= {"CMakeLists.txt": TREE["CMakeLists.txt"] + 'set(GRTX_VERSION_SUFFIX "-dev")\n', "CITATION.cff": "version: 1.2.0-dev\n",
                 "CHANGELOG.md": TREE["CHANGELOG.md"].replace("## [1.2.0] - 2027-01-02\n", "")}
         self.assertEqual(self.faults(dev), [])

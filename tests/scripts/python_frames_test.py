@@ -349,7 +349,7 @@ class Frames(unittest.TestCase):
                 plots.main_figure(bad)
 
     def test_a_design_has_one_colour_in_plots_and_on_pages(self):
-        with open(os.path.join(ROOT, "view", "report", "web", "report.css"), encoding="utf-8") as file:
+        with open(os.path.join(ROOT, "report", "page", "web", "report.css"), encoding="utf-8") as file:
             pages = dict(re.findall(r"--d-(\w+): (#[0-9A-F]{6});", file.read()))
         self.assertEqual(plots.COLOURS, pages)
         self.assertEqual(list(plots.COLOURS), list(grtx_tlm.DESIGNS))

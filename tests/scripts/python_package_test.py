@@ -101,7 +101,7 @@ class Package(unittest.TestCase):
 
     def test_the_version_is_the_program_s(self):
         said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
-        self.assertIn(f"grtx {grtx_tlm.__version__}", said)
+        self.assertIn("grtx " + grtx_tlm.__version__.replace(".dev0", "-dev"), said)
 
     def test_wheels_build_and_install_without_a_network(self):
         wheels = set()

@@ -2,7 +2,7 @@
 // Node dispatch of the RT unit: passes lanes whose node has arrived to the intersection unit for the node's kind. Lanes
 // at a procedural leaf of a monolithic BVH first go to the transform unit, because the primitive is a unit sphere;
 // lanes at a box leaf skip the units, because a shader does the test. Paper: Section IV-B, "Baseline Architecture".
-// Cost: wires and a selection among four units; no storage.
+// Cost: wires and a selection among five units; no storage.
 #pragma once
 
 #include <systemc>
