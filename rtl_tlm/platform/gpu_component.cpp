@@ -232,13 +232,13 @@ void GpuComponent::abandon() {
   const bool stood_still = launch_->stands_still;
   drop_launch();
   resetting_ = false;
-  if (held_in_reset()) {
-    starting_ = raised_ = false;
-    return interrupt_changed_.notify(sc_core::SC_ZERO_TIME);
-  }
+  const bool quiet = std::exchange(by_port_, false) || stood_still;
   if (starting_) return start();
+  if (quiet) {
+    fault_ = {};
+    return;
+  }
   if (!fault_.what.empty()) return fail(LaunchError::bus, fault_.what);
-  if (stood_still) return;
   error_ = LaunchError::aborted;
   raise_interrupt();
 }
@@ -271,7 +271,9 @@ void GpuComponent::reset_changed() {
   fault_ = {};
   before_reset_ = results_.size();
   interrupt_changed_.notify(sc_core::SC_ZERO_TIME);
-  if (launch_) abandon_.notify(sc_core::SC_ZERO_TIME);
+  if (!launch_) return;
+  by_port_ = resetting_ = true;  // also when the line falls before the memory has answered
+  abandon_.notify(sc_core::SC_ZERO_TIME);
 }
 
 void GpuComponent::start() {
@@ -320,6 +322,7 @@ void GpuComponent::warps_ended() {
 }
 
 void GpuComponent::drain() {
+  if (abandons()) return;
   if (gpu_->idle() && memory_->idle()) return end_launch();
   drain_.notify(cycles(kDrainCycles));
 }

@@ -114,7 +114,7 @@ class GpuComponent final : public sc_core::sc_module {
   void drop_launch();
   void refused(std::uint64_t address, const std::string& what);
   void reset_changed();
-  bool abandons() const { return resetting_ || held_in_reset() || !fault_.what.empty(); }
+  bool abandons() const { return resetting_ || !fault_.what.empty(); }
   bool held_in_reset() const { return reset.size() > 0 && reset->read(); }
   void fail(LaunchError error, const std::string& what);
   void raise_interrupt();
@@ -143,7 +143,8 @@ class GpuComponent final : public sc_core::sc_module {
   std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
   bool starting_ = false;
-  bool resetting_ = false;  ///< control has asked that the launch is abandoned
+  bool resetting_ = false;  ///< control, or the port, has asked that the launch is abandoned
+  bool by_port_ = false;    ///< the port: no error and no interrupt tell of it
   struct Fault {
     std::uint64_t address = 0;
     std::string what;  ///< empty: none since the last start

@@ -217,6 +217,43 @@ TEST(LaunchFaults, AResetLineLeavesTheGpuAsBuilt) {
   EXPECT_EQ(found[1][1], undisturbed());
 }
 
+// The line fell before the memory had answered: the launch ended as if nothing had been.
+TEST(LaunchFaults, AShortResetIsAReset) {
+  const auto found = on_a_board([](Board& board) {
+    board.launcher.write(GpuRegister::control, ControlBits::kStart);
+    board.wait_ns(500.0);
+    board.reset.write(true);
+    board.wait_ns(1.0);
+    board.reset.write(false);
+    board.wait_ns(10000.0);
+    for (const auto at : {GpuRegister::status, GpuRegister::error, GpuRegister::launches}) {
+      board.seen.push_back(board.launcher.read(at));
+    }
+    board.seen.push_back(board.line.read() ? 1u : 0u);
+    board.seen.push_back(board.launcher.launch({}));
+  });
+  EXPECT_EQ(found[0], nlohmann::json({0u, 0u, 0u, 0u, 0u}));
+  ASSERT_EQ(found[1].size(), 1u);
+  EXPECT_EQ(found[1][0], undisturbed());
+}
+
+// All warps had ended, and the launch ended between the write and the annotated time: the new start was lost.
+TEST(LaunchFaults, AnAbortAtTheVeryEndLostTheStartBesideIt) {
+  for (double at_ns = 3000.0; at_ns < 3300.0; at_ns += 25.0) {
+    const auto found = on_a_board([at_ns](Board& board) {
+      board.launcher.write(GpuRegister::control, ControlBits::kStart);
+      board.wait_ns(at_ns);
+      board.launcher.write(GpuRegister::control, ControlBits::kStart | ControlBits::kReset | ControlBits::kAcknowledge,
+                           150.0);
+      board.wait_ns(10000.0);
+      board.seen.push_back(board.launcher.read(GpuRegister::status));
+    });
+    EXPECT_EQ(found[0], nlohmann::json({StatusBits::kDone})) << at_ns;
+    ASSERT_FALSE(found[1].empty()) << at_ns;
+    EXPECT_EQ(found[1].back(), undisturbed()) << at_ns;
+  }
+}
+
 TEST(LaunchFaults, TheErrorOfARefusedStartStayedThroughAGoodEnd) {
   const auto found = on_a_board([](Board& board) {
     board.launcher.write(GpuRegister::control, ControlBits::kStart);
