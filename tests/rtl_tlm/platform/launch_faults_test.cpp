@@ -22,6 +22,7 @@ using traces::testing::TemporaryFile;
 /// Addresses at which the memory answers; a test may move it.
 struct AddressSpan {
   std::uint64_t first = 0, end = ~std::uint64_t{0};
+  double busy_until_ns = 0.0;  ///< the memory says that something is under way until then
 };
 
 /// Answers after 100 ns; outside of the span with an error.
@@ -46,12 +47,17 @@ struct BusTarget final : sc_core::sc_module {
 
 class BusMemory final : public MonitoredMemory {
  public:
-  BusMemory(Gpu& gpu, AddressSpan& span) : MonitoredMemory(gpu, "bus", true), target_("target", gpu.dram.size(), span) {
+  BusMemory(Gpu& gpu, AddressSpan& span)
+      : MonitoredMemory(gpu, "bus", true), target_("target", gpu.dram.size(), span), span_(span) {
     for (unsigned i = 0; i < channels(); ++i) socket(i).bind(target_.sockets[i]);
+  }
+  bool idle() const override {
+    return MonitoredMemory::idle() && sc_core::sc_time_stamp() >= sc_core::sc_time(span_.busy_until_ns, sc_core::SC_NS);
   }
 
  private:
   BusTarget target_;
+  AddressSpan& span_;
 };
 
 /// A GPU, its registers, its reset line, and what a test does with them in a thread.
@@ -220,8 +226,9 @@ TEST(LaunchFaults, AResetLineLeavesTheGpuAsBuilt) {
 // The line fell before the memory had answered: the launch ended as if nothing had been.
 TEST(LaunchFaults, AShortResetIsAReset) {
   const auto found = on_a_board([](Board& board) {
+    board.span.busy_until_ns = 3220.0;
     board.launcher.write(GpuRegister::control, ControlBits::kStart);
-    board.wait_ns(500.0);
+    board.wait_ns(3030.0);  // the last warp ends 8 ns later
     board.reset.write(true);
     board.wait_ns(1.0);
     board.reset.write(false);
@@ -241,6 +248,7 @@ TEST(LaunchFaults, AShortResetIsAReset) {
 TEST(LaunchFaults, AnAbortAtTheVeryEndLostTheStartBesideIt) {
   for (double at_ns = 3000.0; at_ns < 3300.0; at_ns += 25.0) {
     const auto found = on_a_board([at_ns](Board& board) {
+      board.span.busy_until_ns = 3220.0;
       board.launcher.write(GpuRegister::control, ControlBits::kStart);
       board.wait_ns(at_ns);
       board.launcher.write(GpuRegister::control, ControlBits::kStart | ControlBits::kReset | ControlBits::kAcknowledge,
