@@ -23,7 +23,7 @@ case "$*" in
       verilator yosys
       python3-numpy python3-pandas python3-matplotlib
       python3-pip python3-nbclient python3-nbformat python3-ipykernel
-      git help2man
+      git help2man reuse
       gtkwave xvfb xauth imagemagick fonts-dejavu-core
     )
     # shellcheck source=/dev/null

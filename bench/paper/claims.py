@@ -79,7 +79,7 @@ class Expected:
     def record(self, which, found):
         for (name, machine), value in found.items():
             self.values.setdefault(which, {}).setdefault(machine, {})[name] = value
-        lines = ["# SPDX-License-Identifier: Apache-2.0",
+        lines = ["# SPDX-" "License-Identifier: Apache-2.0",  # in two, else reuse takes it for this file's
                  "# What the model is expected to give: written by scripts/reproduce.sh --record, tolerances in claims.toml."]
         for a, machines in sorted(self.values.items()):
             for machine, entries in sorted(machines.items()):
