@@ -188,31 +188,30 @@ def steps(rows):
     return table(["step", "k", *of.views, *columns], lines) + caption(of.rows)
 
 
-def winners(rows):
-    """README's: the designs that have a name there, the fastest in rooms in bold."""
+def found(rows):
+    """README's: a row a [[comparison]] of bench/evaluate/designs.toml, ratios of mean speeds of each class of views."""
     near, full = part(rows, "who-128"), part(rows, "who-full")
     if not near or not full:
         return None
-    kind = "rooms" if near.of_class["rooms"] else "generated"
-    other = "objects" if near.of_class["objects"] else "generated"
+    columns = [(near, kind, "") for kind, views in near.of_class.items() if views] + [(full, "rooms", " as dense as in full HD")]
     lines = []
-    for design, label in readme_names().items():
-        if design not in near.first:
-            continue
-        best = near.best(design)
-        row = next(row for row in near.rows if (row["design"], int(row["k"])) == (design, best))
-        values = [near.mean(design, 16, kind), *(of.mean(design, of.best(design), name) for of, name in ((near, kind), (near, other), (full, kind)))]
-        lines.append([label, *(shown(value, 1) for value in values), shown(float(row["rt_unit_mm2"])), shown(near.energy(design, best))])
-    fastest = max(range(len(lines)), key=lambda at: float(lines[at][2].replace("–", "0")))
-    lines[fastest] = [f"**{cell}**" for cell in [lines[fastest][0] + ": the fastest", *lines[fastest][1:]]]
-    head = ["design", f"{kind}, k = 16", f"{kind}, best k", f"{other}, best k", f"{kind}, full-HD density, best k", "RT unit, mm²", "energy, best k"]
-    return table(head, lines) + caption(near.rows + full.rows)
+    for comparison in comparisons():
+        cells = [shown(over(of, kind, comparison)) for of, kind, _ in columns]
+        lines.append([comparison["says"], *(f"**{cell}**" if comparison.get("bold") else cell for cell in cells)])
+    return table(["speed over", *(f"{kind}, {len(of.of_class[kind])}{dense}" for of, kind, dense in columns)], lines) + caption(near.rows + full.rows)
 
 
-def readme_names():
-    """{design: its name in README}, in the order of bench/evaluate/designs.toml."""
+def over(of, kind, comparison):
+    """How many times the speed of the fastest of its rivals it has; each with the k that is named, or its best over all views."""
+    def fastest(designs):
+        return max((of.mean(design, comparison.get("k") or of.best(design), kind) or 0 for design in designs if design in of.first), default=0)
+    own, rival = fastest([comparison["of"]]), fastest(comparison["over"])
+    return own / rival if own and rival else None
+
+
+def comparisons():
     with open(os.path.join(model_version.TOP, "bench", "evaluate", "designs.toml"), "rb") as file:
-        return {design["name"]: design["readme"] for design in tomllib.load(file)["design"] if "readme" in design}
+        return tomllib.load(file)["comparison"]
 
 
 def paper_figures():
@@ -322,10 +321,10 @@ def lean(rows):
 
 
 MADE = {"who-128": lambda rows: who(rows, "who-128"), "who-full": lambda rows: who(rows, "who-full"),
-        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "l2": l2, "steps": steps, "winners": winners, "headline": headline, "classes": classes,
+        "secondary": lambda rows: who(rows, "secondary"), "cards": cards, "l2": l2, "steps": steps, "found": found, "headline": headline, "classes": classes,
         "checkpoints": checkpoints, "lean": lean,
         "binds-128": lambda rows: binds(rows, "who-128"), "binds-full": lambda rows: binds(rows, "who-full")}
-PARTS_OF = {"winners": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
+PARTS_OF = {"found": {"who-128", "who-full"}, "headline": {"paper-128"}, "classes": {"paper-128", "paper-full"},
             "checkpoints": {"paper-128", "paper-full"}, "lean": {"lean", "paper-128"},
             "l2": {"l2", "who-128"},
             "binds-128": {"who-128"}, "binds-full": {"who-full"}}
