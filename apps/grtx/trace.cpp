@@ -17,6 +17,7 @@
 #include "grtx/experiment/tracer_statistics.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
+#include "grtx/frontend/tracer/scene_memory.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 
 namespace grtx::apps {
@@ -32,6 +33,7 @@ struct TraceArguments {
   std::string machine = experiment::kDefaultMachine;
   std::string output;
   std::string image;
+  std::string contents;
   std::string statistics;
   std::vector<std::string> heatmaps;
   bool no_trace = false;
@@ -73,6 +75,10 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
   if (options.output.empty() && !options.no_trace) {
     throw Error("trace", "-o", "a trace file is needed; --no-trace renders only");
   }
+  const bool several = !options.view.views.empty() || (frontend::is_object_list(options.scene) && !options.flatten);
+  if (!options.contents.empty() && (options.no_trace || several)) {
+    throw Error("--contents", "", "is of one view of one scene, and of the trace that -o writes");
+  }
   const frontend::AccelKind kind = frontend::accel_from_name(options.accel);
   const bool checkpoint = options.checkpoint == "on";
   if (!options.image.empty()) frontend::check_image_name(options.image);
@@ -97,6 +103,9 @@ int trace(TraceArguments& options, const CommonOptions& common, frontend::SceneT
                                                               options.no_trace ? "" : options.output, files);
   const frontend::RenderResult& result = traced.result;
   if (!options.image.empty()) experiment::write_images(options.image, traced);
+  if (!options.contents.empty()) {
+    frontend::write_scene_memory(options.contents, options.output, *scene.view(), traced);
+  }
   write_heatmaps(heatmaps, cameras.front(), result.pixel_costs);
 
   if (statistics) {
@@ -144,6 +153,10 @@ void add_trace(CLI::App& app, CommonOptions& common, std::shared_ptr<frontend::S
   command
       ->add_option("--image", options->image,
                    "Image to write: .png, .exr or .pfm; of a sequence one per frame, NAME_0.png on (default: none)")
+      ->type_name(kOutputFile);
+  command
+      ->add_option("--contents", options->contents,
+                   "File to write of what lies in memory, for a platform: nodes, records, picture (default: none)")
       ->type_name(kOutputFile);
   command->add_option("--stats", options->statistics, "Statistics JSON to write (default: none)")
       ->type_name(kOutputFile);

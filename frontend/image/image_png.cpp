@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <png.h>
 
-#include <cmath>
 #include <csetjmp>
 #include <cstring>
 #include <new>
 #include <vector>
 
+#include "grtx/base/colour_byte.h"
 #include "grtx/base/error.h"
 #include "grtx/frontend/image/image_formats.h"
 
@@ -27,13 +27,6 @@ void keep_error(png_structp png, png_const_charp message) {
 }
 
 void ignore_warning(png_structp, png_const_charp) {}
-
-/// floor(255 c + 0.5) of the value c clamped to [0, 1]; NaN is black.
-png_byte quantised(float value) {
-  if (!(value > 0.0f)) return 0;
-  if (value >= 1.0f) return 255;
-  return static_cast<png_byte>(std::floor(255.0 * static_cast<double>(value) + 0.5));
-}
 
 void append(png_structp png, png_bytep bytes, std::size_t count) {
   static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(bytes), count);
@@ -137,7 +130,7 @@ std::string encode_png(const std::string& path, const Image& image) {
   std::vector<png_byte> rgb;
   rgb.reserve(image.pixels.size() * 3);
   for (const glm::vec3& pixel : image.pixels) {
-    for (int c = 0; c < 3; ++c) rgb.push_back(quantised(pixel[c]));
+    for (int c = 0; c < 3; ++c) rgb.push_back(colour_byte(pixel[c]));
   }
   Writer writer;
   if (!writer.write(image.width, image.height, rgb.data())) throw Error(path, "", writer.error());

@@ -12,6 +12,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/observe/waveform.h"
+#include "grtx/rtl_tlm/platform/functional_memory.h"
 #include "grtx/rtl_tlm/run/conservation.h"
 #include "grtx/rtl_tlm/run/measured_source.h"
 #include "grtx/rtl_tlm/run/occupancy_series.h"
@@ -77,6 +78,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
       throw Error(path, "header", "is for other hardware than " + options_.traces.front());
     }
   }
+  build_data();
   const traces::Reader& first = *readers_.front();
   BuildOptions build;
   for (const auto& reader : readers_) {
@@ -84,7 +86,7 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   }
   build.run_ahead = false;  // other modules share the kernel
   build.base = options_.base;
-  build.keep_data = options_.keep_data;
+  build.keep_data = options_.keep_data || data_ != nullptr;
   build.parts = options_.parts;
   gpu_ = std::make_unique<Gpu>("gpu", options_.machine, first.header(), first.totals().max_evictions_per_ray, *source_,
                                build);
@@ -119,6 +121,15 @@ GpuComponent::GpuComponent(const sc_core::sc_module_name& name, const Options& o
   dont_initialize();
   SC_METHOD(signal_interrupt);
   sensitive << interrupt_changed_;
+}
+
+void GpuComponent::build_data() {
+  if (options_.contents.empty()) return;
+  if (!options_.memory) throw Error(name(), "contents", "needs a memory: that of the machine holds no data");
+  if (options_.contents.size() != readers_.size()) throw Error(name(), "contents", "must be one file for each trace");
+  std::vector<const traces::Reader*> traces;
+  for (const auto& reader : readers_) traces.push_back(reader.get());
+  data_ = std::make_unique<FunctionalMemory>(options_.contents, traces, options_.machine);
 }
 
 GpuComponent::~GpuComponent() {
@@ -192,6 +203,14 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
       return static_cast<std::uint32_t>(fault_.address);
     case GpuRegister::fault_high:
       return static_cast<std::uint32_t>(fault_.address >> 32);
+    case GpuRegister::picture:
+      return static_cast<std::uint32_t>(picture_.address);
+    case GpuRegister::picture_high:
+      return static_cast<std::uint32_t>(picture_.address >> 32);
+    case GpuRegister::pitch:
+      return picture_.pitch;
+    case GpuRegister::format:
+      return static_cast<std::uint32_t>(picture_.format);
     case GpuRegister::control:
       break;
   }
@@ -201,8 +220,31 @@ std::uint32_t GpuComponent::read(std::uint64_t offset) const {
 // Writes to read-only registers are ignored.
 void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay) {
   if (held_in_reset()) return;
-  if (offset == static_cast<std::uint64_t>(GpuRegister::trace)) trace_ = value;
-  if (offset != static_cast<std::uint64_t>(GpuRegister::control)) return;
+  constexpr std::uint64_t kLow = 0xFFFFFFFF;
+  switch (static_cast<GpuRegister>(offset)) {
+    case GpuRegister::trace:
+      trace_ = value;
+      return;
+    case GpuRegister::picture:
+      picture_.address = (picture_.address & ~kLow) | value;
+      return;
+    case GpuRegister::picture_high:
+      picture_.address = (picture_.address & kLow) | std::uint64_t{value} << 32;
+      return;
+    case GpuRegister::pitch:
+      picture_.pitch = value;
+      return;
+    case GpuRegister::format:
+      picture_.format = static_cast<PictureFormat>(value);
+      return;
+    case GpuRegister::control:
+      return command(value, delay);
+    default:
+      return;
+  }
+}
+
+void GpuComponent::command(std::uint32_t value, const sc_core::sc_time& delay) {
   if ((value & ControlBits::kAcknowledge) != 0) {
     raised_ = false;
     interrupt_changed_.notify(delay);
@@ -216,7 +258,7 @@ void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_cor
   starting_ = true;
   done_ = false;
   if (!resetting_) error_ = LaunchError::none;
-  asked_ = {trace_, (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold};
+  asked_ = {trace_, (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold, picture_};
   if (!resetting_) start_.notify(delay);
 }
 
@@ -267,6 +309,7 @@ void GpuComponent::reset_changed() {
   start_.cancel();
   starting_ = done_ = raised_ = false;
   trace_ = 0;
+  picture_ = {};
   error_ = LaunchError::none;
   fault_ = {};
   before_reset_ = results_.size();
@@ -286,6 +329,7 @@ void GpuComponent::start() {
       addressed_scene(last_->header()) != addressed_scene(readers_[asked_.trace]->header())) {
     return fail(LaunchError::other_scene, "kept caches hold another scene or structure: " + last_->path());
   }
+  if (const std::string fault = picture_fault(); !fault.empty()) return fail(LaunchError::picture, fault);
   if (!memory_->restart(asked_.caches) && begun_) {
     return fail(LaunchError::memory, "the memory system " + memory_->model() + " cannot begin anew");
   }
@@ -297,12 +341,22 @@ void GpuComponent::start() {
   launch_ = std::make_unique<Launch>(reader, *gpu_, *memory_, options_);
   source_->switch_to(&launch_->source);
   gpu_->restart(reader.header(), reader.totals().max_evictions_per_ray, asked_.caches);
+  if (const std::string fault = data_ ? data_->load(*gpu_, asked_.trace) : ""; !fault.empty()) {
+    drop_launch();
+    return fail(LaunchError::memory, fault);
+  }
   launch_->inputs = simulation_inputs(reader, options_.machine);
   add_run_before(launch_->inputs, ran_, before == nullptr ? "" : camera_of(*before));
   if (memory_->model() != options_.machine.dram_model) launch_->inputs["memory"] = memory_->model();
   ran_ += (ran_.empty() ? "" : " ") + reader.content_hash();
   watch_.notify(cycles(kWatchCycles));
   sample_.notify(cycles(launch_->series.next()) - sc_core::sc_time::from_value(kBeforeTheCycleFs));
+}
+
+std::string GpuComponent::picture_fault() const {
+  if (asked_.picture.format == PictureFormat::none) return "";
+  return data_ ? data_->fault(asked_.picture, asked_.trace)
+               : "a picture needs the contents of the trace (Options::contents)";
 }
 
 void GpuComponent::sample() {
@@ -345,6 +399,9 @@ void GpuComponent::end_launch() {
   done_ = true;
   error_ = LaunchError::none;  // also that of a start which was refused meanwhile
   if (!result.violations.empty()) return fail(LaunchError::broken_law, result.violations.front());
+  if (const std::string fault = data_ ? data_->store(*gpu_, asked_.trace, asked_.picture) : ""; !fault.empty()) {
+    return fail(LaunchError::picture, fault);
+  }
   raise_interrupt();
 }
 

@@ -19,29 +19,35 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observe_options.h"
+#include "grtx/rtl_tlm/platform/picture.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {
 
+class FunctionalMemory;
 class SwitchedSource;
 class Waveform;
 
 /// Byte offsets of the registers, 32 bits each; accesses are of any bytes of them. Written bytes of a register leave
 /// its others as they read.
 enum class GpuRegister : std::uint64_t {
-  control = 0x00,      ///< written: ControlBits; reads as 0
-  status = 0x04,       ///< StatusBits
-  trace = 0x08,        ///< number of the trace that the next launch runs; taken when control is written
-  cycles = 0x10,       ///< of the last launch, 64 bits
-  cycles_high = 0x14,  ///< the upper 32 of them
-  error = 0x18,        ///< LaunchError of the last start
-  launches = 0x1c,     ///< launches that have ended without an error
-  traces = 0x20,       ///< number of traces
-  fault = 0x24,        ///< address on the bus that LaunchError::bus is about, 64 bits
-  fault_high = 0x28,   ///< the upper 32 of them
+  control = 0x00,       ///< written: ControlBits; reads as 0
+  status = 0x04,        ///< StatusBits
+  trace = 0x08,         ///< number of the trace that the next launch runs; taken when control is written
+  cycles = 0x10,        ///< of the last launch, 64 bits
+  cycles_high = 0x14,   ///< the upper 32 of them
+  error = 0x18,         ///< LaunchError of the last start
+  launches = 0x1c,      ///< launches that have ended without an error
+  traces = 0x20,        ///< number of traces
+  fault = 0x24,         ///< address on the bus that LaunchError::bus is about, 64 bits
+  fault_high = 0x28,    ///< the upper 32 of them
+  picture = 0x2c,       ///< bus address of the next launch's picture, 64 bits; these four are taken with `trace`
+  picture_high = 0x30,  ///< the upper 32 of them
+  pitch = 0x34,         ///< bytes from one row of the picture to the next; 0: those of a row
+  format = 0x38,        ///< PictureFormat; 0: no picture is written
 };
-inline constexpr std::uint64_t kGpuRegisterBytes = 0x2c;
+inline constexpr std::uint64_t kGpuRegisterBytes = 0x3c;
 
 struct ControlBits {
   static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
@@ -63,6 +69,7 @@ enum class LaunchError : std::uint32_t {
   other_scene = 6,   ///< kKeepCaches, but the caches hold another scene
   bus = 7,           ///< the memory has refused a request, whose address is in `fault`: the launch was abandoned
   aborted = 8,       ///< abandoned by kReset, or by the port, while it ran
+  picture = 9,       ///< the picture cannot be as the registers say, or the memory does not take it
 };
 
 class GpuComponent final : public sc_core::sc_module {
@@ -75,7 +82,10 @@ class GpuComponent final : public sc_core::sc_module {
     MemorySystemFactory memory;       ///< replaces the one that machine.dram_model names
     std::uint64_t base = 0;           ///< where `memory` begins on the bus; a multiple of 4096
     bool keep_data = false;           ///< the memory is shared: no launch changes a byte of it (BuildOptions)
-    EnergyPricing price;              ///< none: no energy statistics
+    /// Files of `grtx trace --contents`, of each trace: `memory`, which must take debug writes, then holds what a
+    /// launch reads, and at its end the picture; keep_data is then on. Empty: the memory holds nothing of it.
+    std::vector<std::string> contents;
+    EnergyPricing price;  ///< none: no energy statistics
     Cycle watchdog_cycles = 2'000'000;
     WaveformOptions waveform;  ///< of all launches; the window is in cycles of each; off when its path is empty
   };
@@ -104,6 +114,8 @@ class GpuComponent final : public sc_core::sc_module {
   std::uint32_t read(std::uint64_t offset) const;
   void end_of_elaboration() override;
   void write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay);
+  void command(std::uint32_t value, const sc_core::sc_time& delay);
+  void build_data();
   void start();
   void warps_ended();
   void drain();
@@ -117,6 +129,7 @@ class GpuComponent final : public sc_core::sc_module {
   bool abandons() const { return resetting_ || !fault_.what.empty(); }
   bool held_in_reset() const { return reset.size() > 0 && reset->read(); }
   void fail(LaunchError error, const std::string& what);
+  std::string picture_fault() const;
   void raise_interrupt();
   sc_core::sc_time cycles(Cycle count) const { return sc_core::sc_time::from_value(count * gpu_->core().period_fs()); }
   void signal_interrupt() { interrupt.write(raised_); }
@@ -124,6 +137,7 @@ class GpuComponent final : public sc_core::sc_module {
   Options options_;
   std::vector<std::unique_ptr<traces::Reader>> readers_;  ///< by number
   const traces::Reader* last_ = nullptr;                  ///< the one launched last
+  std::unique_ptr<const FunctionalMemory> data_;          ///< none without Options::contents
   std::unique_ptr<SwitchedSource> source_;
   std::unique_ptr<Gpu> gpu_;
   std::unique_ptr<MemorySystem> memory_;
@@ -135,10 +149,12 @@ class GpuComponent final : public sc_core::sc_module {
   std::size_t before_reset_ = 0;  ///< results that the registers no longer tell of
   sc_core::sc_event start_, drain_, watch_, sample_, abandon_, interrupt_changed_;
   std::uint32_t trace_ = 0;  ///< the register
+  Picture picture_;          ///< the registers
   /// Of the launch that control has asked for.
   struct {
     std::uint32_t trace = 0;
     modules::Caches caches = modules::Caches::cold;
+    Picture picture;
   } asked_;
   std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
