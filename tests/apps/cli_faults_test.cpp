@@ -139,6 +139,16 @@ TEST_F(CliFaults, AnInputIsOverwrittenByAnOutput) {
   EXPECT_EQ(folder_.read("t.grtx"), trace);
 }
 
+TEST_F(CliFaults, MemoryContentsBelongToOneTraceOfOneView) {
+  make_scene();
+  const std::string rule = "--contents: is of one view of one scene, and of the trace that -o writes";
+  expect_refused(trace_ + "--no-trace --contents c.grtxmem", rule);
+  expect_refused(trace_ + "--views 0,1 -o v.grtx --contents c.grtxmem", rule);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path("c.grtxmem")));
+  ASSERT_EQ(folder_.run(trace_ + "-o v.grtx --contents c.grtxmem --quiet").code, 0);
+  EXPECT_GT(std::filesystem::file_size(folder_.path("c.grtxmem")), 8u * 8 * 16);
+}
+
 TEST_F(CliFaults, AnOutputThatFollowsFromAnotherIsOverwritten) {
   make_scene();
   const std::string trace = folder_.read("t.grtx"), no_trace = trace_ + "--no-trace ";
