@@ -170,4 +170,9 @@ void WorkDistributor::dump_state(std::ostream& out) const {
   }
 }
 
+std::unique_ptr<WorkDistributorModule> make_work_distributor(const sc_core::sc_module_name& name, ClockDomain& domain,
+                                                             const WorkDistributorConfig& config, GroupSource& source) {
+  return std::make_unique<WorkDistributor>(name, domain, config, source);
+}
+
 }  // namespace grtx::modules

@@ -15,6 +15,7 @@
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
+#include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {

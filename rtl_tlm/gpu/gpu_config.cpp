@@ -125,8 +125,8 @@ modules::L2SliceConfig GpuConfig::l2_slice(unsigned slice) const {
   return config;
 }
 
-modules::Dram::Config GpuConfig::dram_config(std::uint64_t bytes) const {
-  modules::Dram::Config config = dram;
+modules::DramConfig GpuConfig::dram_config(std::uint64_t bytes) const {
+  modules::DramConfig config = dram;
   config.interleave = interleave;
   config.bytes = bytes;
   return config;

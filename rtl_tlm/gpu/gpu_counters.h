@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache_if.h"
-#include "grtx/modules/cache/l2_slice_if.h"
+#include "grtx/modules/cache/decide/l1_cache_config.h"
+#include "grtx/modules/cache/decide/l2_slice_config.h"
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/rt_unit/rt_unit_if.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 

@@ -11,7 +11,6 @@
 
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/dram/decide/dram_config.h"
-#include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/dram/decide/dram_mapping.h"
 #include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
