@@ -31,15 +31,16 @@ struct GpuCounters {
   MemoryCounters memory;
 };
 
-/// Counters that must be read when the last warp has ended, before prefetches and write-backs drain.
-struct EndOfRun {
+/// Counters that are read when the last warp has ended: prefetches and write-backs, which drain then, are no part of
+/// them.
+struct SettledCounters {
   std::vector<modules::RtUnitCounters> rt_of;
   double memory_busy_cycles = 0.0;
 };
 /// Closes the per-cycle counts of the RT units and reads them.
-EndOfRun settle(Gpu& gpu, const MemorySystem& memory);
+SettledCounters settle(Gpu& gpu, const MemorySystem& memory);
 /// Reads all counters after draining. Per-cycle counts of RT units and the DRAM's busy cycles are taken from `end`.
-GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end);
+GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const SettledCounters& end);
 /// Sums the counters of SMs, RT units and slices.
 void add_up(GpuCounters& counters);
 

@@ -20,7 +20,7 @@ namespace grtx::modules {
 struct SimtCoreConfig {
   unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
   unsigned schedulers = 4;
-  unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
+  unsigned resident_warps = 32;  ///< warp slots; must equal MemoryMapConfig's; set by the assembly
   unsigned instruction_latency = 4;
   std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
   RegisterFile register_file;

@@ -23,7 +23,7 @@ struct DistributorCounters {
 
 struct WorkDistributorConfig {
   unsigned sms = 8;
-  unsigned resident_warps = 32;  ///< warp slots of an SM, at most 64
+  unsigned resident_warps = 32;  ///< warp slots of an SM
 };
 
 /// Appends the counters as prefix + ".name".

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each lane. Counters
-// of the walk are below those of the scheduler, whose place it takes (rt_scheduler_config.h).
+// Keys of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each lane.
+// Counters of the walk are below those of the scheduler, whose place it takes (rt_scheduler_config.h).
 #pragma once
 
 #include <cstdint>
