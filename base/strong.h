@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace grtx {
 
@@ -10,5 +11,7 @@ namespace grtx {
 using LaneMask = std::uint64_t;
 /// Clock cycles of a domain; the core domain unless stated otherwise.
 using Cycle = std::uint64_t;
+/// The cycle of what is not to happen.
+inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
 
 }  // namespace grtx

@@ -180,7 +180,7 @@ class Memory {
     interleave.slices = options.slices;
     if (options.model == "built_in") {
       const sim::GpuConfig machine = sim::load_config(options.config, {});
-      modules::Dram::Config config = machine.dram;
+      modules::DramConfig config = machine.dram;
       config.interleave = interleave;
       clock_ = std::make_unique<modules::ClockDomain>("memory_clock", machine.memory_mhz);
       const double period_ns = static_cast<double>(clock_->period_fs()) * 1e-6;

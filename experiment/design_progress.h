@@ -11,7 +11,7 @@
 
 #include "grtx/base/progress.h"
 #include "grtx/base/strong.h"
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 
 namespace grtx::experiment {
 

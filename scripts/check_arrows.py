@@ -4,8 +4,9 @@
 
 * Between top-level folders: frontend -> traces <- modules <- rtl_tlm <- explore <- report <- experiment <- apps; experiment and
   apps alone also see frontend; base lies below all.
-* Between all folders inside them: no circles. Where the folders inside a folder implement its interfaces (traces/codec,
-  policies), its headers count as one folder and its sources as another, above those inside.
+* Between all folders inside them: no circles. A unit's decide/ is a part of the unit. The codec implements interfaces of
+  traces, so the headers of traces count as one folder and its sources as another, above the codec.
+* What units decide without time (decide/) reaches no header of SystemC.
 * What is inside a folder alone (traces/codec) is included by that folder alone.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
 
@@ -27,20 +28,24 @@ BELOW = {
     "experiment": ["base", "traces", "modules", "rtl_tlm", "explore", "report", "frontend"],
     "apps": ["base", "traces", "modules", "rtl_tlm", "explore", "report", "frontend", "experiment"],
 }
-# Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders: the codec of
-# traces, registered policies.
-SOURCES_STAND_ABOVE = {"traces", "modules/cache/decide", "modules/dram/decide", "modules/rt_unit/scheduler/decide"}
+# Folders whose headers are interfaces that the folders inside them see, and whose sources use those folders.
+SOURCES_STAND_ABOVE = {"traces"}
+# What all parts of the RT unit share lies below them, and the netlist above.
+SHARED_DECISIONS = "modules/rt_unit/decide"
 # Folders that nobody sees but the folder around them.
 INSIDE_ALONE = {"traces/codec": "traces"}
 # Arrows that close a circle today, with the reason. It is to stay empty.
 ALLOWED = {}
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
+SYSTEMC = re.compile(r"^[ \t]*#[ \t]*include[ \t]*<((?:systemc|tlm)[^>]*)>", re.M)
 
 
 def part_of(file):
     """The folder whose arrows a file's includes are."""
     folder, name = os.path.split(file)
+    if folder != SHARED_DECISIONS:
+        folder = re.sub(r"/decide(/.*)?$", "", folder)
     return folder + "/*.cpp" if folder in SOURCES_STAND_ABOVE and name.endswith(".cpp") else folder
 
 
@@ -80,6 +85,24 @@ def read_includes(top, faults):
             if part_of(file) != part_of(path):
                 arrows.setdefault((part_of(file), part_of(path)), []).append(f"{place}: includes {path}")
     return arrows
+
+
+def systemc_faults(top):
+    """Each file in a decide/ that includes SystemC, by itself or through others, with the way there."""
+    direct, below = {}, {}
+    for file in sources(top):
+        with open(os.path.join(top, file), encoding="utf-8") as stream:
+            text = stream.read()
+        direct[file] = SYSTEMC.findall(text)
+        below[file] = [path[len("grtx/"):] for path in INCLUDE.findall(text)]
+    for file in filter(re.compile("/decide/").search, below):
+        ways, seen = [[file]], {file}
+        for way in ways:
+            if direct.get(way[-1]):
+                yield f"{file}: stands in a decide/, but includes {' -> '.join(way[1:] + [direct[way[-1]][0]])}"
+                break
+            ways += [way + [path] for path in below.get(way[-1], []) if path not in seen]
+            seen.update(below.get(way[-1], []))
 
 
 def shortest_way(arrows, start, end):
@@ -126,6 +149,7 @@ def main(arguments):
         if arrow not in arrows and not folders:
             faults.append(f"scripts/check_arrows.py: {arrow[0]} -> {arrow[1]} ({why}) is gone: take it off the list")
     faults += circle_faults({arrow: places for arrow, places in arrows.items() if arrow not in ALLOWED})
+    faults += systemc_faults(top)
     for fault in faults:
         print(fault)
     return 1 if faults else 0

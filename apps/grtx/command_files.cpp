@@ -119,7 +119,7 @@ void CommandFiles::take(const CLI::App& command) {
           add(*option, text, path, true, !named);
         }
       } else if (option->get_type_name() == kInputFile ||
-                 (option->get_name() == "--machine" && text.ends_with(".toml"))) {
+                 (option->get_type_name() == kMachineType && text.ends_with(".toml"))) {
         add(*option, text, text, false, false);
       }
     }

@@ -14,7 +14,9 @@
 
 namespace grtx::apps {
 
-/// Type names of options that name files. --help shows them.
+/// Type names of options that name files. --help shows them. A machine is a name, a file, or "": all keys at their
+/// defaults.
+inline constexpr const char* kMachineType = "MACHINE";
 inline constexpr const char* kInputFile = "INPUT";
 inline constexpr const char* kOutputFile = "OUTPUT";
 

@@ -72,11 +72,13 @@ void add_views_option(CLI::App* command, experiment::ViewOptions& view) {
 }
 
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
-  return command->add_option("--machine", machine,
-                             fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
-                                         ".toml of what differs from paper, or from what it includes; --config and "
-                                         "options of the tracer override it",
-                                         fmt::join(experiment::machine_names(), ", ")));
+  return command
+      ->add_option("--machine", machine,
+                   fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
+                               ".toml of what differs from paper, or from what it includes; --config and "
+                               "options of the tracer override it",
+                               fmt::join(experiment::machine_names(), ", ")))
+      ->type_name(kMachineType);
 }
 
 experiment::ChosenMachine choose_machine(const experiment::MachineChoice& choice, const CommonOptions& common,

@@ -93,7 +93,7 @@ void refuse_missing_values(const CLI::App& app, const std::vector<std::string>& 
     if (equals != std::string::npos || at + 1 == arguments.end()) continue;
     const std::string& value = *++at;
     if (value.empty() && option->get_type_name() == kOutputFile) continue;  // CommandFiles says so
-    if (value.empty() && option->check_lname("machine")) continue;          // no machine: all keys at their defaults
+    if (value.empty() && option->get_type_name() == kMachineType) continue;
     if (value.empty()) throw Error(command->get_name(), option->get_name(), needs);
     if (value.starts_with("--") || option_called(*command, value) != nullptr) {
       throw Error(command->get_name(), option->get_name(), fmt::format("{}, not {}", needs, value));

@@ -82,19 +82,16 @@ Point read_point(Sqlite& database, const std::string& place, std::int64_t id) {
 
 }  // namespace
 
-void check_values(Sqlite& database, bool costs) {
+void check_values(Sqlite& database) {
   std::vector<std::pair<std::int64_t, std::string>> points;
   SqliteStatement done(database, "SELECT id, key FROM point WHERE status = 'done' ORDER BY id");
   while (done.step()) points.emplace_back(done.integer(0), fmt::format("point {} ({})", done.integer(0), done.text(1)));
   for (const auto& [id, place] : points) {
-    Point point = read_point(database, place, id);
+    const Point point = read_point(database, place, id);
     Values truth;
     ValueReader reader(truth);
     if (!nlohmann::json::sax_parse(point.document, &reader)) {
       throw Error(database.path(), place, "its document is damaged: it is no JSON");
-    }
-    if (!costs) {
-      std::erase_if(point.values, [](const auto& value) { return value.first.starts_with("cost."); });
     }
     for (const auto& [name, value] : point.values) {
       const auto said = truth.find(name);

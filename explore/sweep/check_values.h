@@ -7,8 +7,7 @@
 
 namespace grtx::explore {
 
-/// Throws Error{database, point, rule} for the first finished point whose values differ from its document. costs:
-/// documents contain cost.*; else those are not compared.
-void check_values(Sqlite& database, bool costs);
+/// Throws Error{database, point, rule} for the first finished point whose values differ from its document.
+void check_values(Sqlite& database);
 
 }  // namespace grtx::explore

@@ -33,7 +33,7 @@ constexpr Query kQueries[] = {
 /// One of the two databases.
 struct Side {
   explicit Side(const std::string& path) : database(path, Sqlite::Open::read_only) {
-    const std::string all = points_of(schema_of(database).value());
+    const std::string all = kSweepPoints;
     points = "(SELECT * FROM " + all + " WHERE NOT earlier_plan)";
     SqliteStatement count(database, "SELECT count(*) FROM " + all + " WHERE earlier_plan");
     count.step();

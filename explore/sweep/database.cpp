@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -41,16 +40,6 @@ const ordered_json* rt_unit(const ordered_json& node) {
   return nullptr;
 }
 
-/// Schema of the database. Throws Error if it is no sweep database. strict: also if it contains other tables.
-SweepSchema known_schema(Sqlite& database, bool strict) {
-  const std::optional<SweepSchema> schema = schema_of(database);
-  if (!schema) {
-    throw Error(database.path(), "meta.schema", fmt::format("must be {}", name_of(SweepSchema::current)));
-  }
-  check_tables(database, *schema, strict);
-  return *schema;
-}
-
 /// The common part of two descriptions of one statistic: "largest lower bound: longest_ray" and "largest lower bound:
 /// longest_warp" give "largest lower bound". Does not depend on the order of points.
 std::string of_both(const std::string& a, const std::string& b) {
@@ -65,7 +54,8 @@ std::string of_both(const std::string& a, const std::string& b) {
 
 void check_sweep(const std::string& path) {
   Sqlite database(path, Sqlite::Open::read_only);
-  check_values(database, known_schema(database, false) != SweepSchema::loose);
+  check_schema(database, false);
+  check_values(database);
 }
 
 std::vector<CostValue> cost_values(const ordered_json& cost) {
@@ -98,19 +88,14 @@ SweepDatabase::SweepDatabase(const std::string& path) : database_(path, Sqlite::
   }
   if (empty) {
     SqliteTransaction transaction(database_);
-    database_.execute(tables_of(SweepSchema::current));
-    set_meta("schema", std::string(name_of(SweepSchema::current)));
+    database_.execute(kSweepTables);
+    set_meta("schema", kSweepSchema);
     set_meta("created", now_text());
     transaction.commit();
     return;
   }
-  if (const auto schema = schema_of(database_); schema && *schema != SweepSchema::current) {
-    throw Error(path, "meta.schema",
-                fmt::format("{}, of an earlier version, can be read by report and --compare, not filled: begin another",
-                            name_of(*schema)));
-  }
-  known_schema(database_, true);
-  check_values(database_, true);
+  check_schema(database_, true);
+  check_values(database_);
 }
 
 std::string SweepDatabase::meta(const std::string& key) {

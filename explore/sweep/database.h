@@ -24,7 +24,7 @@ struct CostValue {
 std::vector<CostValue> cost_values(const nlohmann::ordered_json& cost);
 
 /// Throws Error if the file is no sweep database, if a table of a sweep is replaced by something else of that name (a
-/// view could show other results), or if a point's values differ from its document. Also accepts earlier schemas.
+/// view could show other results), or if a point's values differ from its document.
 void check_sweep(const std::string& path);
 
 class SweepDatabase {

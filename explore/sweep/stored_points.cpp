@@ -114,7 +114,7 @@ std::vector<StoredPoint> read_points(Sqlite& database, const std::function<bool(
   SqliteStatement row(database,
                       "SELECT id, key, trace_key, machine, mode, scene, design, coordinates, config, status, reason, "
                       "earlier_plan, json_extract(document, '$.inputs'), json_extract(document, '$.notes') FROM " +
-                          points_of(schema_of(database).value()) + " ORDER BY id");
+                          std::string(kSweepPoints) + " ORDER BY id");
   while (row.step()) {
     if (!wanted(row.text(1))) continue;
     StoredPoint& point = points.emplace_back();

@@ -17,7 +17,7 @@ namespace grtx::explore {
 struct StoredPoint {
   std::int64_t id = 0;
   std::string key;
-  std::string machine;  ///< name; "" for none, or if an old database does not record it
+  std::string machine;  ///< name; "" for none
   std::string mode, scene, design;
   /// Varied parameters of this point, name -> value; after add_distinguishing_inputs() also all other inputs that
   /// differ between points. May include the view: "view", "width", "height", "fov_scale".

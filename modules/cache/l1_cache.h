@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "grtx/base/state_bytes.h"
-#include "grtx/modules/cache/cache_counters.h"
 #include "grtx/modules/cache/cache_state.h"
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"

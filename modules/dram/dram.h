@@ -15,7 +15,6 @@
 
 #include "grtx/base/state_bytes.h"
 #include "grtx/modules/dram/decide/dram_config.h"
-#include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -25,20 +24,7 @@ namespace grtx::modules {
 
 class Dram final : public ClockedModule {
  public:
-  struct Config {
-    AddressInterleave interleave{};  ///< maps addresses to sockets and channels; set by the assembly
-    DramChannelConfig channel{};
-    Cycle fixed_latency = 256;
-    std::uint64_t bytes = 0;  ///< memory size, 0: unlimited; addresses beyond are refused; set by the assembly
-    bool perfect = false;     ///< no banks and no data bus: every request takes fixed_latency
-    void parameters(ParameterList& list) {
-      channel.parameters(list);
-      list.add("fixed_latency", fixed_latency, {0, 1e7}, "clocks", "added to every response (100 core cycles = 73 ns)",
-               kVulkanSim);
-      list.add("perfect", perfect, "every request takes fixed_latency only (limit study)", kOurs);
-      list.part("timing", channel.timing);
-    }
-  };
+  using Config = DramConfig;
 
   /// clock: memory domain. Throws Error for an impossible configuration.
   Dram(const sc_core::sc_module_name& name, const Config& config, ClockDomain& clock);

@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <limits>
 #include <set>
 #include <systemc>
 #include <vector>
@@ -17,7 +16,7 @@
 
 namespace grtx::modules {
 
-inline constexpr Cycle kNever = std::numeric_limits<Cycle>::max();
+using grtx::kNever;
 
 class Alarm;
 

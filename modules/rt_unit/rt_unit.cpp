@@ -110,8 +110,8 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
   if (config_.walks()) stack_entry.bits = 0;  // the stack of a warp is in the warp walk scheduler
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
-    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry,
-                                        header.three_level());
+    return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry, header.three_level(),
+                                        header.bvh_width);
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
     return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);
@@ -191,7 +191,7 @@ void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header)
 }
 
 void RtUnit::list_parts() {
-  parts_ = {warp_buffer_.get(), scheduler_.get(), memory_.get(), any_hit_.get()};
+  parts_ = {warp_buffer_.get(), scheduler_.get(), memory_.get(), any_hit_.get(), &dispatch_};
   for (const auto* unit : {&ray_box_, &ray_triangle_, &ray_sphere_, &ray_gaussian_, &ray_transform_}) {
     if (*unit != nullptr) units_.push_back(unit->get());
   }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
 #include "grtx/modules/rt_unit/any_hit_unit/decide/any_hit_unit_config.h"
 #include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_config.h"
@@ -19,6 +19,7 @@
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"
 #include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
 #include "grtx/traces/header.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
 

@@ -12,7 +12,7 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/messages/coalescer.h"
 #include "grtx/modules/messages/memory_request.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 
 namespace grtx::modules {
 

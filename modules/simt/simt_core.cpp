@@ -17,17 +17,13 @@
 namespace grtx::modules {
 namespace {
 
-constexpr unsigned kMaxResidentWarps = 64;  // bits of a mask
-
 // Apart, so that accept_response() is short.
 [[noreturn, gnu::cold, gnu::noinline]] void report_unasked(const char* unit, std::uint32_t slot) {
   unit_fault(unit, "the L1 has answered a request of warp slot " + std::to_string(slot) + ", which made none");
 }
 
 const SimtCoreConfig& checked(const SimtCoreConfig& config) {
-  if (config.resident_warps == 0 || config.resident_warps > kMaxResidentWarps) {
-    throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMaxResidentWarps));
-  }
+  check_resident_warps(config.resident_warps);
   require_allowed("simt", config);
   return config;
 }

@@ -25,9 +25,7 @@
 #include "grtx/modules/simt/decide/issue_slots.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
-#include "grtx/modules/simt/register_file.h"
 #include "grtx/modules/simt/simt_core_if.h"
-#include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::modules {
 

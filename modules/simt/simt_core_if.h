@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The SIMT core as an SM sees it: its ports, its configuration, and how to make one (simt_core.h).
+// The SIMT core as an SM sees it: its ports, and how to make one (simt_core.h).
 #pragma once
 
-#include <bit>
-#include <cstdint>
 #include <iosfwd>
 #include <memory>
 #include <systemc>
 
 #include "grtx/modules/kernel/clocked_module.h"
-#include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_if.h"
-#include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
-#include "grtx/modules/simt/decide/shader_costs.h"
-#include "grtx/modules/simt/register_file.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::modules {
@@ -56,46 +50,6 @@ class SimtCoreModule : public ClockedModule {
 
  protected:
   using ClockedModule::ClockedModule;
-};
-
-struct SimtCoreConfig {
-  unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
-  unsigned schedulers = 4;
-  unsigned resident_warps = 32;  ///< warp slots, at most 64; must equal MemoryMapConfig's; set by the assembly
-  unsigned instruction_latency = 4;
-  std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
-  RegisterFile register_file;
-  unsigned sectors_per_cycle = 1;
-  RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
-  RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
-  ShaderCosts costs;
-  HitHeap heap{};  ///< of the RT unit's any-hit unit; set by the assembly
-  /// All but the costs, which are a table of their own.
-  void parameters(ParameterList& list) {
-    list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
-    list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
-             "from issue of an instruction to its result", assumed("common GPU ALU latency"));
-    list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
-             "width of the load-store unit and of its port at the L1", kOurs);
-    list.add("dependent_loads", costs.dependent_loads,
-             "the any-hit shader's loop over the k-buffer waits for each load before the next iteration; else all its "
-             "loads are sent at once",
-             kOurs);
-    list.add("k_buffer_layout", k_buffer_layout,
-             "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
-             assumed("CUDA: local memory is interleaved over the threads of a warp"));
-    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
-    list.add("eviction_traffic", costs.eviction_traffic,
-             "whether hits that fall out of a k-buffer are written to memory and read back; uncharged is an "
-             "assumption, not hardware",
-             kOurs);
-    list.add("list_batch", costs.list_batch, {1, 64}, "hits",
-             "list: nearest hits that a scan of a ray's list keeps in registers, sorted, for blending",
-             from_public("GRay, cuda/forward_pass.cu"));
-    register_file.parameters(list);
-    list.rule(
-        "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
-  }
 };
 
 /// The project's SIMT core. `map` must outlive it. Throws Error if the header or the configuration is outside what it

@@ -8,6 +8,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/lane_loop.h"
+#include "grtx/modules/simt/decide/register_file.h"
 
 namespace grtx::modules {
 namespace {
@@ -16,9 +17,7 @@ constexpr LaneMask all_slots(unsigned slots) { return slots >= 64 ? ~LaneMask{0}
 
 const WorkDistributorConfig& checked(const WorkDistributorConfig& config) {
   if (config.sms == 0) throw Error("configuration", "sms", "must be at least 1");
-  if (config.resident_warps == 0 || config.resident_warps > 64) {
-    throw Error("configuration", "resident_warps", "must be 1 to 64");
-  }
+  check_resident_warps(config.resident_warps);
   return config;
 }
 
@@ -168,6 +167,11 @@ void WorkDistributor::dump_state(std::ostream& out) const {
       out << "  sm " << i << " slot " << slot << ": group at position " << sms_[i].position[slot] << "\n";
     });
   }
+}
+
+std::unique_ptr<WorkDistributorModule> make_work_distributor(const sc_core::sc_module_name& name, ClockDomain& domain,
+                                                             const WorkDistributorConfig& config, GroupSource& source) {
+  return std::make_unique<WorkDistributor>(name, domain, config, source);
 }
 
 }  // namespace grtx::modules

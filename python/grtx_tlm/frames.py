@@ -203,8 +203,7 @@ def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.D
     ``seconds``, ``earlier_plan``, ``notes`` (ids of what limits its figures' meaning, docs/model/statistics.md; "" for none),
     a column for each coordinate, and one for each statistic and cost. Coordinates are what
     the plan varied, and whatever else points of equal machine, mode, scene and design differ in. ``earlier_plan``: the plan
-    that filled the database last does not ask for the point, so compare it with no other. Before schema 3 a database says
-    neither machine nor plan: "" and False. ``values``: names of those wanted (default: all). ``frame.attrs``: ``units`` and
+    that filled the database last does not ask for the point, so compare it with no other. ``values``: names of those wanted (default: all). ``frame.attrs``: ``units`` and
     ``descriptions`` by statistic, ``plan`` (text), ``shared`` (what all points are made from: size, tracer options,
     configuration). Statistics of points that are not done are NaN. Raises StatisticsError, OSError.
     """
@@ -223,14 +222,14 @@ def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.D
 
 def _sweep(database: sqlite3.Connection, path: str, values: str | Iterable[str] | None) -> pd.DataFrame:
     meta = dict(database.execute("SELECT key, value FROM meta"))
-    if meta.get("schema") not in ("grtx.sweep/3", "grtx.sweep/2", "grtx.sweep/1"):
+    if meta.get("schema") != "grtx.sweep/3":
         raise StatisticsError(path, "meta.schema", "must be grtx.sweep/3: write one with 'grtx sweep -o DB'")
     quantities = pd.read_sql_query("SELECT * FROM quantity", database, index_col="name")
     names = list(quantities.index) if values is None else named(values)
     for name in names:
         if name not in quantities.index:
             raise StatisticsError(path, "values", unknown(name, quantities.index))
-    points, varied, shared = _points(database, path, meta["schema"])
+    points, varied, shared = _points(database, path)
     marks = ",".join("?" * len(names))
     rows = pd.read_sql_query("SELECT point_id AS point, name, value FROM value" +
                              ("" if values is None else f" WHERE name IN ({marks})"), database,
@@ -271,11 +270,11 @@ def _trace_inputs(options: dict[str, Any]) -> dict[str, Any]:
     return inputs
 
 
-def _points(database: sqlite3.Connection, path: str, schema: str) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Any]]:
+def _points(database: sqlite3.Connection, path: str) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Any]]:
     """Frames of points and of their coordinates, and what all points share."""
-    machine, earlier = ("machine", "id NOT IN (SELECT point_id FROM present)") if schema == "grtx.sweep/3" else ("''", "0")
     points = pd.read_sql_query(
-        f"SELECT id AS point, scene, design, {machine} AS machine, mode, status, reason, seconds, {earlier} AS earlier_plan, "
+        "SELECT id AS point, scene, design, machine, mode, status, reason, seconds, "
+        "id NOT IN (SELECT point_id FROM present) AS earlier_plan, "
         "coordinates, trace_key, config, json_extract(document, '$.inputs.\"memory.files_hash\"') AS memory, "
         "json_extract(nullif(document, ''), '$.notes') AS notes FROM point "
         "ORDER BY id", database, index_col="point").astype({"earlier_plan": bool, "seconds": "float64"})

@@ -78,10 +78,11 @@ bool has(const ordered_json& config, const std::string& key, const std::string& 
   return config.is_object() && config.contains(key) && explore::text_of(config.at(key)) == value;
 }
 
-/// A key that says whether the design's hardware is there or how it works: not how much of it, nor whether stacks
-/// spill, which machines of all designs may.
+/// A key that says whether the design's hardware is there or how it works: not how much of it. What is so by default
+/// tells no design from another.
 bool is_switch(const std::pair<std::string, std::string>& key) {
-  return key.second.find_first_not_of("0123456789.") != std::string::npos && key.first != "rt.warp_buffer.spill";
+  static const ordered_json by_default = sim::config_json(sim::GpuConfig());
+  return key.second.find_first_not_of("0123456789.") != std::string::npos && !has(by_default, key.first, key.second);
 }
 
 /// The machine's name without what says that keys of it were changed.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <functional>
 #include <ostream>
@@ -15,6 +16,7 @@
 #include "grtx/modules/kernel/link_inventory.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
+#include "grtx/modules/simt/work_distributor.h"
 #include "grtx/rtl_tlm/gpu/construction_order.h"
 
 namespace grtx::sim {
@@ -23,8 +25,8 @@ using modules::Link;
 
 namespace {
 
-// Entries of a ray's stack area. A depth-first walk of a 6-wide tree of 28 levels needs at most 140.
-constexpr std::uint64_t kStackEntries = 256;
+// Entries of a ray's stack area: room for the deepest stack of the widest tree.
+constexpr std::uint64_t kStackEntries = std::bit_ceil(modules::deepest_stack(traces::kMaxWidth));
 
 template <typename T>
 void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& name, unsigned count, unsigned latency,

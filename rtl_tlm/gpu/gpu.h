@@ -16,7 +16,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/noc/crossbar_if.h"
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_parts.h"
 #include "grtx/rtl_tlm/gpu/sm.h"

@@ -42,7 +42,8 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   list.under("gpu", [&](ParameterList& keys) {
     keys.add("sms", sms, {1, 256}, "SMs", "streaming multiprocessors", kTable1);
     keys.add("core_mhz", core_mhz, {kMinMhz, kMaxMhz}, "MHz", "clock of SMs, crossbar and L2", kTable1);
-    keys.add("resident_warps", resident_warps, {1, 64}, "warps", "warp slots of an SM", kVulkanSim);
+    keys.add("resident_warps", resident_warps, {1, modules::kMostResidentWarps}, "warps", "warp slots of an SM",
+             kVulkanSim);
     keys.add("rt_units", rt_units, {1, 16}, "units", "RT units of an SM; its warp slots take turns", kTable1);
   });
   list.part("rt", rt);
@@ -125,8 +126,8 @@ modules::L2SliceConfig GpuConfig::l2_slice(unsigned slice) const {
   return config;
 }
 
-modules::Dram::Config GpuConfig::dram_config(std::uint64_t bytes) const {
-  modules::Dram::Config config = dram;
+modules::DramConfig GpuConfig::dram_config(std::uint64_t bytes) const {
+  modules::DramConfig config = dram;
   config.interleave = interleave;
   config.bytes = bytes;
   return config;

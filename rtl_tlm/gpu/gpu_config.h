@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache_if.h"
-#include "grtx/modules/cache/l2_slice_if.h"
-#include "grtx/modules/dram/dram.h"
+#include "grtx/modules/cache/decide/l1_cache_config.h"
+#include "grtx/modules/cache/decide/l2_slice_config.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/address_interleave.h"
-#include "grtx/modules/noc/crossbar_if.h"
-#include "grtx/modules/rt_unit/rt_unit_if.h"
-#include "grtx/modules/simt/simt_core_if.h"
+#include "grtx/modules/noc/decide/crossbar_config.h"
+#include "grtx/modules/rt_unit/rt_unit_config.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/config/config_file.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/gpu/sm.h"
@@ -71,7 +71,7 @@ struct GpuConfig {
   modules::AddressInterleave interleave;     ///< of addresses over L2 slices and DRAM channels
   std::uint64_t l2_bytes = 4 * 1024 * 1024;  ///< of all slices
   modules::L2SliceConfig l2;                 ///< of a slice; l2_slice() sets its size from l2_bytes
-  modules::Dram::Config dram;
+  modules::DramConfig dram;
   modules::OwnKeys own;  ///< keys of user-supplied units, and of units that not every machine has
 
   /// All keys, in the order of the documentation.
@@ -83,7 +83,7 @@ struct GpuConfig {
   SmConfig sm(unsigned index) const;
   modules::CrossbarConfig crossbar_config() const;
   modules::L2SliceConfig l2_slice(unsigned slice) const;
-  modules::Dram::Config dram_config(std::uint64_t bytes) const;
+  modules::DramConfig dram_config(std::uint64_t bytes) const;
   /// The same machine without dram.bandwidth_gb_s: the memory clock that gives it, and times that keep their
   /// nanoseconds, rounded up to that clock. Times of the data bus (ccd, ccd_l, turn) stay clocks.
   GpuConfig at_bandwidth() const;

@@ -45,8 +45,8 @@ void describe_frames(const std::vector<modules::LaunchSpan>& launches, Statistic
 
 }  // namespace
 
-EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
-  EndOfRun end;
+SettledCounters settle(Gpu& gpu, const MemorySystem& memory) {
+  SettledCounters end;
   const Cycle cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {
     for (const auto& rt : sm->rt_units()) {
@@ -62,7 +62,7 @@ EndOfRun settle(Gpu& gpu, const MemorySystem& memory) {
   return end;
 }
 
-GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end) {
+GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const SettledCounters& end) {
   GpuCounters c;
   c.cycles = gpu.distributor().end_cycle();
   for (const auto& sm : gpu.sms()) {

@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "grtx/modules/cache/l1_cache_if.h"
-#include "grtx/modules/cache/l2_slice_if.h"
+#include "grtx/modules/cache/decide/l1_cache_config.h"
+#include "grtx/modules/cache/decide/l2_slice_config.h"
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/rt_unit/rt_unit_if.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/rt_unit/rt_unit_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/gpu/gpu.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 
@@ -31,15 +31,16 @@ struct GpuCounters {
   MemoryCounters memory;
 };
 
-/// Counters that must be read when the last warp has ended, before prefetches and write-backs drain.
-struct EndOfRun {
+/// Counters that are read when the last warp has ended: prefetches and write-backs, which drain then, are no part of
+/// them.
+struct SettledCounters {
   std::vector<modules::RtUnitCounters> rt_of;
   double memory_busy_cycles = 0.0;
 };
 /// Closes the per-cycle counts of the RT units and reads them.
-EndOfRun settle(Gpu& gpu, const MemorySystem& memory);
+SettledCounters settle(Gpu& gpu, const MemorySystem& memory);
 /// Reads all counters after draining. Per-cycle counts of RT units and the DRAM's busy cycles are taken from `end`.
-GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const EndOfRun& end);
+GpuCounters collect_counters(const Gpu& gpu, const MemorySystem& memory, const SettledCounters& end);
 /// Sums the counters of SMs, RT units and slices.
 void add_up(GpuCounters& counters);
 

@@ -14,7 +14,7 @@
 #include "grtx/modules/rt_unit/node_port/node_port_if.h"
 #include "grtx/modules/rt_unit/rt_unit_if.h"
 #include "grtx/modules/simt/simt_core_if.h"
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {

@@ -12,8 +12,8 @@
 #include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/modules/rt_unit/scheduler/scheduler_base.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/modules/simt/simt_core.h"
-#include "grtx/modules/simt/simt_counters.h"
 
 namespace grtx::sim {
 namespace {

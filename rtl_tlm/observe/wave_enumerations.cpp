@@ -5,7 +5,7 @@
 #include <string>
 
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 
 namespace grtx::sim {

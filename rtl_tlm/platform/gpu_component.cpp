@@ -48,7 +48,7 @@ struct GpuComponent::Launch {
   Watchdog watchdog;
   OccupancySeries series;
   std::map<std::string, std::string> inputs;
-  EndOfRun end;
+  SettledCounters end;
   nlohmann::ordered_json over_time;
   bool drains = false;  ///< all warps have ended
   bool stands_still = false;

@@ -5,7 +5,7 @@ namespace grtx::sim {
 
 void LaunchCounters::launched(unsigned sm, unsigned slot, const traces::RayGroup& group, Cycle now) {
   if (counters_.size() < positions_.size() && positions_[counters_.size()] == launched_) {
-    EndOfRun so_far;
+    SettledCounters so_far;
     for (const auto& one : gpu_.sms()) {
       for (const auto& rt : one->rt_units()) so_far.rt_of.push_back(rt->counters());
     }

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 
 namespace grtx::sim {

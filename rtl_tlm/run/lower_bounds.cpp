@@ -2,6 +2,7 @@
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 #include <variant>
@@ -13,8 +14,11 @@ namespace {
 
 Cycle divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
 
-/// Bounds of the RT unit's parts, each that of the busiest unit; those of ports last.
-std::vector<LowerBound> bounds_of_parts(const GpuCounters& c, const GpuConfig& config) {
+/// By PartBound::Limit.
+using BoundsByLimit = std::array<std::vector<LowerBound>, 3>;
+
+/// Adds bounds of the RT unit's parts, each that of the busiest unit.
+void add_bounds_of_parts(const GpuCounters& c, const GpuConfig& config, BoundsByLimit& bounds) {
   std::vector<std::unordered_map<std::string, std::uint64_t>> counted;  // [RT unit], by name
   for (const modules::RtUnitCounters& rt : c.rt_of) {
     modules::StatisticList list;
@@ -24,7 +28,6 @@ std::vector<LowerBound> bounds_of_parts(const GpuCounters& c, const GpuConfig& c
       if (const auto* count = std::get_if<std::uint64_t>(&statistic.value)) counts[statistic.name] = *count;
     }
   }
-  std::vector<LowerBound> bounds, ports;
   for (const modules::PartInfo& part : modules::part_table(config.rt, config.own)) {
     for (const modules::PartBound& bound : part.bounds) {
       Cycle most = 0;
@@ -34,11 +37,9 @@ std::vector<LowerBound> bounds_of_parts(const GpuCounters& c, const GpuConfig& c
         const Cycle cycles = divide_up(work, bound.rate);
         most = std::max(most, cycles - std::min<Cycle>(cycles, bound.drain));
       }
-      (bound.port ? ports : bounds).push_back({bound.name, most, bound.description});
+      bounds[static_cast<std::size_t>(bound.limit)].push_back({bound.name, most, bound.description});
     }
   }
-  bounds.insert(bounds.end(), ports.begin(), ports.end());
-  return bounds;
 }
 
 }  // namespace
@@ -57,19 +58,20 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
   for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
   for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());
   const auto dram = static_cast<Cycle>(std::floor(c.memory.busy_cycles));
-  std::vector<LowerBound> bounds = bounds_of_parts(c, config);
-  // Both schedulers stand first.
-  bounds.insert(bounds.begin() + 1,
-                {"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"});
-  for (const LowerBound& bound :
-       {LowerBound{"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
-        LowerBound{"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one per cycle"},
-        LowerBound{"l2_port", l2_port, "accesses of the busiest L2 slice, one per cycle"},
-        LowerBound{"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"}}) {
-    bounds.push_back(bound);
+  BoundsByLimit by_limit;
+  add_bounds_of_parts(c, config, by_limit);
+  auto& [issue, units, ports] = by_limit;
+  issue.push_back({"simt_issue", simt, "instructions of the busiest SIMT core over its warp schedulers"});
+  std::vector<LowerBound> bounds;
+  for (const std::vector<LowerBound>& more :
+       {issue, units, ports,
+        std::vector<LowerBound>{{"l1_port", l1_port, "accesses of the busiest L1 over its banks"},
+                                {"l1_miss_port", l1_miss_port, "misses and writes of the busiest L1, one per cycle"},
+                                {"l2_port", l2_port, "accesses of the busiest L2 slice, one per cycle"},
+                                {"dram_bandwidth", dram, "bursts of the busiest DRAM channel on its data bus"}},
+        chain_bounds(longest)}) {
+    bounds.insert(bounds.end(), more.begin(), more.end());
   }
-  const std::vector<LowerBound> chains = chain_bounds(longest);
-  bounds.insert(bounds.end(), chains.begin(), chains.end());
   return bounds;
 }
 

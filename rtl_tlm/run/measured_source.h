@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <exception>
 
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/count_totals.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {

@@ -307,7 +307,7 @@ FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
   if (work.state != nullptr) load_caches(gpu, *memory, work);
   OccupancySeries series(gpu, *memory);
-  EndOfRun end;
+  SettledCounters end;
   try {
     run_to_end(gpu, *memory, source.count(), options, series);
     end = settle(gpu, *memory);

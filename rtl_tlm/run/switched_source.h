@@ -2,7 +2,7 @@
 // A group source whose trace changes between launches.
 #pragma once
 
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 
 namespace grtx::sim {
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "grtx/modules/simt/work_distributor.h"
+#include "grtx/modules/simt/work_distributor_if.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::sim {

@@ -5,7 +5,7 @@
 #include <array>
 #include <bit>
 
-#include "grtx/modules/kernel/clock_domain.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/warp_walk/decide/warp_stack.h"

@@ -2,7 +2,7 @@
 // Which designs a run compares, and how their own keys lie over a machine's and below the user's.
 #include <gmock/gmock.h>
 
-#include "grtx/base/error.h"
+#include "error_of.h"
 #include "grtx/experiment/design_comparison.h"
 #include "grtx/experiment/machine.h"
 #include "grtx/experiment/machine_notes.h"
@@ -13,16 +13,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-template <typename Work>
-std::string refused(Work&& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "not refused";
-}
 
 TEST(DesignComparison, IsOfThoseOfPapersUnlessNamesAreGiven) {
   EXPECT_THAT(DesignComparison({}, false).names(), ElementsAre("baseline", "sw", "hw", "grtx", "gautracer"));
@@ -43,8 +33,8 @@ TEST(DesignComparison, TracesDesignsOfOneStructureOneAfterTheOther) {
 TEST(DesignComparison, OfSeveralObjectsTakesTwoLevels) {
   EXPECT_THAT(DesignComparison({}, true).names(), ElementsAre("sw", "grtx"));
   EXPECT_THAT(DesignComparison({"baseline", "grtx"}, true).names(), ElementsAre("grtx"));
-  EXPECT_THAT(refused([] { DesignComparison({"hw"}, true); }), HasSubstr("they need two levels"));
-  EXPECT_THAT(refused([] { DesignComparison({"gautracr"}, false); }), HasSubstr("the nearest is 'gautracer'"));
+  EXPECT_THAT(test::error_of([] { DesignComparison({"hw"}, true); }), HasSubstr("they need two levels"));
+  EXPECT_THAT(test::error_of([] { DesignComparison({"gautracr"}, false); }), HasSubstr("the nearest is 'gautracer'"));
 }
 
 // "rt.traversal: warp needs rt.warp_buffer.spill": the design brings it.
@@ -65,7 +55,7 @@ TEST(DesignOnAMachine, AKeyThatNeedsTheDesignsOwnWasRefusedBesideIt) {
   EXPECT_EQ(choose_machine(set).config.simt.register_file.payload_registers, 60U);
   EXPECT_EQ(choose_machine({.design = "gautracer"}).config.simt.register_file.payload_registers, 48U);  // 3 x k, k = 16
   EXPECT_EQ(choose_machine({.design = "gautracer", .k = 8}).config.simt.register_file.payload_registers, 24U);
-  EXPECT_THAT(refused([] { choose_machine({.settings = {"simt.payload_registers=60"}}); }),
+  EXPECT_THAT(test::error_of([] { choose_machine({.settings = {"simt.payload_registers=60"}}); }),
               HasSubstr("simt.payload_registers: needs simt.registers_per_thread"));
 }
 
@@ -77,7 +67,7 @@ TEST(DesignOfATrace, IsToldByStructureTraversalAndLayout) {
   inputs["layout"] = "quantised";
   EXPECT_EQ(design_with_units(inputs), "walk");
   EXPECT_EQ(design_with_units({{"accel", "tri20"}, {"checkpoint", "off"}}), "");  // baseline has no units of its own
-  EXPECT_THAT(refused([&] { check_design("t.grtx", "header", inputs, explore::design_of("gautracer")); }),
+  EXPECT_THAT(test::error_of([&] { check_design("t.grtx", "header", inputs, explore::design_of("gautracer")); }),
               HasSubstr("t.grtx: header: is not of design gautracer: "));
 }
 

@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "grtx/base/error.h"
+#include "error_of.h"
 #include "paths.h"
 #include "temporary_folder.h"
 
@@ -15,12 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string refused(const MachineChoice& choice) {
-  try {
-    choose_machine(choice);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "not refused";
+  return test::error_of([&] { choose_machine(choice); });
 }
 
 class Machine : public ::testing::Test {

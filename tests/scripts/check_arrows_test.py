@@ -80,6 +80,28 @@ class CheckArrows(unittest.TestCase):
             self.assertEqual(self.faults({file: '#include "grtx/traces/codec/columns.h"\n'}),
                              [f"{file}:1: includes traces/codec/columns.h, but traces/codec is seen by traces alone"])
 
+    def test_a_circle_that_a_decide_folder_hid(self):
+        circle = "modules/cache -> modules/noc -> modules/cache"
+        self.assertEqual(self.faults({
+            "modules/cache/l1_cache.h": '#include "grtx/modules/noc/crossbar.h"\n',
+            "modules/noc/crossbar.h": '#include "grtx/modules/cache/decide/tags.h"\n',
+            "modules/cache/decide/tags.h": "#pragma once\n",
+        }), [f"modules/cache/l1_cache.h:1: includes modules/noc/crossbar.h, an arrow of the circle {circle}",
+             f"modules/noc/crossbar.h:1: includes modules/cache/decide/tags.h, an arrow of the circle {circle}"])
+
+    def test_a_unit_and_its_own_decisions_are_no_circle(self):
+        self.assertEqual(self.faults({
+            "modules/cache/decide/tags.cpp": '#include "grtx/modules/cache/decide/policies/fifo.h"\n',
+            "modules/cache/decide/policies/fifo.h": '#include "grtx/modules/cache/decide/tags.h"\n',
+            "modules/cache/decide/tags.h": "#pragma once\n",
+        }), [])
+
+    def test_decisions_that_need_systemc(self):
+        self.assertEqual(self.faults({
+            "modules/kernel/link.h": "#include <systemc>\n",
+            "modules/cache/decide/tags.h": '#include "grtx/modules/cache/l1_cache.h"\n',
+        }), ["modules/cache/decide/tags.h: stands in a decide/, but includes modules/cache/l1_cache.h -> modules/kernel/link.h -> systemc"])
+
     def test_an_include_that_is_not_from_the_top_or_leads_nowhere(self):
         self.assertEqual(self.faults({"modules/cache/l1_cache.h": '#include "link.h"\n'}),
                          ["modules/cache/l1_cache.h:1: includes link.h, which is not written from the top (grtx/...)"])

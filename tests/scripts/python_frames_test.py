@@ -305,20 +305,6 @@ class Frames(unittest.TestCase):
         self.assertEqual(charged["gpu.sms"].tolist(), [4] * 4 + [8] * 4)
         self.assertEqual(charged["earlier_plan"].tolist(), [True] * 4 + [False] * 4)
 
-    def test_a_sweep_of_an_earlier_version_tells_its_points_apart(self):
-        path = self.path("old.sqlite")
-        shutil.copy(self.path("s.sqlite"), path)
-        database = sqlite3.connect(path)
-        database.executescript("ALTER TABLE point DROP COLUMN machine; DROP TABLE present;"
-                               "UPDATE meta SET value = 'grtx.sweep/2' WHERE key = 'schema';"
-                               "UPDATE point SET config = json_set(config, '$.\"gpu.sms\"', 4) WHERE id > 2")
-        database.close()
-        frame = grtx_tlm.read_sweep(path, ["gpu.cycles"])
-        self.assertEqual(frame["earlier_plan"].tolist(), [False] * 4)
-        self.assertEqual(frame["l1.bytes"].tolist(), [32768, 131072] * 2)
-        self.assertNotIn("gpu.sms", frame)  # the designs tell these apart
-        self.assertNotIn("gpu.sms", frame.attrs["shared"])
-
     def test_plots_show_the_numbers(self):
         results, sweep = grtx_tlm.read_results(self.path("run")), grtx_tlm.read_sweep(self.path("s.sqlite"))
         bars = plots.main_figure({"s": results}, pd.Series({"sw": 2.0, "hw": 1.94, "grtx": 4.36})).patches

@@ -385,8 +385,7 @@ class GroupChecker {
 
   void write(const NodeReference& node) {
     require(header_->checkpoint, "no checkpoints without checkpointing");
-    require(rules_.may_checkpoint(occupied_),
-            "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
+    require(occupied_ == rules_.k(), "t_max only shrinks, and nodes are only checkpointed, once the k-buffer is full");
     ++written_;
     ++totals_.checkpoints_written;
     if (!checkpoints_.has_bins()) {

@@ -66,11 +66,6 @@ class RoundRules {
     return outcome == LeafOutcome::inserted ? held + 1 : held;
   }
 
-  // Checkpoints.
-
-  /// Whether a node may lie beyond t_max: it only shrinks once the k-buffer is full.
-  bool may_checkpoint(std::uint64_t held) const { return held == k_; }
-
   // Rounds.
 
   /// Entries that the next round moves from an eviction buffer of this size into its k-buffer.

@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "grtx/base/state_bytes.h"
+#include "grtx/base/strong.h"
 #include "grtx/modules/dram/decide/dram_config.h"
-#include "grtx/modules/dram/decide/dram_counters.h"
 #include "grtx/modules/dram/decide/dram_mapping.h"
-#include "grtx/modules/kernel/clock_domain.h"
 #include "grtx/modules/kernel/ring_queue.h"
 
 namespace grtx::modules {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Configuration of a DRAM channel and its timing: the keys dram.* and dram.timing.*.
+// Keys (dram.*, dram.timing.*) and counters of the DRAM and of its channels.
 #pragma once
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "grtx/base/strong.h"
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/address_interleave.h"
 
 namespace grtx::modules {
 
@@ -122,5 +125,51 @@ struct DramChannelConfig {
   /// An aligned request of up to this many bytes lies within one row.
   unsigned bytes_in_row() const { return bank_groups == 1 ? row_bytes : group_bytes; }
 };
+
+struct DramConfig {
+  AddressInterleave interleave{};  ///< maps addresses to sockets and channels; set by the assembly
+  DramChannelConfig channel{};
+  Cycle fixed_latency = 256;
+  std::uint64_t bytes = 0;  ///< memory size, 0: unlimited; addresses beyond are refused; set by the assembly
+  bool perfect = false;     ///< no banks and no data bus: every request takes fixed_latency
+  void parameters(ParameterList& list) {
+    channel.parameters(list);
+    list.add("fixed_latency", fixed_latency, {0, 1e7}, "clocks", "added to every response (100 core cycles = 73 ns)",
+             kVulkanSim);
+    list.add("perfect", perfect, "every request takes fixed_latency only (limit study)", kOurs);
+    list.part("timing", channel.timing);
+  }
+};
+
+/// Counters of one channel, or their sum over channels.
+struct DramChannelCounters {
+  std::uint64_t reads = 0, writes = 0, bytes = 0, responses = 0;
+  std::uint64_t refused = 0;  ///< malformed transactions, answered with an error status
+  std::uint64_t row_hits = 0, row_misses = 0, row_conflicts = 0;
+  std::uint64_t activates = 0, precharges = 0, refreshes = 0, bursts = 0, aged = 0;
+  std::uint64_t queue_clocks = 0, full_clocks = 0;
+  std::uint64_t latency_clocks = 0;  ///< from enqueue to last data, summed over requests
+
+  static const CounterTable<DramChannelCounters>& table();
+  DramChannelCounters& operator+=(const DramChannelCounters& other) {
+    table().add(*this, other);
+    return *this;
+  }
+};
+
+struct DramCounters {
+  DramChannelCounters channel;       ///< summed over channels
+  std::uint64_t clocks = 0;          ///< memory clocks since the start
+  double bandwidth_utilisation = 0;  ///< bytes / (channels x burst / CCD x clocks)
+  Quotient of_peak;                  ///< the same as two whole numbers: bytes x CCD, channels x burst x clocks
+};
+
+/// Sums the counters of `channels` and computes the bandwidth utilisation after `clocks` memory clocks.
+DramCounters dram_counters(const DramChannelConfig& config, const std::vector<DramChannelCounters>& channels,
+                           std::uint64_t clocks);
+
+/// Appends the counters as prefix + ".name"; `channels` holds those of the single channels.
+void describe(const DramCounters& counters, const std::vector<DramChannelCounters>& channels, StatisticList& list,
+              const std::string& prefix);
 
 }  // namespace grtx::modules

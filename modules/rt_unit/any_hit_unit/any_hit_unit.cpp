@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "grtx/modules/rt_unit/decide/event_effect.h"
+#include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::modules {
 
@@ -36,9 +37,7 @@ void AnyHitUnit::restart() {
   counters_ = {};
 }
 
-bool AnyHitUnit::evicts(LeafOutcome outcome) const {
-  return evicts_ && (outcome == LeafOutcome::displaced || outcome == LeafOutcome::rejected);
-}
+bool AnyHitUnit::evicts(LeafOutcome outcome) const { return evicts_ && traces::evicts(outcome); }
 
 Cycle AnyHitUnit::take(LaneId id, LeafOutcome outcome) {
   ++counters_.unit.hits;

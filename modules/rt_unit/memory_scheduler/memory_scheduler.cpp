@@ -256,7 +256,7 @@ PartInfo part_info(const MemorySchedulerConfig& config) {
   part.bounds = {{.name = "rt_port",
                   .statistics = {"gpu.rt.node_sectors"},
                   .rate = config.sectors_per_cycle,
-                  .port = true,
+                  .limit = PartBound::Limit::port,
                   .description = "node sectors of the busiest RT unit over the width of its port",
                   .words = "the port of the RT units to the L1"}};
   part.stalls = {{"memory", "nodes under way"}, {"queue_full", "their port to the L1"}};

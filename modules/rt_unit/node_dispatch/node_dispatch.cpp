@@ -2,6 +2,7 @@
 #include "grtx/modules/rt_unit/node_dispatch/node_dispatch.h"
 
 #include <algorithm>
+#include <ostream>
 
 #include "grtx/base/error.h"
 
@@ -9,8 +10,7 @@ namespace grtx::modules {
 
 using traces::NodeKind;
 
-NodeDispatch::NodeDispatch(const sc_core::sc_module_name& name, const Config& config)
-    : sc_module(name), config_(config) {}
+NodeDispatch::NodeDispatch(const sc_core::sc_module_name& name, const Config& config) : RtPart(name), config_(config) {}
 
 void NodeDispatch::end_of_elaboration() {
   warps_ = &warp_buffer->warps();
@@ -67,6 +67,14 @@ void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind s
     }
     unit.enqueue(now, lane_id(entry, i), tests_of(kind, children));
   });
+}
+
+void NodeDispatch::dump_state(std::ostream& out) const {
+  out << name() << ": to";
+  for (const auto* port : {&ray_box, &ray_triangle, &ray_sphere, &ray_gaussian, &ray_transform}) {
+    if (port->size() > 0) out << ' ' << port->basename();
+  }
+  out << '\n';
 }
 
 }  // namespace grtx::modules

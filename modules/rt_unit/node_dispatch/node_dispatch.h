@@ -9,15 +9,13 @@
 
 #include "grtx/modules/rt_unit/intersection/intersection_if.h"
 #include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
+#include "grtx/modules/rt_unit/part/rt_part.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {
 
-class NodeDispatch final : public sc_core::sc_module,
-                           public fetched_node_if,
-                           public node_test_if,
-                           public intersection_client_if {
+class NodeDispatch final : public RtPart, public fetched_node_if, public node_test_if, public intersection_client_if {
  public:
   struct Config {
     bool box_op_per_child = false;   ///< a box operation tests one child, not the whole node
@@ -46,6 +44,11 @@ class NodeDispatch final : public sc_core::sc_module,
   void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) override;
   /// Called by the transform unit: the ray of a lane at a leaf has been transformed.
   void unit_result(Cycle now, LaneId id) override;
+
+  bool idle() const override { return true; }  ///< nothing stays inside
+  std::uint64_t progress() const override { return 0; }
+  Inventory inventory() const override { return {name(), {}, {}}; }
+  void dump_state(std::ostream& out) const override;
 
  private:
   void end_of_elaboration() override;

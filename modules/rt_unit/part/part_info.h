@@ -46,11 +46,13 @@ struct EnergyAction {
 /// A lower bound on the cycles of a run: the busiest RT unit did ceil(statistics / rate) cycles of work, less those in
 /// which nothing waits after the last piece.
 struct PartBound {
+  /// What is busy. In lists bounds of the issue stand first, with the SIMT core's, and those of ports to the L1 last.
+  enum class Limit : std::uint8_t { issue, units, port };
   std::string name = {};                     ///< without the prefix gpu.bound.
   std::vector<std::string> statistics = {};  ///< of one RT unit; their sum is its work
   std::uint64_t rate = 1;                    ///< pieces of work a cycle
   std::uint64_t drain = 0;                   ///< cycles
-  bool port = false;                         ///< to the L1: listed with the ports of the caches
+  Limit limit = Limit::units;
   std::string description = {};
   std::string words = {};  ///< in sentences: "the ray-box units"
 };

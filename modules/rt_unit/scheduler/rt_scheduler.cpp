@@ -264,6 +264,7 @@ PartInfo part_info(const RtSchedulerConfig&) {
   part.keys = {"rt."};
   part.bounds = {{.name = "issue",
                   .statistics = {"gpu.rt.selections"},
+                  .limit = PartBound::Limit::issue,
                   .description = "cycles in which the busiest RT unit scheduled a warp",
                   .words = "the issue of the RT units, a warp a cycle"}};
   return part;

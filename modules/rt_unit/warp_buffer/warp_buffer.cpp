@@ -7,12 +7,13 @@
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-                       const StackEntryLayout& stack_entry, bool objects)
+                       const StackEntryLayout& stack_entry, bool objects, unsigned bvh_width)
     : WarpBufferModule(name),
       config_(config),
       checkpoint_(checkpoint),
       stack_entry_(stack_entry),
       objects_(objects),
+      bvh_width_(bvh_width),
       table_(config.entries) {
   require_allowed("rt.warp_buffer", config);
 }
@@ -62,7 +63,7 @@ Inventory WarpBuffer::inventory() const {
   storage.push_back({"hit", StorageKind::ram, lanes * 2 * 32});   // t_hit, primitive id
   storage.push_back({"instance", StorageKind::ram, lanes * 64});  // address of the TLAS leaf the ray is inside
   if (stack_entry_.bits != 0) {
-    storage.push_back({"stack", StorageKind::ram, lanes * config_.on_chip_entries() * stack_entry_.bits});
+    storage.push_back({"stack", StorageKind::ram, lanes * config_.on_chip_entries(bvh_width_) * stack_entry_.bits});
   }
   storage.push_back({"status", StorageKind::flip_flop, lanes * 4});  // ten lane states
   storage.push_back({"warp", StorageKind::flip_flop, std::uint64_t{config_.entries} * (16 + 16 + kMaxLanes)});

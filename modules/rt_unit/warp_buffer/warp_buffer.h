@@ -29,9 +29,10 @@ class WarpBuffer final : public WarpBufferModule, public Probed {
 
   /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry;
   /// no bits: stacks are elsewhere.
-  /// objects: the trace has three levels, so the ray is also kept in object space.
+  /// objects: the trace has three levels, so the ray is also kept in object space. bvh_width: of the trace, for stacks
+  /// that do not spill.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-             const StackEntryLayout& stack_entry, bool objects = false);
+             const StackEntryLayout& stack_entry, bool objects = false, unsigned bvh_width = 6);
 
   WarpTable& warps() override { return table_; }
   const WarpTable& warps() const { return table_; }
@@ -55,6 +56,7 @@ class WarpBuffer final : public WarpBufferModule, public Probed {
   bool checkpoint_;
   StackEntryLayout stack_entry_;
   bool objects_;
+  unsigned bvh_width_;
   WarpTable table_;
   warp_admission_if* admission_ = nullptr;
   LinkReader<TraceCall> calls_;

@@ -7,6 +7,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/lane_loop.h"
+#include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::modules {
 namespace {
@@ -207,9 +208,7 @@ ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBat
     } else {
       hits.reads[lane] = std::min(shifts + 1, fill);
     }
-    if (checkpoint_ && (outcome == traces::LeafOutcome::displaced || outcome == traces::LeafOutcome::rejected)) {
-      hits.evicting |= bit(lane);
-    }
+    if (checkpoint_ && traces::evicts(outcome)) hits.evicting |= bit(lane);
   });
   return hits;
 }

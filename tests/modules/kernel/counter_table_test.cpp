@@ -14,7 +14,7 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/dram/decide/dram_counters.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_collector.h"
 #include "grtx/modules/rt_unit/checkpoint/checkpoint_unit.h"
@@ -25,7 +25,7 @@
 #include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 #include "grtx/modules/rt_unit/stack/stack_unit.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 
 namespace grtx::modules {
 namespace {

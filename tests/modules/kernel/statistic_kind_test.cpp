@@ -13,11 +13,11 @@
 
 #include "grtx/modules/cache/l1_cache.h"
 #include "grtx/modules/cache/l2_slice.h"
-#include "grtx/modules/dram/decide/dram_counters.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 
 namespace grtx::modules {
 namespace {

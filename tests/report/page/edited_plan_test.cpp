@@ -227,23 +227,6 @@ TEST_F(EditedPlan, RetryLeavesTheReasonsOfAnEarlierPlan) {
   EXPECT_EQ(rows("a.sqlite", "SELECT status, count(*) FROM point GROUP BY status", 2), (Texts{"done|8"}));
 }
 
-/// Points of an earlier version's database do not say their plan; their names still tell them apart.
-TEST_F(EditedPlan, ADatabaseOfAnEarlierVersionTellsItsMixedPointsApart) {
-  write("width = 8\nheight = 8");
-  fill("a.sqlite", "--machine paper");
-  write("width = 16\nheight = 8");
-  fill("a.sqlite", "--machine paper-charged");
-  explore::Sqlite(folder + "/a.sqlite", explore::Sqlite::Open::create)
-      .execute(
-          "ALTER TABLE point DROP COLUMN machine; DROP TABLE present; UPDATE meta SET value = 'grtx.sweep/2' WHERE key "
-          "= "
-          "'schema'");
-  const SweepResults sweep = results("a.sqlite");
-  EXPECT_EQ(sweep.points.size(), 8U);
-  EXPECT_TRUE(sweep.earlier.empty());
-  EXPECT_EQ(labels(sweep).size(), 8U);
-}
-
 class EditedSearch : public EditedPlan {
  protected:
   EditedSearch() { command = "search"; }

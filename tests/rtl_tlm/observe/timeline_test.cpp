@@ -9,7 +9,7 @@
 #include <set>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/observe/timeline_size.h"
 #include "rtl_tlm/observe/observed_run.h"
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "grtx/base/atomic_file.h"
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/observe/stall_follower.h"
 #include "rtl_tlm/observe/observed_run.h"
 #include "rtl_tlm/observe/vcd_reader.h"

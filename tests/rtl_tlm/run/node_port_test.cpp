@@ -102,7 +102,7 @@ TEST(NodePort, AUnitThatAnswersNodesItselfConservesAndBringsItsBoundAndItsName) 
     part.statistics = {"gpu.l1.node_buffer."};
     part.bounds = {{.name = "node_buffer",
                     .statistics = {"gpu.rt.node_sectors"},
-                    .port = true,
+                    .limit = modules::PartBound::Limit::port,
                     .description = "a sector a cycle",
                     .words = "the node buffer"}};
     part.kept_nodes = "node_buffer.hits";

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/rt_unit/any_hit_unit/decide/any_hit_unit_config.h"
 #include "grtx/modules/rt_unit/part/part_info.h"
 
 namespace grtx::modules {
@@ -20,6 +19,15 @@ struct AnyHitCollectorConfig {
 };
 /// What the part brings to the table of all parts.
 PartInfo part_info(const AnyHitCollectorConfig& config);
+
+/// Counters of an any-hit unit; 0 if shaders handle the hits.
+struct AnyHitUnitCounters {
+  std::uint64_t hits = 0;         ///< timed or not
+  std::uint64_t entered = 0;      ///< of these, hits that entered a heap
+  std::uint64_t busy_cycles = 0;  ///< heap logic x cycles
+  std::uint64_t wait_cycles = 0;  ///< cycles that hits waited for their heap logic
+  std::uint64_t answers = 0;      ///< hits answered
+};
 
 struct AnyHitCounters {
   std::uint64_t batches = 0;

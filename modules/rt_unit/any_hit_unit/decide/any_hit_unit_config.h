@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys and counters of the any-hit unit.
+// Keys of the any-hit unit. Its counters are below those of the collector, whose place it takes (any_hit_config.h).
 #pragma once
-
-#include <cstdint>
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/hit_heap.h"
@@ -22,14 +20,5 @@ struct AnyHitUnitConfig : HitHeap {
 };
 /// What the part brings to the table of all parts.
 PartInfo part_info(const AnyHitUnitConfig& config);
-
-/// Counters of an any-hit unit; 0 if shaders handle the hits.
-struct AnyHitUnitCounters {
-  std::uint64_t hits = 0;         ///< timed or not
-  std::uint64_t entered = 0;      ///< of these, hits that entered a heap
-  std::uint64_t busy_cycles = 0;  ///< heap logic x cycles
-  std::uint64_t wait_cycles = 0;  ///< cycles that hits waited for their heap logic
-  std::uint64_t answers = 0;      ///< hits answered
-};
 
 }  // namespace grtx::modules

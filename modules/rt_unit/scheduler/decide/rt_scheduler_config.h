@@ -10,7 +10,6 @@
 #include "grtx/modules/rt_unit/part/part_info.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
-#include "grtx/modules/rt_unit/warp_walk/decide/warp_stack_config.h"
 
 namespace grtx::modules {
 
@@ -22,6 +21,15 @@ struct RtSchedulerConfig {
 };
 /// What the part brings to the table of all parts.
 PartInfo part_info(const RtSchedulerConfig& config);
+
+/// Counters of warps that walk together; 0 if each lane has a stack.
+struct WarpWalkCounters {
+  std::uint64_t entries = 0;       ///< started, or dropped
+  std::uint64_t dropped = 0;       ///< beyond t_max of all their lanes
+  std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
+  std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
+  std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
+};
 
 struct RtSchedulerCounters {
   std::uint64_t selections = 0, lanes_handled = 0, lanes_active = 0;

@@ -3,6 +3,7 @@
 // (Header::pop_test), its t. The paper gives no layout. Determines storage, spills and stack areas.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 
 #include "grtx/modules/messages/memory_request.h"
@@ -28,5 +29,9 @@ constexpr StackEntryLayout warp_stack_entry_layout(traces::PopTest pop_test) {
   const unsigned bytes = std::bit_ceil(bits / 8);
   return {bits, bytes, static_cast<unsigned>(kSectorBytes) / bytes};
 }
+
+/// Most entries of a depth-first walk's stack: at each of 28 levels a node leaves all its children but one. A tree
+/// narrower than 6 has more levels for as many leaves, and stays below the 140 of a 6-wide one.
+constexpr unsigned deepest_stack(unsigned bvh_width) { return 28 * (std::max(bvh_width, 6U) - 1); }
 
 }  // namespace grtx::modules

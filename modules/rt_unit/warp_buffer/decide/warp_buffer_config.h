@@ -9,26 +9,26 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/part/part_info.h"
+#include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 
 namespace grtx::modules {
-
-/// Stack entries per lane without spilling: a depth-first walk of a 6-wide tree of 28 levels needs at most 28 * 5 =
-/// 140.
-inline constexpr unsigned kUnspilledStackEntries = 140;
 
 struct WarpBufferConfig {
   unsigned entries = 8;
   unsigned stack_entries = 8;
   bool spill = true;  ///< needs the StackUnit
-  unsigned on_chip_entries() const { return spill ? stack_entries : std::max(stack_entries, kUnspilledStackEntries); }
+  /// Stack entries of a lane in the warp buffer.
+  unsigned on_chip_entries(unsigned bvh_width) const {
+    return spill ? stack_entries : std::max(stack_entries, deepest_stack(bvh_width));
+  }
   void parameters(ParameterList& list) {
     list.add("entries", entries, {1, 64}, "warps", "warp buffer of the RT unit", kTable1);
     list.add("stack_entries", stack_entries, {1, 1024}, "entries",
              "traversal stack of a lane in the warp buffer; deeper ones spill", kOurs);
     list.add("spill", spill,
-             "stack entries beyond the warp buffer are written to memory and read back; else a stack has 140 entries "
-             "there",
+             "stack entries beyond the warp buffer are written to memory and read back; else there is room for the "
+             "deepest stack (140 entries with nodes of 6 children)",
              kOurs);
     list.rule(
         "stack_entries", [this] { return !spill || stack_entries >= 2; },

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys and counters of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each
-// lane.
+// Keys of a warp's common traversal stack (rt.warp_stack), and the choice between it and a stack for each lane.
+// Counters of the walk are below those of the scheduler, whose place it takes (rt_scheduler_config.h).
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "grtx/base/declare/named_enum.h"
@@ -36,14 +35,5 @@ struct WarpStackConfig {
 };
 /// What the part brings to the table of all parts, if it is used or not.
 PartInfo part_info(const WarpStackConfig& config, bool used);
-
-/// Counters of warps that walk together; 0 if each lane has a stack.
-struct WarpWalkCounters {
-  std::uint64_t entries = 0;       ///< started, or dropped
-  std::uint64_t dropped = 0;       ///< beyond t_max of all their lanes
-  std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
-  std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
-  std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
-};
 
 }  // namespace grtx::modules

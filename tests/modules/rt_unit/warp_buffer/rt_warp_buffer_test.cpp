@@ -102,17 +102,28 @@ TEST_F(RtWarpBufferTest, StorageForCheckpointingIs132WarpsPlus18Bytes) {
   }
 }
 
+std::uint64_t stack_bits(const WarpBuffer& buffer) {
+  for (const auto& s : buffer.inventory().storage) {
+    if (s.name == "stack") return s.bits;
+  }
+  return 0;
+}
+
 // A stack entry holds an address of 8 B, and with the test of popped nodes a t of 4 B.
 TEST_F(RtWarpBufferTest, AStackEntryWithoutTTakesFourBytesLess) {
-  const auto stack_bits = [](traces::PopTest pop_test) {
-    const WarpBuffer buffer(name_of(pop_test).data(), {4, 8}, false, stack_entry_layout(pop_test));
-    for (const auto& s : buffer.inventory().storage) {
-      if (s.name == "stack") return s.bits;
-    }
-    return std::uint64_t{0};
-  };
-  EXPECT_EQ(stack_bits(traces::PopTest::on), 4u * 32 * 8 * 12 * 8);
-  EXPECT_EQ(stack_bits(traces::PopTest::off), 4u * 32 * 8 * 8 * 8);
+  const WarpBuffer with("with", {4, 8}, false, stack_entry_layout(traces::PopTest::on));
+  const WarpBuffer without("without", {4, 8}, false, stack_entry_layout(traces::PopTest::off));
+  EXPECT_EQ(stack_bits(with), 4u * 32 * 8 * 12 * 8);
+  EXPECT_EQ(stack_bits(without), 4u * 32 * 8 * 8 * 8);
+}
+
+// A walk of 28 levels leaves all children of a node but one at each. The buffer had room for 140, whatever the width.
+TEST_F(RtWarpBufferTest, AStackThatDoesNotSpillHasRoomForAWalkOfItsTreesWidth) {
+  for (const auto& [width, entries] : {std::pair{8u, 28u * 7}, {6u, 28u * 5}, {2u, 28u * 5}}) {
+    const WarpBuffer buffer(("wide" + std::to_string(width)).c_str(), {4, 8, false}, false,
+                            stack_entry_layout(traces::PopTest::off), false, width);
+    EXPECT_EQ(stack_bits(buffer), 4u * 32 * entries * 64);
+  }
 }
 
 }  // namespace

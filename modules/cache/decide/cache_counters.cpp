@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/modules/cache/cache_counters.h"
+#include "grtx/modules/cache/decide/cache_counters.h"
 
 namespace grtx::modules {
 namespace {

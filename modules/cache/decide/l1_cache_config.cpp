@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The L1 cache's counters.
-#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/decide/l1_cache_config.h"
 
 namespace grtx::modules {
 

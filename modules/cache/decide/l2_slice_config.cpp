@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The L2 slices' counters.
-#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/decide/l2_slice_config.h"
 
 namespace grtx::modules {
 

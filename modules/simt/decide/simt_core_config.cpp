@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/modules/simt/simt_counters.h"
+#include "grtx/modules/simt/decide/simt_core_config.h"
 
 #include <numeric>
 

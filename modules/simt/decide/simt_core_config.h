@@ -1,17 +1,61 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counters of an SM's SIMT core; those of several SMs are summed.
+// Keys and counters of an SM's SIMT core; counters of several SMs are summed.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/hit_heap.h"
+#include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/simt/decide/register_file.h"
 #include "grtx/modules/simt/decide/shader_costs.h"
 
 namespace grtx::modules {
+
+struct SimtCoreConfig {
+  unsigned sm = 0;  ///< index of the SM, for the addresses of its per-ray buffers
+  unsigned schedulers = 4;
+  unsigned resident_warps = 32;  ///< warp slots; must equal MemoryMapConfig's; set by the assembly
+  unsigned instruction_latency = 4;
+  std::uint8_t l1_client = 1;  ///< L1 port of the load-store unit; set by the assembly
+  RegisterFile register_file;
+  unsigned sectors_per_cycle = 1;
+  RayArrayLayout k_buffer_layout = RayArrayLayout::by_lane;  ///< both are passed to the MemoryMap by the assembly
+  RayArrayLayout eviction_layout = RayArrayLayout::by_ray;
+  ShaderCosts costs;
+  HitHeap heap{};  ///< of the RT unit's any-hit unit; set by the assembly
+  /// All but the costs, which are a table of their own.
+  void parameters(ParameterList& list) {
+    list.add("schedulers", schedulers, {1, 64}, "schedulers", "warp schedulers of an SM", kTable1);
+    list.add("instruction_latency", instruction_latency, {0, kMaxLatency}, "cycles",
+             "from issue of an instruction to its result", assumed("common GPU ALU latency"));
+    list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
+             "width of the load-store unit and of its port at the L1", kOurs);
+    list.add("dependent_loads", costs.dependent_loads,
+             "the any-hit shader's loop over the k-buffer waits for each load before the next iteration; else all its "
+             "loads are sent at once",
+             kOurs);
+    list.add("k_buffer_layout", k_buffer_layout,
+             "entry i of a warp's k-buffers side by side over its lanes, t and id apart, or a ray's entries together",
+             assumed("CUDA: local memory is interleaved over the threads of a warp"));
+    list.add("eviction_layout", eviction_layout, "the same for eviction buffers", kOurs);
+    list.add("eviction_traffic", costs.eviction_traffic,
+             "whether hits that fall out of a k-buffer are written to memory and read back; uncharged is an "
+             "assumption, not hardware",
+             kOurs);
+    list.add("list_batch", costs.list_batch, {1, 64}, "hits",
+             "list: nearest hits that a scan of a ray's list keeps in registers, sorted, for blending",
+             from_public("GRay, cuda/forward_pass.cu"));
+    register_file.parameters(list);
+    list.rule(
+        "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
+  }
+};
 
 /// Activity of a resident warp in a cycle; exactly one of these.
 enum class WarpActivity : std::uint8_t {

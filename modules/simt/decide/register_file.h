@@ -4,11 +4,21 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
 
+#include "grtx/base/error.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/messages/lane_loop.h"
 
 namespace grtx::modules {
+
+inline constexpr unsigned kMostResidentWarps = 64;  ///< warp slots of an SM: bits of a LaneMask
+/// Throws Error for a number of warp slots that no SM can have.
+inline void check_resident_warps(unsigned slots) {
+  if (slots == 0 || slots > kMostResidentWarps) {
+    throw Error("configuration", "resident_warps", "must be 1 to " + std::to_string(kMostResidentWarps));
+  }
+}
 
 struct RegisterFile {
   std::uint64_t registers = 65536;

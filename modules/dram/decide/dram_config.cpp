@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "grtx/modules/dram/decide/dram_counters.h"
+#include "grtx/modules/dram/decide/dram_config.h"
 
 namespace grtx::modules {
 
