@@ -165,6 +165,7 @@ CostNode cost_tree(const std::vector<modules::Inventory>& inventories, const Cos
   for (const modules::Inventory& inventory : inventories) {
     const std::vector<std::string> parts = parts_of(inventory.module);
     if (root.name.empty()) root.name = parts.front();
+    if (inventory.storage.empty() && inventory.operators.empty()) continue;  // wires
     CostNode* node = &root;
     for (std::size_t i = parts.front() == root.name ? 1 : 0; i < parts.size(); ++i) {
       auto child = std::find_if(node->children.begin(), node->children.end(),
