@@ -204,6 +204,60 @@ class JsonLine {
   std::string text_;
 };
 
+/// What the visits of one ray read.
+class NodeReads {
+ public:
+  explicit NodeReads(const Header& header)
+      : sizes_(header.node_sizes()),
+        levels_(header),
+        blas_base_(header.blas_base),
+        leaf_(has_procedural_leaves(header.accel) ? NodeKind::procedural : NodeKind::triangle) {}
+
+  void print(const RayGroup& group, unsigned lane, std::ostream& out) {
+    const Ray& ray = group.rays[lane];
+    const Event* event = ray.events.data();
+    for (std::size_t round = 0; round < ray.rounds.size(); ++round) {
+      before_ = fmt::format("{}\t{}\t{}", group.index, lane, round);
+      for (std::uint32_t e = 0; e < ray.rounds[round].event_count; ++e) visit(group, *event++);
+    }
+    out << text_;
+    text_.clear();
+  }
+
+ private:
+  void visit(const RayGroup& group, const Event& event) {
+    const std::uint64_t address = event.node * sizes_.unit();
+    switch (event.kind()) {
+      case EventKind::visit_internal:
+        return read("internal", group.nodes[event.node].address * sizes_.unit(), sizes_.read_bytes(NodeKind::internal));
+      case EventKind::visit_instance:
+        read("instance", address, sizes_.read_bytes(of_width(event, NodeKind::instance)));
+        if (event.detail == 0 && !sizes_.short_instances()) {
+          const bool scene = levels_.is_scene(event.node);
+          const std::uint64_t root = scene ? levels_.object_root(levels_.root_below(event.node)) * sizes_.unit() : 0;
+          read("header", scene ? root - sizes_.header_bytes() : blas_base_, sizes_.header_bytes());
+        }
+        return;
+      case EventKind::visit_leaf:
+        return read(calls_any_hit(event.outcome()) ? "hit" : "leaf", address,
+                    sizes_.read_bytes(of_width(event, leaf_)));
+      default:
+        return;  // nothing is read of the image
+    }
+  }
+  static NodeKind of_width(const Event& event, NodeKind kind) { return event.wide() ? wide_kind(kind) : kind; }
+  void read(const char* kind, std::uint64_t address, std::uint64_t bytes) {
+    fmt::format_to(std::back_inserter(text_), "{}\t{}\t{}\t{}\n", before_, kind, address, bytes);
+  }
+
+  NodeSizes sizes_;
+  InstanceLevels levels_;
+  std::uint64_t blas_base_;
+  NodeKind leaf_;
+  std::string before_;
+  std::string text_;
+};
+
 }  // namespace
 
 void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group, std::optional<unsigned> lane) {
@@ -235,6 +289,21 @@ void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint6
   for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
     reader.read(index, decoded);
     out << JsonLine(decoded, reader.header().node_sizes()).text(lane);
+  }
+}
+
+void dump_nodes(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
+                std::optional<unsigned> lane) {
+  const Groups groups(reader, group, lane);
+  out << "# grtx.node-reads/1 " << name_of(reader.header().accel) << ' ' << name_of(reader.header().layout)
+      << " content " << reader.content_hash() << "\nwarp\tlane\tround\tkind\taddress\tbytes\n";
+  NodeReads reads(reader.header());
+  RayGroup decoded;
+  for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
+    reader.read(index, decoded);
+    for (unsigned i = 0; i < decoded.rays.size(); ++i) {
+      if (!lane || *lane == i) reads.print(decoded, i, out);
+    }
   }
 }
 

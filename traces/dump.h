@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints a trace as text for people, or as JSON for programs.
+// Prints a trace as text for people, as JSON for programs, or as the reads of other simulators.
 #pragma once
 
 #include <cstdint>
@@ -30,5 +30,10 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
 /// (docs/model/trace-format.md, "As JSON").
 void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
                std::optional<unsigned> lane);
+
+/// What each visit reads of the node image, as a list that any simulator can take: a line per read with warp, lane,
+/// round, kind, address and bytes (docs/model/trace-format.md, "As lists of reads").
+void dump_nodes(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
+                std::optional<unsigned> lane);
 
 }  // namespace grtx::traces

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// grtx trace-dump: prints a trace file as text or JSON.
+// grtx trace-dump: prints a trace file as text, as JSON or as lists of reads.
 #include <fmt/format.h>
 
 #include <iostream>
@@ -19,6 +19,7 @@ struct TraceDumpArguments {
   std::string trace;
   std::optional<std::uint64_t> warp;
   std::optional<unsigned> lane;
+  bool nodes = false;
 };
 
 int dump_trace(const TraceDumpArguments& options, bool json) {
@@ -31,7 +32,8 @@ int dump_trace(const TraceDumpArguments& options, bool json) {
     throw Error(options.trace, fmt::format("--lane {}", *options.lane),
                 fmt::format("a warp has {} lanes, numbered from 0", reader.header().warp_size));
   }
-  const auto print = json ? traces::dump_json : traces::dump;
+  if (options.nodes && json) throw Error("trace-dump", "--nodes", "is no JSON: leave out --json");
+  const auto print = json ? traces::dump_json : options.nodes ? traces::dump_nodes : traces::dump;
   print(reader, std::cout, options.warp, options.lane);
   std::cout.flush();
   if (!std::cout) throw Error("standard output", "", "cannot be written");
@@ -47,6 +49,7 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();
   command->add_option("--warp", options->warp, "Only this warp (default: all)");
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
+  command->add_flag("--nodes", options->nodes, "What each visit reads of the nodes, a line each, for other simulators");
 }
 
 }  // namespace grtx::apps

@@ -6,6 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
+#include <vector>
 
 #include "grtx/base/error.h"
 #include "grtx/traces/dump.h"
@@ -142,6 +144,62 @@ TEST(Dump, TextNamesEveryEventAndOutcome) {
     }
   }
   EXPECT_EQ(seen.size(), kinds.size() + outcomes.size() + 2) << "each occurs in one of the traces";
+}
+
+// Counted from the groups alone, by what docs/model/trace-format.md says.
+TEST(Dump, NodesListsWhatEachVisitReads) {
+  using Read = std::tuple<std::uint64_t, std::size_t, std::size_t, std::string, std::uint64_t, std::uint64_t>;
+  std::map<std::string, std::size_t> seen;
+  for (const testing::RandomTrace& trace : traces_of_all_kinds()) {
+    const testing::TraceFile file(trace.header, trace.groups);
+    std::vector<Read> expected;
+    for (const RayGroup& group : trace.groups) {
+      for (std::size_t lane = 0; lane < group.rays.size(); ++lane) {
+        const Ray& ray = group.rays[lane];
+        std::size_t event = 0;
+        for (std::size_t round = 0; round < ray.rounds.size(); ++round) {
+          const auto reads = [&](const char* kind, std::uint64_t address, std::uint64_t bytes) {
+            expected.emplace_back(group.index, lane, round, kind, address, bytes);
+            ++seen[kind];
+          };
+          for (const std::size_t end = event + ray.rounds[round].event_count; event < end; ++event) {
+            const Event& e = ray.events[event];
+            const std::uint64_t address = std::uint64_t{e.node} * 64;
+            if (e.kind() == EventKind::visit_internal) reads("internal", group.nodes[e.node].address * 64ULL, 64);
+            if (e.kind() == EventKind::visit_leaf) reads(calls_any_hit(e.outcome()) ? "hit" : "leaf", address, 64);
+            if (e.kind() != EventKind::visit_instance) continue;
+            reads("instance", address, 128);
+            if (e.detail != 0) continue;  // goes on at a replayed node
+            std::uint64_t below = trace.header.blas_base;
+            for (const SceneLeaf& leaf : trace.header.scene_leaves) {
+              if (leaf.address == address) below = trace.header.object_roots[leaf.object] - 64;
+            }
+            reads("header", below, 64);
+          }
+        }
+      }
+    }
+    const Reader reader(file.path());
+    std::ostringstream out;
+    dump_nodes(reader, out, std::nullopt, std::nullopt);
+    std::istringstream lines(out.str());
+    std::string line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_TRUE(line.starts_with("# grtx.node-reads/1 ")) << line;
+    EXPECT_TRUE(line.ends_with(reader.content_hash())) << line;
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(line, "warp\tlane\tround\tkind\taddress\tbytes");
+    std::vector<Read> listed;
+    while (std::getline(lines, line)) {
+      std::istringstream fields(line);
+      Read read;
+      fields >> std::get<0>(read) >> std::get<1>(read) >> std::get<2>(read) >> std::get<3>(read) >> std::get<4>(read) >>
+          std::get<5>(read);
+      listed.push_back(read);
+    }
+    EXPECT_EQ(listed, expected);
+  }
+  EXPECT_EQ(seen.size(), 5u) << "each kind occurs in one of the traces";
 }
 
 TEST(Dump, JsonHoldsEveryEvent) {
