@@ -79,6 +79,23 @@ void check_ahead(const TracerOptions& o, AccelKind accel) {
   }
 }
 
+/// The bound needs the order in which hits are blended, a shader that moves t_max, and a threshold at each hit.
+void check_opacity_bound(const TracerOptions& o) {
+  const auto refuse = [](const char* why) { throw Error("--opacity-bound", "on", why); };
+  if (traces::collects_unsorted(o.tracing)) refuse("needs hits in order: --tracing multi, not single or list");
+  if (o.tracing == Tracing::closest) refuse("has no k-buffer to look at in --tracing closest: it needs multi");
+  if (o.any_hit == AnyHit::delayed) refuse("needs --any-hit immediate: else t_max stays");
+  if (o.ert_check == ErtCheck::round) {
+    refuse("needs --ert-check hit: with round the hits of a round are blended behind the threshold, too");
+  }
+  if (o.ert < frontend::kLeastBoundedErt) refuse("needs an --ert of 1e-30 or more, below which rays end");
+  if (o.resume == frontend::Resume::strict)
+    refuse("needs --resume exact: strict loses ties that the bound has counted");
+  if (o.triangle_test == TriangleTest::world) {
+    refuse("needs --triangle-test canonical: a stored triangle may be hit before its box");
+  }
+}
+
 }  // namespace
 
 TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
@@ -98,6 +115,7 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
     throw Error("--any-hit", "delayed", "leaves nothing beyond t_max to resume from: it needs checkpointing off");
   }
   if (o.ahead > 1) check_ahead(o, accel);
+  if (o.opacity_bound == frontend::OpacityBound::on) check_opacity_bound(o);
   if (o.ert_check == ErtCheck::round && o.tracing == Tracing::list) {
     throw Error("--ert-check", "round", "is not for --tracing list, which tests each batch of a round as it blends it");
   }
@@ -152,8 +170,8 @@ std::map<std::string, std::string> option_texts(const TracerSettings& settings) 
 std::map<std::string, std::string> option_inputs(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
   std::map<std::string, std::string> inputs = option_texts(settings);
   const std::map<std::string, std::string> defaults = option_texts({});
-  for (const char* later :
-       {"pop_test", "any_hit", "ert_check", "ahead", "kernel_degree", "layout", "checkpoint_bins", "below_instance"}) {
+  for (const char* later : {"pop_test", "any_hit", "ert_check", "ahead", "opacity_bound", "kernel_degree", "layout",
+                            "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
   if (!checkpoint) {

@@ -15,7 +15,7 @@ void RoundCounts::count(std::span<const Event> events) {
   std::array<std::uint32_t, 16 * kDetails> cells{};
   for (const Event& event : events) {
     ++cells[static_cast<std::size_t>(event.kind()) * kDetails + event.detail % kDetails];
-    written += bits_of_byte(event.checkpoints);
+    written += bits_of_byte(event.written());
   }
   const auto cells_of = [&](EventKind kind) { return &cells[static_cast<std::size_t>(kind) * kDetails]; };
   const auto sum = [](const std::uint32_t* first) {

@@ -74,11 +74,12 @@ class Dumper {
       case EventKind::visit_leaf:
         line(" {}{}", e.wide() ? "wide, " : "", name_of(e.outcome()));
         if (e.shifts() != 0) line(", {} shifted", e.shifts());
+        if (e.hidden() != 0) line(", {} hidden", e.hidden());
         break;
       default:
         break;
     }
-    if (!internal && e.checkpoints != 0) line(", checkpointed");
+    if (!internal && e.written() != 0) line(", checkpointed");
     line("\n");
   }
 

@@ -35,6 +35,11 @@
 // traversal, the shaders take each queue in order. Outcome and shifts are those of the hit's turn. With box leaves
 // every visit_leaf is queued, because only the intersection shader finds its outcome. t_max is the end of the ray in
 // all rounds, so there are no culls, and `beyond` is what lies behind that end.
+//
+// With Header::opacity_bound a ray ends at t_j as soon as the hits found up to there let less light through than the
+// threshold of early termination: t_max is t_j at most, in later rounds, too, and what lies behind is neither pushed
+// nor checkpointed. Hits of the k-buffer behind it leave (Event::hidden()), and a round is preloaded up to it.
+//
 // Header::ahead says how many nodes of a ray were under way at once. The events are listed depth first, as above, but
 // the ray did not handle them in that order: its culls and the outcomes of its hits follow from t_max and k-buffer as
 // they were when it handled the event. So a hit may be displaced or rejected before the list shows the k-buffer full.
@@ -75,7 +80,8 @@ constexpr bool calls_any_hit(LeafOutcome o) { return o >= LeafOutcome::inserted 
 struct Event {
   std::uint32_t node = 0;   ///< visit_internal: index into RayGroup::nodes; else node address in units
   std::uint8_t detail = 0;  ///< visit_internal: mask of pushed children; visit_leaf: LeafOutcome; visit_instance: 0/1
-  std::uint8_t checkpoints = 0;  ///< visit_internal: mask of checkpointed children; others: 0/1
+  /// visit_internal: mask of checkpointed children; visit_leaf of a hit that enters: see hidden(); others: 0/1
+  std::uint8_t checkpoints = 0;
   /// kind (3 bits) | visited leaf is wide (1 bit) | k-buffer or heap entries moved by the insertion (12 bits)
   std::uint16_t kind_shifts = 0;
 
@@ -84,12 +90,20 @@ struct Event {
   bool wide() const { return (kind_shifts & kWide) != 0; }
   static constexpr std::uint16_t kWide = 8;
   unsigned shifts() const { return kind_shifts >> 4; }
+  /// Of a hit that enters, with Header::opacity_bound: entries of the k-buffer, the hit itself among them, that lie
+  /// behind the new end of the ray and leave.
+  unsigned hidden() const { return has_hidden() ? checkpoints : 0; }
+  /// Checkpoint entries that the event writes: mask of an internal node's children, or 0/1.
+  unsigned written() const { return has_hidden() ? 0 : checkpoints; }
   LeafOutcome outcome() const { return static_cast<LeafOutcome>(detail); }
   unsigned pushed() const { return detail; }
   static constexpr std::uint16_t pack(EventKind kind, unsigned shifts = 0) {
     return static_cast<std::uint16_t>(static_cast<unsigned>(kind) | (shifts << 4));
   }
   friend bool operator==(const Event&, const Event&) = default;
+
+ private:
+  bool has_hidden() const { return kind() == EventKind::visit_leaf && calls_any_hit(outcome()); }
 };
 static_assert(sizeof(Event) == 8);
 inline constexpr unsigned kMaxShifts = 4095;

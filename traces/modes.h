@@ -63,6 +63,11 @@ constexpr auto enum_names(AnyHit) { return names_in_order<AnyHit>({"immediate", 
 enum class ErtCheck : std::uint8_t { hit, round };
 constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "round"}); }
 
+/// Whether t_max also moves to the hit behind which nothing can be seen, as the hits found so far let no light through
+/// (traces/rules/opacity_sum.h). on needs tracing = multi, any_hit = immediate and ert_check = hit.
+enum class OpacityBound : std::uint8_t { off, on };
+constexpr auto enum_names(OpacityBound) { return names_in_order<OpacityBound>({"off", "on"}); }
+
 /// Most nodes of a ray that may be under way at once.
 inline constexpr unsigned kMostAhead = 32;
 

@@ -68,7 +68,8 @@ void print_energy(const CostArguments& options, const nlohmann::ordered_json& do
 /// Options not given on the command line are taken from the tracer options of the machine and, over them, the design.
 void choose_for(const CostArguments& options, const experiment::ChosenMachine& machine, sim::MachineUse& use) {
   std::map<std::string, std::string> chosen = explore::tracer_of(explore::design_of(use.design), machine.tracer, {});
-  for (const char* named : {"pop_test", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
+  for (const char* named :
+       {"pop_test", "opacity_bound", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
     if (options.command->count(experiment::flag_of(named)) > 0) chosen.erase(named);
   }
   explore::choose_nodes_and_lists(chosen, options.machine.machine, use);
@@ -145,6 +146,8 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->check(one_of(explore::design_names()));
   add_choice(command, "--pop-test", options->use.pop_test,
              "Whether stack entries hold their t; a machine may choose another");
+  add_choice(command, "--opacity-bound", options->use.opacity_bound,
+             "Whether heaps add up opacities; a machine may choose another");
   command->add_flag("--objects", options->use.objects,
                     "Designs sw and grtx for scenes of several objects (default: off)");
   add_choice(command, "--leaves", options->use.leaves, "Kind of the primitive leaves; a shader tests boxes");

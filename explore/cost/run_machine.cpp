@@ -46,6 +46,7 @@ void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::str
     }
   };
   choose("pop_test", use.pop_test);
+  choose("opacity_bound", use.opacity_bound);
   choose("layout", use.layout);
   // Older runs record the width among the inputs of their trace.
   const std::string width = inputs.contains("bvh_width") ? "bvh_width" : "trace.bvh_width";
@@ -72,6 +73,9 @@ std::vector<std::string> cost_arguments(const sim::MachineUse& use) {
                                         std::to_string(use.checkpoint_bins),
                                         "--checkpoint-capacity",
                                         std::to_string(use.checkpoint_capacity)};
+  if (use.opacity_bound == traces::OpacityBound::on) {
+    arguments.insert(arguments.end(), {"--opacity-bound", std::string(name_of(use.opacity_bound))});
+  }
   if (use.objects) arguments.emplace_back("--objects");
   return arguments;
 }

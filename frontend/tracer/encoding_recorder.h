@@ -90,7 +90,7 @@ class EncodingRecorder {
     switch (kind) {
       case EventKind::visit_leaf:
         out_.leaf(at_, static_cast<traces::LeafOutcome>(detail), checkpoints, shifts);
-        if (checkpoints != 0) write(at_);
+        if (checkpoints != 0 && static_cast<traces::LeafOutcome>(detail) == traces::LeafOutcome::beyond) write(at_);
         break;
       case EventKind::cull:
         out_.cull(at_, checkpoints);

@@ -21,7 +21,7 @@ class HitPolicy {
   /// Takes a new hit up to t_max. Delayed any-hit shaders take a ray's hits later, but in the order of this function's
   /// calls. As t_max does not move in between, what becomes of a hit is the same now as then.
   static traces::RoundHits<KEntry>::Taken take(const KEntry& hit, RayState& ray) {
-    const traces::RoundHits<KEntry>::Taken taken = ray.hits.take(hit, ray.t_max);
+    const traces::RoundHits<KEntry>::Taken taken = ray.hits.take(hit, ray.t_max, ray.t_limit);
     TracerCounters& counters = ray.counters;
     if (taken.outcome == traces::LeafOutcome::nearest) {
       ++counters.nearest_commits;
@@ -29,6 +29,7 @@ class HitPolicy {
       counters.any_hit_inserted += traces::enters(taken.outcome) ? 1 : 0;
       counters.any_hit_rejected += taken.outcome == traces::LeafOutcome::rejected ? 1 : 0;
     }
+    if (taken.hidden != 0) counters.opacity->hidden += taken.hidden;
     if (traces::evicts(taken.outcome)) {
       ++counters.any_hit_evicted;
       ray.turned_away = true;

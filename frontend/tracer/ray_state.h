@@ -16,8 +16,11 @@ namespace grtx::frontend {
 /// One per tracer, reused for each ray.
 struct RayState {
   explicit RayState(const TracerOptions& options)
-      : hits({options.tracing, options.any_hit, options.k, options.checkpoint, options.tmax_update == TmaxUpdate::kth}),
-        checkpoints(options) {}
+      : hits({options.tracing, options.any_hit, options.k, options.checkpoint, options.tmax_update == TmaxUpdate::kth},
+             {options.opacity_bound, options.ert}),
+        checkpoints(options) {
+    if (options.opacity_bound == OpacityBound::on) counters.opacity.emplace();
+  }
 
   /// before: transmittance at the ray's origin. limit: hits beyond it do not count.
   void begin_ray(float before, float limit) {
@@ -25,7 +28,7 @@ struct RayState {
     id_last = 0;
     replay = false;
     transmittance = before;
-    t_limit = limit;
+    t_limit = t_given = limit;
     colour = glm::vec3(0.0f);
     hits.begin_ray();
     checkpoints.begin_ray();
@@ -41,11 +44,18 @@ struct RayState {
     return true;
   }
 
+  /// Whether opacity has moved the end of the ray, and t lies behind it.
+  bool ends_early() const { return t_limit < t_given; }
+  bool is_hidden(float t) const { return t > t_limit && ends_early(); }
+
   float t_last = -1.0f;  ///< the last hit blended; -1 before the first
   std::uint32_t id_last = 0;
   float t_min_cull = 0.0f;  ///< boxes that end before this have no new hits
   float t_max = 0.0f;
-  float t_limit = 0.0f;  ///< end of the ray: t_max of its first round; nothing beyond it is kept
+  /// End of the ray: t_max at the start of a round; nothing beyond it is kept. Opacity may move it
+  /// (TracerOptions::opacity_bound).
+  float t_limit = 0.0f;
+  float t_given = 0.0f;  ///< t_limit at the ray's start
   bool replay = false;
   bool turned_away = false;  ///< a hit of this round met a full k-buffer
   float transmittance = 1.0f;

@@ -33,6 +33,7 @@ RayResult RayTracer::trace(const TraceRay& ray, Recorder& recorder, float transm
     round = begin_round(recorder);
     traversal_.round(ray, state_, recorder);
   } while (end_round(ray, round, recorder));
+  if (state_.ends_early()) ++state_.counters.opacity->rays;
   if (!Recorder::kEnabled) state_.counters.skipped_events += state_.counters.visits() - visits_before;
   return {state_.colour, state_.transmittance};
 }
@@ -46,9 +47,11 @@ traces::Round RayTracer::begin_round(Recorder& recorder) {
   state_.turned_away = false;
   if (state_.replay) round.bins = state_.checkpoints.bin_order();
   recorder.begin_round(state_.replay, round.bins);
-  round.preloaded = static_cast<std::uint16_t>(state_.hits.begin_round());
+  round.preloaded = static_cast<std::uint16_t>(state_.hits.begin_round(state_.transmittance, state_.t_limit));
   state_.t_max = state_.t_limit;
-  if (replay_below_kth_ && state_.hits.k_buffer().full()) state_.t_max = state_.hits.k_buffer().last().t;
+  if (replay_below_kth_ && state_.hits.k_buffer().full()) {
+    state_.t_max = std::min(state_.t_max, state_.hits.k_buffer().last().t);
+  }
   state_.t_min_cull = cull_before_ ? std::max(state_.t_last, 0.0f) : 0.0f;
   return round;
 }

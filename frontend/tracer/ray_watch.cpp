@@ -44,16 +44,19 @@ void RayWatch::event(EventKind kind, std::uint32_t address, unsigned detail, uns
   keep(kind, address, detail, checkpoints, shifts);
   const auto outcome = static_cast<LeafOutcome>(detail);
   if (kind != EventKind::visit_leaf || outcome == LeafOutcome::miss) return;
-  watched_.times.push_back(t_of_hit(outcome, checkpoints != 0, shifts));
+  watched_.times.push_back(t_of_hit(outcome, checkpoints, shifts));
 }
 
-float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts) {
+float RayWatch::t_of_hit(LeafOutcome outcome, unsigned checkpoints, unsigned shifts) {
   constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
   const std::vector<KEntry>& hits = state_.hits.k_buffer().entries();
   switch (outcome) {
     case LeafOutcome::inserted:
     case LeafOutcome::displaced:
-      if (!traces::collects_unsorted(options_.tracing)) return hits[hits.size() - 1 - shifts].t;
+      if (!traces::collects_unsorted(options_.tracing)) {
+        // A hit that is itself hidden lies at the end of the ray: it passed t_max, and not the hit that ends it.
+        return shifts < checkpoints ? hits.back().t : hits[hits.size() + checkpoints - 1 - shifts].t;
+      }
       for (const KEntry& hit : hits) {  // a heap, so the new one may be anywhere
         if (in_k_buffer_.insert(hit.id).second) return hit.t;
       }
@@ -65,7 +68,7 @@ float RayWatch::t_of_hit(LeafOutcome outcome, bool checkpointed, unsigned shifts
       if (options_.any_hit == AnyHit::delayed) return kUnknown;  // t_max does not tell
       return options_.tmax_update == TmaxUpdate::reported ? state_.t_max : kUnknown;
     case LeafOutcome::beyond:
-      return checkpointed ? state_.checkpoints.written().back().t : kUnknown;
+      return checkpoints != 0 ? state_.checkpoints.written().back().t : kUnknown;
     default:
       return kUnknown;
   }

@@ -65,7 +65,7 @@ class RayWatch {
  private:
   void start();
   void keep(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints, unsigned shifts);
-  float t_of_hit(traces::LeafOutcome outcome, bool checkpointed, unsigned shifts);
+  float t_of_hit(traces::LeafOutcome outcome, unsigned checkpoints, unsigned shifts);
 
   const TracerOptions& options_;
   const RayState& state_;

@@ -92,6 +92,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.any_hit = options.any_hit;
   header.ert_check = options.ert_check;
   header.ahead = options.ahead;
+  header.opacity_bound = options.opacity_bound;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;
@@ -330,6 +331,7 @@ std::uint64_t count_hits(const TracedStructure& structure, const Camera& camera,
   all.ert_check = ErtCheck::hit;
   all.any_hit = AnyHit::immediate;
   all.ahead = 1;
+  all.opacity_bound = OpacityBound::off;
   all.tracing = Tracing::single;  // one round collects up to k hits
   all.k = kMaxK;
   all.checkpoint = false;

@@ -56,6 +56,24 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
           })
           .sum(&C::ties_lost, "ties_lost", "hits", "ties at the resume point lost by --resume strict")
           .sum(&C::inside_skipped, "inside_skipped", "hits", "Gaussians skipped because their proxy holds the origin")
+          .own(&C::opacity,
+               [](auto& total, const auto& more) {
+                 if (!more) return;
+                 const OpacityCounts before = total.value_or(OpacityCounts());
+                 total = {before.rays + more->rays, before.hidden + more->hidden, before.hits + more->hits,
+                          before.nodes + more->nodes};
+               })
+          .described([](const C& c, declare::StatisticList& list, const std::string& prefix) {
+            if (!c.opacity) return;
+            list.add(prefix + ".opacity.rays", c.opacity->rays, "rays",
+                     "rays whose end moved to where the hits found let no light through");
+            list.add(prefix + ".opacity.hidden", c.opacity->hidden, "hits",
+                     "entries behind that end that left the k-buffer");
+            list.add(prefix + ".opacity.hits", c.opacity->hits, "hits",
+                     "leaves visited whose hit lies behind it: no any-hit shader");
+            list.add(prefix + ".opacity.nodes", c.opacity->nodes, "nodes",
+                     "nodes behind it: children not pushed, popped nodes not visited, neither checkpointed");
+          })
           .sum(&C::single_overflows, "single.overflows", "rounds",
                "single-round and list: a hit met a full buffer of k hits")
           .sum(&C::nearest_commits, "nearest_commits", "hits", "closest-hit: hits that became the nearest so far")

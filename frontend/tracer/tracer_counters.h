@@ -10,6 +10,11 @@
 
 namespace grtx::frontend {
 
+/// What TracerOptions::opacity_bound has left out.
+struct OpacityCounts {
+  std::uint64_t rays = 0, hidden = 0, hits = 0, nodes = 0;
+};
+
 struct TracerCounters {
   std::uint64_t rays = 0, rounds = 0;
   std::uint64_t visits_internal = 0, visits_instance = 0, visits_leaf = 0;
@@ -20,6 +25,7 @@ struct TracerCounters {
   std::uint64_t processed = 0, blended = 0, terminated = 0;
   std::optional<std::uint64_t> hits;  ///< from count_hits(); unset unless asked for
   std::uint64_t ties_lost = 0, inside_skipped = 0;
+  std::optional<OpacityCounts> opacity;  ///< unset unless the bound is on
   std::uint64_t single_overflows = 0, nearest_commits = 0, doubled = 0;
   // Work left out because it changes no bit of the image (docs/model/skips.md).
   std::uint64_t skipped_retests = 0, skipped_dead_colours = 0, skipped_sh_bands = 0, skipped_scene_misses = 0;

@@ -19,6 +19,7 @@ using traces::AnyHit;
 using traces::CheckpointOrder;
 using traces::ChildOrder;
 using traces::ErtCheck;
+using traces::OpacityBound;
 using traces::PopTest;
 using traces::Tracing;
 
@@ -63,6 +64,8 @@ struct TracerOptions {
   Resume resume = Resume::exact;
   InsideRule inside = InsideRule::skip;
   TmaxUpdate tmax_update = TmaxUpdate::reported;
+  /// on: needs tracing = multi, any_hit = immediate, ert_check = hit and an ert of kLeastBoundedErt.
+  OpacityBound opacity_bound = OpacityBound::off;
   CheckpointOrder checkpoint_order = CheckpointOrder::fifo;
   ReplayTmax replay_tmax = ReplayTmax::infinity;
   ChildOrder child_order = ChildOrder::near_first;
@@ -82,5 +85,7 @@ struct TracerOptions {
 };
 
 inline constexpr unsigned kMaxK = 2048;
+/// Least threshold whose quotients and products are normal floats (traces/rules/opacity_sum.h).
+inline constexpr float kLeastBoundedErt = 1e-30f;
 
 }  // namespace grtx::frontend

@@ -32,7 +32,8 @@ Traversal::Traversal(const TracedStructure& structure, const TracerOptions& opti
       policy_(options),
       walk_(options.ahead),
       object_(structure.gaussians, structure.world),
-      leaf_hits_(structure, options) {}
+      leaf_hits_(structure, options),
+      records_(structure, options) {}
 
 void Traversal::begin_ray(const TraceRay& ray) {
   memory_.clear();
@@ -110,6 +111,7 @@ void Traversal::drain_stack(const TraceRay& ray, RayState& state, Recorder& reco
     const StackEntry entry = stack_.pop();
     recorder.pop();
     if (entry.t > end_of(entry, state) && pop_test_) {
+      if (state.is_hidden(entry.t)) ++state.counters.opacity->nodes;
       const bool kept = state.checkpoint(entry);
       recorder.event(traces::EventKind::cull, units_of(entry.node), 0, kept ? 1 : 0);
       continue;
@@ -172,8 +174,9 @@ void Traversal::walk_ahead(const TraceRay& ray, RayState& state, Recorder& recor
 
 /// Whether a node that has its turn is visited; beyond t_max it is culled.
 template <typename Recorder>
-bool Traversal::starts(const AheadEntry& next, const RayState& state, Recorder& recorder) {
+bool Traversal::starts(const AheadEntry& next, RayState& state, Recorder& recorder) {
   if (!pop_test_ || next.entry.t <= state.t_max) return true;
+  if (state.is_hidden(next.entry.t)) ++state.counters.opacity->nodes;
   recorder.at(next.place);
   recorder.event(traces::EventKind::cull, units_of(next.entry.node), 0, 0);
   return false;
@@ -218,6 +221,9 @@ void Traversal::visit_internal(const TraceRay& ray, const StackEntry& entry, Ray
     opened.put(child.slot(), 1);
   }
   stack_.set_top(top);
+  for (std::uint32_t i = 1; state.ends_early() && i <= count; ++i) {
+    if (children[i].exit >= state.t_min_cull && state.is_hidden(children[i].enter)) ++state.counters.opacity->nodes;
+  }
   unsigned checkpoints = 0;
   if (beyond != 0 && state.checkpoints.enabled()) checkpoints = checkpoint_children(entry, list, beyond, state);
   recorder.internal(opened, units, pushed, checkpoints);
@@ -349,14 +355,16 @@ void Traversal::offer(std::uint32_t link, const StackEntry& entry, RayState& sta
     if (state.t_last < 0.0f) ++state.counters.inside_skipped;
     return outcome(LeafOutcome::miss);
   }
-  const KEntry hit = memory_.hit(link);
+  KEntry hit = memory_.hit(link);
   if (const auto before = policy_.blended_before(hit, state)) return outcome(*before);
   if (hit.t > end_of(entry, state)) {
+    if (state.is_hidden(hit.t)) ++state.counters.opacity->hits;
     const bool kept = state.checkpoint({hit.t, entry.node, entry.packed, entry.instance, entry.object});
     return outcome(LeafOutcome::beyond, kept ? 1 : 0);
   }
+  if (bounds_opacity_) hit.opacity = traces::opacity_steps(records_.alpha(hit, records_.of(hit.id)));
   const traces::RoundHits<KEntry>::Taken taken = HitPolicy::take(hit, state);
-  outcome(taken.outcome, 0, taken.shifts);
+  outcome(taken.outcome, taken.hidden, taken.shifts);
 }
 
 template void Traversal::miss_scene(RayState&, NullRecorder&);

@@ -9,6 +9,7 @@
 #include "grtx/frontend/gaussian/canonical_hit.h"
 #include "grtx/frontend/tracer/current_object.h"
 #include "grtx/frontend/tracer/hit_policy.h"
+#include "grtx/frontend/tracer/hit_records.h"
 #include "grtx/frontend/tracer/leaf_hits.h"
 #include "grtx/frontend/tracer/node_intersection.h"
 #include "grtx/frontend/tracer/ray_state.h"
@@ -78,7 +79,7 @@ class Traversal {
     PushedPlace place;
   };
   template <typename Recorder>
-  bool starts(const AheadEntry& next, const RayState& state, Recorder& recorder);
+  bool starts(const AheadEntry& next, RayState& state, Recorder& recorder);
 
   /// The t beyond which the nodes at the entry are not visited in this round.
   float end_of(const StackEntry& entry, const RayState& state) const {
@@ -111,6 +112,7 @@ class Traversal {
   const Box root_box_;             ///< contains the decoded boxes of the root's children
   const TracerOptions options_;
   const bool pop_test_ = options_.pop_test == PopTest::on;
+  const bool bounds_opacity_ = options_.opacity_bound == OpacityBound::on;
   const bool finish_instances_ = options_.checkpoint && options_.below_instance == BelowInstance::finish;
   /// With stored triangles the BLAS must be walked: only their vertices decide which of them are hit.
   const bool walk_blas_ = options_.walk_blas || options_.triangle_test == TriangleTest::world;
@@ -124,6 +126,7 @@ class Traversal {
   std::uint32_t instance_ = 0;  ///< the one being walked, link into memory_
   CurrentObject object_;
   LeafHits leaf_hits_;
+  const HitRecords records_;  ///< for opacities
   VisitTracker* tracker_ = nullptr;
 };
 

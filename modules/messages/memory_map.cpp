@@ -44,7 +44,10 @@ constexpr std::uint64_t spread_stride(std::uint64_t bytes) {
 MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config)
     : gaussian_bytes_(header.gaussian_record_bytes),
       sh_bytes_(header.sh_record_bytes),
+      gaussians_(header.gaussians),
       k_(header.tracing == traces::Tracing::single ? 2 * header.k : header.k),
+      k_fields_(hit_fields(header)),
+      eviction_entry_bytes_(traces::kEvictionEntryBytes + std::uint64_t{4} * (k_fields_ - 2)),
       k_buffers_(config.k_buffers),
       evictions_(config.evictions),
       warp_size_(header.warp_size),
@@ -68,7 +71,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     shape_ = place("shape", header.node_image_bytes / header.node_sizes().unit() * kShapeBytes);
   }
   sh_ = place("sh", header.gaussians * sh_bytes_);
-  k_buffer_ = place("k_buffer", warps * k_ * 2 * 4 * header.warp_size);
+  k_buffer_ = place("k_buffer", warps * k_ * k_fields_ * 4 * header.warp_size);
   if (header.checkpoint) {
     checkpoint_capacity_ = checked_entries(header.checkpoint_capacity, "checkpoint");
     checkpoint_lists_ = header.checkpoint_bins != 0 ? traces::CheckpointBins::rings_of(header.checkpoint_bins) : 2;
@@ -81,7 +84,7 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     if (!header.checkpoint) eviction_capacity_ = kDelayedHits;
     checked_entries(eviction_capacity_, "eviction");
     const unsigned together = config.evictions == RayArrayLayout::by_ray ? 1 : header.warp_size;
-    eviction_stride_ = spread_stride(eviction_capacity_ * traces::kEvictionEntryBytes * together);
+    eviction_stride_ = spread_stride(eviction_capacity_ * eviction_entry_bytes_ * together);
     eviction_ = place("eviction", rays / together * eviction_stride_);
   }
   pixel_ = place("pixel", static_cast<std::uint64_t>(header.width) * header.height * kPixelBytes);

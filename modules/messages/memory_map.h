@@ -2,6 +2,7 @@
 // The flat GPU address space, packed from 0: node image, shader records, per-ray buffers. All traffic uses it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstdint>
@@ -48,14 +49,20 @@ class MemoryMap {
   /// reads it; the array is in leaf order.
   std::uint64_t shape_record(std::uint32_t leaf) const { return shape_ + leaf * kShapeBytes; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
-  /// Address of `field` (0 = t, 1 = id, 4 B each) of entry `index`. by_lane: structure of arrays over a warp.
+  /// The record that the any-hit shader reads for a hit in a leaf at this address (in units). A trace does not name the
+  /// Gaussian of a hit, so it is another one for each leaf, not the Gaussian's.
+  std::uint64_t record_of_hit(std::uint32_t leaf) const {
+    return gaussian_record(static_cast<std::uint32_t>(leaf % std::max<std::uint64_t>(gaussians_, 1)));
+  }
+  /// Address of `field` (0 = t, 1 = id, 2 = alpha, which only a trace with opacity_bound has; 4 B each) of entry
+  /// `index`. by_lane: structure of arrays over a warp.
   /// Single-round tracing has buffers of 2 k entries, since it sorts from one half into the other.
   std::uint64_t k_buffer(std::uint64_t warp_slot, unsigned index, unsigned field, unsigned lane) const {
-    assert(index < k_ && field < 2);
+    assert(index < k_ && field < k_fields_);
     if (k_buffers_ == RayArrayLayout::by_ray) {
-      return k_buffer_ + (((warp_slot * warp_size_ + lane) * k_ + index) * 2 + field) * 4;
+      return k_buffer_ + (((warp_slot * warp_size_ + lane) * k_ + index) * k_fields_ + field) * 4;
     }
-    return k_buffer_ + (((warp_slot * k_ + index) * 2 + field) * warp_size_ + lane) * 4;
+    return k_buffer_ + (((warp_slot * k_ + index) * k_fields_ + field) * warp_size_ + lane) * 4;
   }
   /// First byte of entry `index` of buffer 0 or 1 of a ray slot; the entries of a buffer are contiguous.
   std::uint64_t checkpoint_entry(std::uint64_t ray_slot, unsigned buffer, std::uint64_t index) const {
@@ -68,16 +75,16 @@ class MemoryMap {
     assert(checkpoint_stride_ != 0 && bin < checkpoint_lists_);
     return checkpoint_ + (ray_slot * checkpoint_lists_ + bin) * checkpoint_stride_;
   }
-  /// First byte of entry `index` (8 B each) of a ray slot's eviction buffer. Wraps around at the capacity, so that
+  /// First byte of entry `index` of a ray slot's eviction buffer. Wraps around at the capacity, so that
   /// addresses stay inside even if a ray evicts more than expected.
   std::uint64_t eviction_entry(std::uint64_t ray_slot, std::uint64_t index) const {
     assert(eviction_stride_ != 0);
     const std::uint64_t entry = index < eviction_capacity_ ? index : index % eviction_capacity_;
     if (evictions_ == RayArrayLayout::by_ray) {
-      return eviction_ + ray_slot * eviction_stride_ + entry * traces::kEvictionEntryBytes;
+      return eviction_ + ray_slot * eviction_stride_ + entry * eviction_entry_bytes_;
     }
     return eviction_ + ray_slot / warp_size_ * eviction_stride_ +
-           (entry * warp_size_ + ray_slot % warp_size_) * traces::kEvictionEntryBytes;
+           (entry * warp_size_ + ray_slot % warp_size_) * eviction_entry_bytes_;
   }
   /// Sector `index` of a ray slot's stack area; wraps around like the eviction buffer.
   std::uint64_t stack_sector(std::uint64_t ray_slot, std::uint64_t index) const {
@@ -92,6 +99,12 @@ class MemoryMap {
   std::uint64_t warp_slot(unsigned sm, unsigned slot) const {
     return static_cast<std::uint64_t>(sm) * resident_warps_ + slot;
   }
+  /// Words of an entry of a k-buffer: t, id, and with opacity_bound alpha. An evicted entry has as many.
+  static unsigned hit_fields(const traces::Header& header) {
+    return header.opacity_bound == traces::OpacityBound::on ? 3 : 2;
+  }
+  unsigned hit_fields() const { return k_fields_; }
+  std::uint64_t eviction_entry_bytes() const { return eviction_entry_bytes_; }
   std::uint64_t eviction_capacity() const { return eviction_capacity_; }  ///< entries per ray; 0 without checkpointing
   std::uint64_t bytes() const { return end_; }
   /// Name, first byte and size of a region, for the headers of output files.
@@ -107,7 +120,10 @@ class MemoryMap {
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
-  unsigned k_;                               ///< entries of a k-buffer
+  std::uint64_t gaussians_;
+  unsigned k_;  ///< entries of a k-buffer
+  unsigned k_fields_;
+  std::uint64_t eviction_entry_bytes_;
   RayArrayLayout k_buffers_, evictions_;
   unsigned warp_size_, resident_warps_;
   std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0, end_ = 0;

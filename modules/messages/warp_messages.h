@@ -28,7 +28,9 @@ struct AnyHitBatch {
   LaneMask lanes = 0;
   std::array<traces::LeafOutcome, kMaxLanes> outcome{};  ///< [lane]
   std::array<std::uint16_t, kMaxLanes> shifts{};         ///< [lane] k-buffer entries that the insertion moved
-  std::array<std::uint32_t, kMaxLanes> leaf{};           ///< [lane] leaf address, in units
+  std::array<std::uint8_t, kMaxLanes> hidden{};          ///< [lane] k-buffer entries that leave (Event::hidden())
+  /// [lane] leaf address, in units; with opacity_bound and two levels that of the instance leaf
+  std::array<std::uint32_t, kMaxLanes> leaf{};
 };
 
 struct AnyHitDone {

@@ -107,6 +107,7 @@ RtUnit::RtUnit(const sc_core::sc_module_name& name, const RtUnitConfig& config, 
 // Only the parts that this trace and this configuration need exist.
 void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
+  const bool bounded = header.opacity_bound == traces::OpacityBound::on;
   StackEntryLayout stack_entry = stack_entry_layout(header.pop_test);
   if (config_.walks()) stack_entry.bits = 0;  // the stack of a warp is in the warp walk scheduler
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
@@ -118,14 +119,14 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   });
   if (config_.any_hit_unit.enabled) {
     any_hit_ = made(parts.any_hit_unit, "any_hit_unit", context_, [&](const char* name) {
-      return std::make_unique<AnyHitUnit>(name, config_.any_hit_unit, entries, header.k, header.checkpoint);
+      return std::make_unique<AnyHitUnit>(name, config_.any_hit_unit, entries, header.k, header.checkpoint, bounded);
     });
   } else if (header.any_hit == traces::AnyHit::delayed) {
     any_hit_ = made(parts.delayed_hits, "delayed_hits", context_,
                     [&](const char* name) { return std::make_unique<DelayedHits>(name, entries); });
   } else {
     any_hit_ = made(parts.any_hit_collector, "any_hit_collector", context_, [&](const char* name) {
-      return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries);
+      return std::make_unique<AnyHitCollector>(name, config_.any_hit, entries, bounded && header.two_level);
     });
   }
   if (header.checkpoint) {

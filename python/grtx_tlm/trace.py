@@ -45,6 +45,7 @@ class RayGroup:
       masks of pushed and checkpointed children; of a leaf ``detail`` is the outcome (see OUTCOMES); of an instance 1 if
       only the ray is transformed; else ``checkpoints`` is 1 if the node was checkpointed. ``shifts``: entries moved. If the
       header's ``any_hit`` is 'delayed', outcome and shifts are those of when the hit's turn came, behind the traversal.
+      If its ``opacity_bound`` is 'on', ``checkpoints`` of a leaf inserted or displaced is the number of entries hidden.
       If its ``ahead`` is above 1, events stand depth first, but the ray did not handle them in that order.
     - ``processed``: k-buffer entries that the blending shader looked at: ``gaussian``, ``blended``.
     - ``bins``: with checkpoint bins, of each checkpoint entry in the order of writing: ``lane``, ``bin``.

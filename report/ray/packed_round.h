@@ -19,7 +19,8 @@
 //       checkpointed; visit_instance with detail 0: the root below
 //     visit_leaf, unless it missed: t; if the hit replaces another, the place of that in the k-buffer + 2 (0: there is
 //       none; 1: the trace does not say which, and no hit of the k-buffer is known any more); if the hit enters, its
-//       place, and in an unsorted buffer the number of entries that it moved
+//       place, with Header::opacity_bound the number of entries at the end of the k-buffer that then leave, and in an
+//       unsorted buffer the number of entries that it moved
 //     the new t_max
 //     started
 #pragma once

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "grtx/modules/messages/memory_map.h"
 #include "grtx/report/page/assets.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/page.h"
@@ -124,6 +125,7 @@ ordered_json description(const RayPage& page) {
       {"order", name_of(h.checkpoint_order)},
       {"tracing", name_of(h.tracing)},
       {"sorted", traces::RoundRules(h).sorted()},
+      {"bounded", h.opacity_bound == traces::OpacityBound::on},
       {"ahead", h.ahead},
       {"kinds", names_of<traces::EventKind>()},
       {"outcomes", outcomes_of_hits()},
@@ -140,7 +142,9 @@ ordered_json description(const RayPage& page) {
                                                                          : traces::NodeKind::triangle)},
         {"wide", sizes.read_bytes(traces::NodeKind::wide_instance)},
         {"header", sizes.short_instances() ? 0 : sizes.header_bytes()}}},
-      {"entry_bytes", {{"checkpoint", traces::kCheckpointEntryBytes}, {"eviction", traces::kEvictionEntryBytes}}},
+      {"entry_bytes",
+       {{"checkpoint", traces::kCheckpointEntryBytes},
+        {"eviction", std::uint64_t{4} * modules::MemoryMap::hit_fields(h)}}},
       {"gaussians", gaussian_columns(page.gaussians)}};
   json["warps"] = ordered_json::array();
   json["rays"] = ordered_json::array();
@@ -210,9 +214,10 @@ std::string facts(const RayPage& page) {
   std::string of = input("scene");
   if (!input("camera").empty()) of += (of.empty() ? "view " : ", view ") + input("camera");
   std::string text = fmt::format(
-      "<p>{}: {}structure {}, tracing {}, k = {}, {}{}checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
+      "<p>{}: {}structure {}, tracing {}, k = {}, {}{}{}checkpoints {}, {} x {} pixels, {} Gaussians.</p>\n",
       escape(file_name(page.trace)), of.empty() ? "" : escape(of) + ", ", name_of(h.accel), name_of(h.tracing), h.k,
       h.ahead > 1 ? fmt::format("up to {} nodes of a ray under way, ", h.ahead) : "",
+      h.opacity_bound == traces::OpacityBound::on ? "bounded by opacity, " : "",
       h.any_hit == traces::AnyHit::delayed ? "any-hit shaders delayed to the end of the warp's traversal, " : "",
       h.checkpoint ? fmt::format("on ({}, up to {} entries)", name_of(h.checkpoint_order), h.checkpoint_capacity)
                    : "off",

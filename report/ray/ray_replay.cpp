@@ -94,9 +94,9 @@ class Replay {
 
   void begin_round(std::size_t r, const RayRound& out) {
     if (values_ != nullptr || hits_.evictions().size() < 2) {
-      hits_.begin_round();
+      hits_.begin_round(out.round.preloaded);
     } else {  // the trace does not tell which are nearest
-      hits_.begin_round([this] { return unknown_hit(); });
+      hits_.begin_round(out.round.preloaded, [this] { return unknown_hit(); });
     }
     if (values_ != nullptr) compare(values_->start_hits[r]);
     checkpoints_.begin_round(out.round.replay, out.round.bins);
@@ -169,8 +169,7 @@ class Replay {
     const EventKind kind = event.kind();
     const bool t_max_changes = values_ != nullptr && t_max != t_max_;
     out_.byte(static_cast<unsigned>(kind) | (kind == EventKind::visit_internal ? 0u : unsigned{event.detail} << 3) |
-              (kind != EventKind::visit_internal && event.checkpoints != 0 ? 0x40u : 0u) |
-              (t_max_changes ? 0x80u : 0u));
+              (kind != EventKind::visit_internal && event.written() != 0 ? 0x40u : 0u) | (t_max_changes ? 0x80u : 0u));
     switch (kind) {
       case EventKind::visit_internal:
         ++out.visits[0];
@@ -241,17 +240,20 @@ class Replay {
     HitEntry hit{popped.instance != 0 ? popped.instance : popped.node + 1, popped.object, 0, popped.t, made_++};
     hit.gaussian = gaussian_of(hit);
     if (values_ != nullptr && hit.gaussian != 0) result_.met.insert(hit.gaussian - 1);
-    checkpoint(popped, event.checkpoints, out);
+    checkpoint(popped, event.written(), out);
 
     const std::vector<HitEntry>& hits = hits_.k_buffer().entries();
     const char* const broken = hits_.rules().broken_by(outcome, event.shifts(), hits.size(), true);
     require(broken == nullptr, broken);
     const bool forgets = traces::replaces(outcome) && !hits_.rules().sorted() && values_ == nullptr;
     if (forgets) hits_.forget([] { return HitEntry(); });  // the trace does not tell which one is replaced
-    const auto places = hits_.take(hit, {outcome, event.shifts()}, place_of_last());
+    const std::uint64_t held = traces::RoundRules::held_after(outcome, hits.size());
+    const auto places = hits_.take(hit, {outcome, event.shifts(), event.hidden()}, place_of_last());
     if (traces::replaces(outcome)) out_.number(forgets ? 1 : places.out == kNobody ? 0 : places.out + 2);
     if (!traces::enters(outcome)) return;
+    require(event.hidden() < held, "a hit hides entries of the k-buffer, but not the one that ends the ray");
     out_.number(places.in);
+    if (header_.opacity_bound == traces::OpacityBound::on) out_.number(event.hidden());
     if (!hits_.rules().sorted()) out_.number(event.shifts());
   }
 

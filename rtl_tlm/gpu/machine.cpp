@@ -33,6 +33,7 @@ traces::Header header_of(const MachineUse& use) {
       break;
   }
   header.pop_test = use.pop_test;
+  header.opacity_bound = use.opacity_bound;
   header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
   header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;

@@ -28,7 +28,8 @@ inline LeafTest leaf_test_of(const std::string& accel) {
 struct MachineUse {
   std::string design = "grtx";  ///< sw (two levels), hw (checkpointing), grtx (both), or another: neither
   LeafTest leaves = LeafTest::triangles;
-  traces::PopTest pop_test = traces::PopTest::on;  ///< on: stack entries hold a t
+  traces::PopTest pop_test = traces::PopTest::on;                  ///< on: stack entries hold a t
+  traces::OpacityBound opacity_bound = traces::OpacityBound::off;  ///< on: heaps add up opacities
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   unsigned bvh_width = 0;        ///< children of an internal node, 2 to 8; 0: as many as a line of the layout holds
   bool objects = false;          ///< sw and grtx: with a scene TLAS on top, three levels

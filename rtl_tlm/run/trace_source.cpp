@@ -29,7 +29,9 @@ void check_group(const traces::RayGroup& group, const traces::Header& header, co
     for (std::size_t r = 0; r < ray.rounds.size(); ++r) {
       const traces::Round& round = ray.rounds[r];
       if (round.k_count > header.k) refuse(lane, r, fmt::format("k-buffer holds at most {} entries", header.k));
-      if (round.preloaded > round.k_count) refuse(lane, r, "more entries preloaded than the k-buffer has at the end");
+      // Entries leave where opacity hides them.
+      const unsigned most = header.opacity_bound == traces::OpacityBound::on ? header.k : round.k_count;
+      if (round.preloaded > most) refuse(lane, r, "more entries preloaded than the k-buffer has at the end");
       if (round.processed_count > round.k_count) refuse(lane, r, "more entries processed than the k-buffer has");
       events += round.event_count;
       processed += round.processed_count;

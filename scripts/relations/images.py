@@ -34,6 +34,21 @@ def one_round_agrees(case):
 
 
 @relation()
+def bound_by_opacity_agrees(case):
+    """--opacity-bound on leaves the image alone, to the bit, and visits no more nodes."""
+    preset = views.scene(case, presets=gaussians.PRESETS * 2 + gaussians.STRESS)
+    walk = ["immediate" if option == "delayed" else option for option in views.walk(case.rng, tracing=False)]
+    options = ["--scene", "s.ply", *views.view(case), *walk, "--ert", case.rng.choice(["0.001", "0.05", "0.5"])]
+    images, visits = [], []
+    for bound in ("off", "on"):
+        images.append(rendered(case, bound, *options, "--opacity-bound", bound, "--stats", f"{bound}.json"))
+        visits.append(case.json(f"{bound}.json")["stats"]["tracer.visits.total"]["value"])
+    case.same(f"{preset}: with and without the bound by opacity", *images)
+    if "--checkpoint-bins" not in options:  # a bin is read as a whole
+        case.holds(f"{preset}: no more visits with the bound by opacity", visits[1] <= visits[0])
+
+
+@relation()
 def proxies_agree(case):
     """Ordered by the peak of the response, the image does not depend on the proxy, where no ray begins inside of one."""
     preset = views.scene(case, presets=["object", "building", "stress-axis", "stress-needles"])

@@ -31,6 +31,7 @@ TRACES = {
     "nodes under way": "--accel ellipsoid --k 4 --ahead 8",
     "delayed any-hit shaders": "--accel ellipsoid --k 4 --any-hit delayed",
     "end tested once a round": "--accel box --k 4 --ert 0.1 --ert-check round",
+    "bounded by opacity": "--accel tlas-tri20 --checkpoint on --k 16 --opacity-bound on",
     "small warps": "--accel tlas-sphere --warp-size 4 --mapping linear",
 }
 SUMS = ("rays", "rounds", "visits_internal", "visits_instance", "visits_leaf", "culls", "any_hit_calls",

@@ -17,6 +17,7 @@ namespace {
 struct TestHit {
   float t = 0.0f;
   int id = 0;
+  std::uint32_t opacity = 0;
   friend bool operator<(const TestHit& a, const TestHit& b) { return a.t < b.t || (a.t == b.t && a.id < b.id); }
   friend bool operator==(const TestHit&, const TestHit&) = default;
 };
@@ -36,13 +37,13 @@ TEST(RoundHits, OfAReaderAreThoseOfTheTracer) {
     Hits tracer(rules), reader(rules);
     std::size_t outcomes[8] = {};
     for (int round = 0; round < 50; ++round) {
-      EXPECT_EQ(tracer.begin_round(), reader.begin_round());
-      float t_max = std::numeric_limits<float>::infinity();
+      float t_max = std::numeric_limits<float>::infinity(), end = t_max;
+      reader.begin_round(tracer.begin_round(1.0f, end));
       for (int i = 0; i < 20; ++i) {
         const TestHit hit{static_cast<float>(random() % 40), i};
         if (hit.t > t_max) continue;
         const std::uint64_t held = reader.k_buffer().size();
-        const Hits::Taken taken = tracer.take(hit, t_max);
+        const Hits::Taken taken = tracer.take(hit, t_max, end);
         ++outcomes[static_cast<unsigned>(taken.outcome)];
         ASSERT_EQ(rules.broken_by(taken.outcome, taken.shifts, held, true), nullptr);
         const Hits::Places places = reader.take(hit, taken, held - 1);
@@ -61,22 +62,61 @@ TEST(RoundHits, OfAReaderAreThoseOfTheTracer) {
   }
 }
 
+// With the bound by opacity: entries leave, rounds are preloaded up to the end, and the end never moves back.
+TEST(RoundHits, OfABoundedReaderAreThoseOfTheTracer) {
+  std::mt19937 random(5);
+  const RoundRules rules(Tracing::multi, AnyHit::immediate, 6, true, false);
+  std::size_t hidden = 0, shortened = 0;
+  for (int ray = 0; ray < 200; ++ray) {
+    Hits tracer(rules, {OpacityBound::on, 0.001f}), reader(rules);
+    float end = std::numeric_limits<float>::infinity();
+    for (int round = 0; round < 3; ++round) {
+      const float before = end;
+      const std::size_t held_back = tracer.evictions().size();
+      const std::size_t preloaded = tracer.begin_round(round == 0 ? 1.0f : 0.5f, end);
+      shortened += preloaded < rules.preloaded(held_back) ? 1 : 0;
+      reader.begin_round(preloaded);
+      float t_max = end;
+      for (int i = 0; i < 20; ++i) {
+        const TestHit hit{static_cast<float>(random() % 40), 20 * round + i,
+                          static_cast<std::uint32_t>(random() % 4000)};
+        if (hit.t > t_max) continue;
+        const std::uint64_t held = reader.k_buffer().size();
+        const Hits::Taken taken = tracer.take(hit, t_max, end);
+        ASSERT_LE(t_max, end);
+        ASSERT_LE(end, before);
+        ASSERT_LT(taken.hidden, std::max<std::uint64_t>(RoundRules::held_after(taken.outcome, held), 1));
+        reader.take(hit, taken, held - 1);
+        ASSERT_EQ(reader.k_buffer().entries(), tracer.k_buffer().entries());
+        ASSERT_EQ(reader.evictions(), tracer.evictions());
+        hidden += taken.hidden;
+        std::uint32_t sum = 0;
+        for (const TestHit& entry : tracer.k_buffer().entries()) sum += entry.opacity;
+        const std::uint32_t without_last = sum - tracer.k_buffer().entries().back().opacity;
+        ASSERT_LT(without_last, 10240u) << "an entry is left behind the end";
+      }
+    }
+  }
+  EXPECT_GT(hidden, 500u);
+  EXPECT_GT(shortened, 20u);
+}
+
 TEST(RoundHits, NothingIsLostBetweenRounds) {
   const RoundRules rules(Tracing::multi, AnyHit::immediate, 3, true, false);
   Hits hits(rules);
-  hits.begin_round();
-  float t_max = std::numeric_limits<float>::infinity();
-  for (int i = 9; i >= 0; --i) (void)hits.take({static_cast<float>(i), i}, t_max);
+  float t_max = std::numeric_limits<float>::infinity(), end = t_max;
+  hits.begin_round(1.0f, end);
+  for (int i = 9; i >= 0; --i) (void)hits.take({static_cast<float>(i), i}, t_max, end);
   EXPECT_EQ(hits.evictions().size(), 7u);
   int next = 0;
   for (const unsigned held : {3u, 3u, 3u, 1u}) {
     if (next != 0) {
-      EXPECT_EQ(hits.begin_round(), held);
+      EXPECT_EQ(hits.begin_round(1.0f, end), held);
     }
     ASSERT_EQ(hits.k_buffer().size(), held);
     for (const TestHit& hit : hits.k_buffer().entries()) EXPECT_EQ(hit.id, next++);
   }
-  EXPECT_EQ(hits.begin_round(), 0u);
+  EXPECT_EQ(hits.begin_round(1.0f, end), 0u);
 }
 
 // An unsorted buffer keeps the same hits as a sorted one; which of them a reader takes out is told by their distances.
@@ -84,7 +124,7 @@ TEST(RoundHits, OfAListAreTheNearestOnes) {
   std::mt19937 random(4);
   const RoundRules rules(Tracing::list, AnyHit::immediate, 6, false, true);
   Hits tracer(rules), reader(rules);
-  float t_max = std::numeric_limits<float>::infinity();
+  float t_max = std::numeric_limits<float>::infinity(), end = t_max;
   std::vector<TestHit> all;
   for (int i = 0; i < 60; ++i) {
     const TestHit hit{static_cast<float>(random() % 40), i};
@@ -92,7 +132,7 @@ TEST(RoundHits, OfAListAreTheNearestOnes) {
     if (hit.t > t_max) continue;
     const auto& held = reader.k_buffer().entries();
     const auto last = static_cast<std::size_t>(std::max_element(held.begin(), held.end()) - held.begin());
-    reader.take(hit, tracer.take(hit, t_max), last);
+    reader.take(hit, tracer.take(hit, t_max, end), last);
   }
   std::sort(all.begin(), all.end());
   all.resize(6);

@@ -211,6 +211,29 @@ TEST(Versions, NodesUnderWayAtOnceNeedTheTwelfth) {
   EXPECT_THAT(fault([](Header& h) { h.ahead = 33; }), HasSubstr("ahead must be 1..32"));
 }
 
+TEST(Versions, TheBoundByOpacityNeedsTheFourteenth) {
+  auto trace = testing::random_trace({.checkpoint = false});
+  trace.header.opacity_bound = OpacityBound::on;
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 14u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().opacity_bound, OpacityBound::on);
+  EXPECT_NO_THROW(check(reader, true)) << "nothing is hidden";
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 13), HasSubstr("key 'opacity_bound' is unknown"));
+  const auto fault = [](auto&& set) {
+    Header header;
+    header.opacity_bound = OpacityBound::on;
+    set(header);
+    return header_fault(header);
+  };
+  EXPECT_EQ(fault([](Header& h) { h.ahead = 4; }), "");
+  const auto rule = HasSubstr("opacity_bound must be off unless tracing is multi");
+  EXPECT_THAT(fault([](Header& h) { h.tracing = Tracing::list; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.tracing = Tracing::closest, h.k = 1; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.any_hit = AnyHit::delayed; }), rule);
+  EXPECT_THAT(fault([](Header& h) { h.ert_check = ErtCheck::round; }), rule);
+}
+
 TEST(Versions, RefuseModesThatDoNotGoTogether) {
   const auto fault = [](auto&& set) {
     Header header;

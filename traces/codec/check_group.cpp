@@ -33,6 +33,8 @@ class GroupChecker {
     rules_ = RoundRules(header);
     checkpoints_ = CheckpointLists<NodeReference>(header);
     delayed_ = header.any_hit == AnyHit::delayed;
+    bounded_ = header.opacity_bound == OpacityBound::on;
+    in_order_ = header.ahead == 1;
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
@@ -68,6 +70,7 @@ class GroupChecker {
     bins_ = ray.bins;
     evictions_ = 0;
     beyond_end_.clear();
+    ends_early_ = false;
     std::size_t next_event = 0;
     std::size_t next_processed = 0;
     for (round_ = 0; round_ < ray.rounds.size(); ++round_) {
@@ -86,6 +89,8 @@ class GroupChecker {
     require(next_event == ray.events.size(), "events remain behind the last round");
     require(next_processed == ray.processed.size(), "processed entries remain behind the last round");
     require(bins_.empty(), "each bin must be that of an entry written");
+    require(!ends_early_ || ray.rounds.back().terminated,
+            "a ray that leaves out what its hits hide must be terminated by them");
   }
 
   void begin_round(const Round& round, const Round* before) {
@@ -104,17 +109,19 @@ class GroupChecker {
     require(!delayed_ || before == nullptr || round.event_count <= before->event_count,
             "with delayed any-hit shaders no round may visit more nodes than the one before");
     const std::uint64_t preload = rules_.preloaded(evictions_);
-    require(round.preloaded == preload,
+    const bool shortened = bounded_ && round.preloaded != 0 && round.preloaded < preload;
+    require(round.preloaded == preload || shortened,
             "preloaded must be the smaller of k and the evictions kept (0 without checkpointing)");
-    evictions_ -= preload;
+    evictions_ -= round.preloaded;
+    ends_early_ |= shortened;
     overfull_ = false;
     occupied_ = round.preloaded;
     written_ = 0;
   }
 
   void end_round(const Round& round, bool last) {
-    require(round.k_count == occupied_, "k_count must be preloaded plus inserted");
-    require(!overfull_ || occupied_ == header_->k, "only a full k-buffer displaces or rejects");
+    require(round.k_count == occupied_, "k_count must be preloaded plus inserted minus hidden");
+    require(!overfull_ || occupied_ == header_->k || ends_early_, "only a full k-buffer displaces or rejects");
     require(round.processed_count <= round.k_count, "no more entries can be processed than the k-buffer holds");
     require(round.terminated || round.processed_count == round.k_count,
             "all entries must be processed unless the ray terminates");
@@ -267,6 +274,7 @@ class GroupChecker {
     require(!delayed_, "with delayed any-hit shaders t_max stays, so nothing that was pushed lies beyond it");
     require(event.detail == 0 && event.shifts() == 0, "a cull has neither detail nor shifts");
     ++totals_.culls;
+    check_beyond_t_max();
     check_dropped_or_written(event, popped);
   }
 
@@ -310,6 +318,7 @@ class GroupChecker {
       require(event.checkpoints == 0, "a taken entry is not checkpointed again");
       return {entry.parent, entry.path, 1U << entry.slot};
     }
+    check_beyond_t_max();
     check_dropped_or_written(event, entry);
     return {};
   }
@@ -339,20 +348,40 @@ class GroupChecker {
     ++totals_.visits_leaf;
     const LeafOutcome outcome = event.outcome();
     if (calls_any_hit(outcome)) ++totals_.any_hit_calls;
-    // With nodes under way at once hits came in another order than events stand.
-    const char* const broken = rules_.broken_by(outcome, event.shifts(), occupied_, header_->ahead == 1);
+    // With nodes under way at once hits came in another order than events stand, and others may have been hidden
+    // before.
+    const std::uint64_t held = bounded_ && !in_order_ ? 0 : occupied_;
+    const char* const broken = rules_.broken_by(outcome, event.shifts(), held, in_order_);
     if (broken != nullptr) fail(broken);
-    require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
-    require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
+    if (bounded_ && enters(outcome)) {
+      check_hidden(event);
+    } else {
+      require(event.checkpoints == 0 || outcome == LeafOutcome::beyond, "only a leaf beyond t_max is checkpointed");
+      require(event.checkpoints <= 1, "a leaf writes at most one checkpoint");
+    }
     if (delayed_) check_end_of_ray(event, outcome, popped.path);
-    if (event.checkpoints != 0) write(popped);
-    occupied_ = RoundRules::held_after(outcome, occupied_);
+    if (event.written() != 0) write(popped);
+    occupied_ = RoundRules::held_after(outcome, occupied_) - event.hidden();
     if (!evicts(outcome)) return;
     overfull_ = true;
     if (!rules_.keeps_evictions()) return;
     ++evictions_;
     ++totals_.evictions;
     totals_.max_evictions_per_ray = std::max(totals_.max_evictions_per_ray, evictions_);
+  }
+
+  // The hit at which the ray ends stays, so a hit hides fewer entries than there are then.
+  void check_hidden(const Event& event) {
+    require(!in_order_ || event.hidden() < RoundRules::held_after(event.outcome(), occupied_),
+            "a hit hides entries of the k-buffer, but not the one that ends the ray");
+    ends_early_ |= event.hidden() != 0;
+  }
+
+  // Something lies beyond t_max: the k-buffer has been filled, or the ray ends where its hits let no light through.
+  void check_beyond_t_max() {
+    if (!in_order_ || rules_.may_checkpoint(occupied_)) return;
+    require(bounded_, "t_max only shrinks, and nodes only lie beyond it, once the k-buffer is full");
+    ends_early_ = true;
   }
 
   // With delayed any-hit shaders t_max is the end of the ray in all of its rounds, so what lies beyond it in one round
@@ -379,7 +408,8 @@ class GroupChecker {
   // overflow of the destination, because then the next round finds it again from the root.
   void check_dropped_or_written(const Event& event, const NodeReference& node) {
     require(event.checkpoints <= 1, "a single node writes at most one checkpoint");
-    require(event.checkpoints == 1 || !lossless_, "a node beyond t_max may not be dropped");
+    require(event.checkpoints == 1 || !lossless_ || bounded_, "a node beyond t_max may not be dropped");
+    ends_early_ |= event.checkpoints == 0 && lossless_;
     if (event.checkpoints != 0) write(node);
   }
 
@@ -421,6 +451,9 @@ class GroupChecker {
   bool overfull_ = false;                                 ///< a hit of the round displaced another or was rejected
   PopOrder pop_order_;                                    ///< the header's modes, decoded once
   bool delayed_ = false;
+  bool bounded_ = false;
+  bool in_order_ = true;                ///< events stand as the ray came to them
+  bool ends_early_ = false;             ///< bounded: the ray has left something out that its hits hide
   std::span<const std::uint8_t> bins_;  ///< bins of the ray's entries not written yet
   bool lossless_ = false;               ///< this round must keep every node beyond t_max
   std::set<std::array<std::uint32_t, 3>>

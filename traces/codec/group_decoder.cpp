@@ -18,6 +18,7 @@
 #include "grtx/traces/codec/wide_leaves.h"
 #include "grtx/traces/decoded_size.h"
 #include "grtx/traces/orders/checkpoint_order.h"
+#include "grtx/traces/rules/opacity_sum.h"
 
 namespace grtx::traces {
 namespace {
@@ -54,6 +55,7 @@ class GroupDecoder {
     read_order_ = ReadOrder(header.checkpoint_order);
     pop_order_ = PopOrder(header.child_order);
     two_level_ = header.two_level;
+    hides_ = header.opacity_bound == OpacityBound::on;
     has_bins_ = header.checkpoint_bins != 0;
     binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
     unpack_columns(payload, size, columns_, has_bins_ ? kColumnCount : kColumnsWithoutBins);
@@ -372,8 +374,10 @@ class GroupDecoder {
   // Decodes a leaf operation of kSpecialLeafOps.
   Event take_special_leaf(const NodeReference& popped, std::uint32_t address, unsigned op, const PopReader& pops) {
     if (op < kLeafBeyondCheckpointed) {  // inserted or displaced
-      return make_event(EventKind::visit_leaf, address, op, 0,
-                        static_cast<unsigned>(reader(Column::shifts).varint(kMaxShifts)));
+      ByteReader& moved = reader(Column::shifts);
+      const auto shifts = static_cast<unsigned>(moved.varint(kMaxShifts));
+      const auto hidden = hides_ ? static_cast<unsigned>(moved.varint(kMostHidden)) : 0u;
+      return make_event(EventKind::visit_leaf, address, op, hidden, shifts);
     }
     if (op != kLeafBeyondCheckpointed && op != kLeafCullCheckpointed) pops.fail("holds an unknown operation");
     checkpoint(popped);
@@ -446,6 +450,7 @@ class GroupDecoder {
   ReadOrder read_order_;
   PopOrder pop_order_;
   bool two_level_ = false;
+  bool hides_ = false;  ///< the header's opacity_bound
   ColumnSet columns_;
   ColumnReaders readers_;
   GroupModel model_;

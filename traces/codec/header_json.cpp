@@ -53,6 +53,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   }
   if (version >= 12) visit("ahead", h.ahead);
   if (version >= 13) visit("wide_leaves", h.wide_leaves);
+  if (version >= 14) visit("opacity_bound", h.opacity_bound);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -217,6 +218,10 @@ std::string mode_fault(const Header& h) {
   if (h.ahead < 1 || h.ahead > kMostAhead) return "ahead must be 1.." + std::to_string(kMostAhead);
   if (h.ahead > 1 && (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.checkpoint || h.two_level)) {
     return "ahead must be 1 unless tracing is multi, any_hit immediate, and checkpoint and two_level are false";
+  }
+  if (h.opacity_bound == OpacityBound::on &&
+      (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.ert_check == ErtCheck::round)) {
+    return "opacity_bound must be off unless tracing is multi, any_hit immediate and ert_check hit";
   }
   return "";
 }

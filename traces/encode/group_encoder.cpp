@@ -42,6 +42,7 @@ struct GroupEncoder::Impl {
   const GroupModel& model_ = out_.model();
   const InstanceLevels& levels_ = model_.levels();
   bool two_level_ = false;
+  bool hides_ = false;  ///< the header's opacity_bound
   ReadOrder read_order_;
   PopOrder pop_order_;
   const Event* round_events_ = nullptr;
@@ -62,6 +63,7 @@ void GroupEncoder::Impl::begin(const Header& header, std::uint32_t index, RayKin
                                const NodeSource& nodes) {
   out_.begin(header, index, kind, root, nodes);
   two_level_ = header.two_level;
+  hides_ = header.opacity_bound == OpacityBound::on;
   read_order_ = ReadOrder(header.checkpoint_order);
   pop_order_ = PopOrder(header.child_order);
   has_bins_ = header.checkpoint_bins != 0;
@@ -176,7 +178,7 @@ void GroupEncoder::Impl::pop_leaf(const Event* event, ChildPlace at, const Insta
   require((parent.internal_mask >> at.slot() & 1) == 0 && !parent.is_instance(at.slot()), event,
           "no leaf is on top of the stack");
   require(event->detail <= static_cast<unsigned>(kLastLeafOutcome), event, "the leaf outcome must be known");
-  if (event->checkpoints != 0) {
+  if (event->checkpoints != 0 && !(hides_ && may_shift(event->outcome()))) {
     require(event->checkpoints == 1 && event->outcome() == LeafOutcome::beyond, event,
             "only a leaf beyond t_max is checkpointed");
     checkpoint(at, path);

@@ -19,6 +19,7 @@ void PopEncoder::begin(const Header& header, std::uint32_t index, RayKind kind, 
   root_ = root;
   nearest_ = !ReadOrder(header.checkpoint_order).by_place();
   bins_ = header.checkpoint_bins != 0;
+  hides_ = header.opacity_bound == OpacityBound::on;
   reached_ = false;
   last_pixel_ = 0;
   rays_ = 0;
@@ -43,7 +44,7 @@ void PopEncoder::begin_ray() {
 // A varint takes at most 10 bytes, one of 12 bits at most 2.
 void PopEncoder::reserve(std::size_t pops) {
   for (const Column column : {Column::hits, Column::checkpoints, Column::replay_op}) columns_.reserve(column, pops + 1);
-  columns_.reserve(Column::shifts, 2 * pops);
+  columns_.reserve(Column::shifts, (hides_ ? 4 : 2) * pops);
   if (nearest_) columns_.reserve(Column::replay_entry, 10 * pops);
   if (bins_) columns_.reserve(Column::bin, kMaxWidth * pops);
   for (Symbols& symbols : symbols_) {

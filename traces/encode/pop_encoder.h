@@ -72,16 +72,21 @@ class PopEncoder {
   /// Makes room for `pops` more pops and source entries. The functions below do not check.
   void reserve(std::size_t pops);
 
-  /// Pop and visit of a leaf. checkpoints: 1 if it was checkpointed, else 0.
+  /// Pop and visit of a leaf. checkpoints: Event::checkpoints.
   void leaf(ChildPlace at, LeafOutcome outcome, unsigned checkpoints, unsigned shifts) {
     static constexpr std::uint8_t kOps[8] = {0, 1, 2, 3, 4, 5, 6, kLeafNearest};
     const auto kind = static_cast<unsigned>(outcome);
     unsigned op = kOps[kind];
-    if (checkpoints != 0) op = kLeafBeyondCheckpointed;
     ++counts_.leaves[kind];
+    if (may_shift(outcome)) {
+      put(at, op, 0, kLeaves);
+      columns_.put_varint(Column::shifts, shifts);
+      if (hides_) columns_.put_varint(Column::shifts, checkpoints);
+      return;
+    }
+    if (checkpoints != 0) op = kLeafBeyondCheckpointed;
     counts_.written += checkpoints;
     put(at, op, 0, kLeaves);
-    if (may_shift(outcome)) columns_.put_varint(Column::shifts, shifts);
   }
   /// Pop and visit of an instance leaf.
   void instance(ChildPlace at) {
@@ -190,6 +195,7 @@ class PopEncoder {
   NodeKind root_ = NodeKind::internal;
   bool nearest_ = false;
   bool bins_ = false;
+  bool hides_ = false;    ///< the header's opacity_bound
   bool reached_ = false;  ///< the current visit reached its node for the first time
   std::int64_t last_pixel_ = 0;
   std::size_t rays_ = 0;

@@ -27,6 +27,8 @@ class KBuffer {
   void clear() { entries_.clear(); }
   /// Appends an entry that does not precede the last one.
   void append_sorted(const Entry& e) { entries_.push_back(e); }
+  /// Drops the last entries of a sorted buffer.
+  void drop_last(unsigned count) { entries_.resize(entries_.size() - count); }
   /// Adds an entry to a buffer with room; returns how many entries moved. sorted: insertion from the back. Else the
   /// entry that fills the buffer makes it a heap, which moves at most k - 1.
   unsigned insert(const Entry& e) {

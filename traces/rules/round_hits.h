@@ -9,15 +9,19 @@
 #include <vector>
 
 #include "grtx/traces/rules/k_buffer.h"
+#include "grtx/traces/rules/opacity_sum.h"
 #include "grtx/traces/rules/round_rules.h"
 
 namespace grtx::traces {
 
-/// Entry: a hit with a member t, ordered by operator<.
+/// Entry: a hit with members t and, for the tracer, opacity (opacity_steps(), 0 without the bound), ordered by
+/// operator<.
 template <typename Entry>
 class RoundHits {
  public:
-  explicit RoundHits(const RoundRules& rules) : rules_(rules), k_buffer_(rules.k(), rules.sorted()) {}
+  /// opacity: of the tracer; readers of a trace know what is hidden.
+  explicit RoundHits(const RoundRules& rules, const OpacitySum& opacity = {OpacityBound::off, 0.0f})
+      : rules_(rules), k_buffer_(rules.k(), rules.sorted()), opacity_(opacity) {}
 
   const RoundRules& rules() const { return rules_; }
   const KBuffer<Entry>& k_buffer() const { return k_buffer_; }
@@ -27,12 +31,22 @@ class RoundHits {
     k_buffer_.clear();
     evictions_.clear();
   }
-  /// Fills the k-buffer with the nearest evicted hits; returns how many.
-  std::size_t begin_round() {
+  /// Fills the k-buffer with the nearest evicted hits, up to the end that opacity sets, which `end` then is; returns
+  /// how many. transmittance: what the hits blended so far leave.
+  std::size_t begin_round(float transmittance, float& end) {
+    opacity_.begin_round(transmittance);
     k_buffer_.clear();
     if (evictions_.empty()) return 0;
     std::sort(evictions_.begin(), evictions_.end());
-    return preload();
+    std::size_t count = rules_.preloaded(evictions_.size());
+    for (std::size_t i = 0; opacity_.on() && i < count; ++i) {
+      opacity_.add(evictions_[i].opacity);
+      if (!opacity_.ends()) continue;
+      end = std::min(end, evictions_[i].t);
+      count = i + 1;
+    }
+    preload(count);
+    return count;
   }
   void end_round() { k_buffer_.sort(); }
   /// After a round whose checkpoints overflowed: later rounds meet these hits again.
@@ -41,30 +55,41 @@ class RoundHits {
   struct Taken {
     LeafOutcome outcome;
     unsigned shifts = 0;  ///< entries of the k-buffer that moved
+    unsigned hidden = 0;  ///< Event::hidden()
   };
-  /// Takes a new hit up to t_max, and moves t_max.
-  Taken take(const Entry& hit, float& t_max) {
+  /// Takes a new hit up to t_max, and moves t_max and the end of the ray.
+  Taken take(const Entry& hit, float& t_max, float& end) {
     const bool full = k_buffer_.full();
     Taken taken{rules_.outcome(full, full && hit < k_buffer_.last())};
     if (enters(taken.outcome)) {
       if (full && evicts(taken.outcome)) keep(k_buffer_.last());
+      if (full && opacity_.on()) opacity_.subtract(k_buffer_.last().opacity);
       taken.shifts = full ? k_buffer_.replace_last(hit) : k_buffer_.insert(hit);
     } else if (evicts(taken.outcome)) {
       keep(hit);
     }
     const float last = k_buffer_.full() ? k_buffer_.last().t : std::numeric_limits<float>::infinity();
     t_max = rules_.t_max(taken.outcome, t_max, hit.t, last);
+    if (opacity_.on() && enters(taken.outcome)) {
+      opacity_.add(hit.opacity);
+      taken.hidden = hide(end);
+      t_max = std::min(t_max, end);
+    }
     return taken;
   }
 
   // For readers of a trace.
 
-  /// As begin_round(), where it is not known which of the evicted hits are nearest: `unknown` makes them anew.
+  /// As begin_round() with so many hits.
+  void begin_round(std::size_t preloaded) {
+    std::sort(evictions_.begin(), evictions_.end());
+    preload(preloaded);
+  }
+  /// The same where it is not known which of the evicted hits are nearest: `unknown` makes them anew.
   template <typename Unknown>
-  std::size_t begin_round(const Unknown& unknown) {
-    k_buffer_.clear();
+  void begin_round(std::size_t preloaded, const Unknown& unknown) {
     for (Entry& hit : evictions_) hit = unknown();
-    return preload();
+    preload(preloaded);
   }
   static constexpr std::size_t kNowhere = ~std::size_t{0};
   struct Places {
@@ -85,6 +110,7 @@ class RoundHits {
     }
     places.in = k_buffer_.place(may_shift(recorded.outcome) ? recorded.shifts : 0);
     k_buffer_.put(places.in, hit);
+    k_buffer_.drop_last(recorded.hidden);
     return places;
   }
   /// Makes all entries of the k-buffer anew, as none is known any more.
@@ -97,15 +123,26 @@ class RoundHits {
   void keep(const Entry& hit) {
     if (rules_.keeps_evictions()) evictions_.push_back(hit);
   }
-  std::size_t preload() {
-    const auto moved = static_cast<std::size_t>(rules_.preloaded(evictions_.size()));
-    for (std::size_t i = 0; i < moved; ++i) k_buffer_.append_sorted(evictions_[i]);
-    evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(moved));
-    return moved;
+  void preload(std::size_t count) {
+    k_buffer_.clear();
+    for (std::size_t i = 0; i < count; ++i) k_buffer_.append_sorted(evictions_[i]);
+    evictions_.erase(evictions_.begin(), evictions_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  /// Moves the end to the last entry needed to end the ray, and drops those behind it; returns how many.
+  unsigned hide(float& end) {
+    if (!opacity_.ends()) return 0;
+    unsigned hidden = 0;
+    for (; hidden < kMostHidden && opacity_.ends_without(k_buffer_.last().opacity); ++hidden) {
+      opacity_.subtract(k_buffer_.last().opacity);
+      k_buffer_.drop_last(1);
+    }
+    end = std::min(end, k_buffer_.last().t);
+    return hidden;
   }
 
   RoundRules rules_;
   KBuffer<Entry> k_buffer_;
+  OpacitySum opacity_;
   std::vector<Entry> evictions_;
 };
 

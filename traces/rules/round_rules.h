@@ -68,7 +68,8 @@ class RoundRules {
 
   // Rounds.
 
-  /// Entries that the next round moves from an eviction buffer of this size into its k-buffer.
+  /// Entries that the next round moves from an eviction buffer of this size into its k-buffer; fewer if the ray ends
+  /// among them (Header::opacity_bound).
   std::uint64_t preloaded(std::uint64_t evictions) const { return std::min<std::uint64_t>(k_, evictions); }
   /// Whether the ray goes on after this round: it may have more hits, and can see them.
   bool goes_on(const Round& round) const { return !round.terminated && round.k_count == k_; }

@@ -30,12 +30,16 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
           .sum(of_unit(&U::hits), "unit.hits", "hits", "hits that the any-hit unit handled")
           .sum(of_unit(&U::entered), "unit.entered", "hits", "of these, hits that entered a heap")
           .sum(of_unit(&U::busy_cycles), "unit.busy_cycles", "cycles", "busy heap logic, summed over cycles")
-          .sum(of_unit(&U::wait_cycles), "unit.wait_cycles", "cycles", "cycles that hits waited for their heap logic");
+          .sum(of_unit(&U::wait_cycles), "unit.wait_cycles", "cycles", "cycles that hits waited for their heap logic")
+          .when([](const C& c) { return c.unit.bounded != 0; })
+          .sum(of_unit(&U::bounded), "unit.bounded", "hits", "with opacity_bound: hits whose opacity was added")
+          .sum(of_unit(&U::hidden), "unit.hidden", "hits", "with opacity_bound: entries that left heaps as hidden");
   return table;
 }
 
-AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries)
-    : AnyHitModule(name), config_(config), entries_(entries) {
+AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
+                                 bool names_instances)
+    : AnyHitModule(name), config_(config), entries_(entries), names_instances_(names_instances) {
   awake_ = false;
 }
 
@@ -81,6 +85,10 @@ void AnyHitCollector::fire_oldest(Cycle now) {
   message.round = warp.round;
   for_each_bit(warp.in_state(LaneState::waiting_any_hit),
                [&](unsigned i) { add_lane(message, i, warp.lane[i].event); });
+  if (names_instances_) {
+    for_each_bit(message.lanes,
+                 [&](unsigned i) { message.leaf[i] = instance_above(warp.lane[i].next, warp.group->rays[i]); });
+  }
   ++counters_.batches;
   counters_.lanes += static_cast<unsigned>(std::popcount(message.lanes));
   if (message.lanes != warp.active()) ++counters_.timeouts;

@@ -26,7 +26,9 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
   using Counters = AnyHitCounters;
 
   /// entries: warps of the warp buffer.
-  AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries);
+  /// names_instances: batches have the instance leaves of hits, by which the shader finds records.
+  AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
+                  bool names_instances = false);
 
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned entry) override;
@@ -63,6 +65,7 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
   }
   Config config_;
   unsigned entries_;
+  bool names_instances_;
   WarpTable* buffer_ = nullptr;
   any_hit_client_if* client_ = nullptr;
   LinkWriter<AnyHitBatch> batches_;

@@ -11,12 +11,19 @@ namespace grtx::modules {
 
 using traces::LeafOutcome;
 
+namespace {
+
+constexpr unsigned kOpacityBits = 16;  // a factor of 2^64
+
+}  // namespace
+
 AnyHitUnit::AnyHitUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, unsigned k,
-                       bool evicts)
+                       bool evicts, bool bounded)
     : AnyHitModule(name),
       config_(config),
       k_(k),
       evicts_(evicts),
+      bounded_(bounded),
       fill_(std::size_t{entries} * kMaxLanes),
       free_from_(config.count) {
   require_allowed("rt.any_hit_unit", config);
@@ -39,27 +46,36 @@ void AnyHitUnit::restart() {
 
 bool AnyHitUnit::evicts(LeafOutcome outcome) const { return evicts_ && traces::evicts(outcome); }
 
-Cycle AnyHitUnit::take(LaneId id, LeafOutcome outcome) {
+Cycle AnyHitUnit::take(LaneId id, const traces::Event& event) {
   ++counters_.unit.hits;
-  switch (outcome) {
-    case LeafOutcome::inserted:
-      fill_[id] = std::min(fill_[id] + 1, k_);
-      ++counters_.unit.entered;
-      return config_.insertion(fill_[id]);
-    case LeafOutcome::displaced:
-      ++counters_.unit.entered;
-      return config_.displacement(k_);
-    default:
-      return config_.latency;
+  Cycle cycles = config_.latency;
+  if (event.outcome() == LeafOutcome::inserted) {
+    ++fill_[id];
+    cycles = config_.insertion(entries_of(id));
+  } else if (event.outcome() == LeafOutcome::displaced) {
+    cycles = config_.displacement(k_);
+  } else {
+    return cycles;
   }
+  ++counters_.unit.entered;
+  return bounded_ ? cycles + hide(id, event.hidden()) : cycles;
+}
+
+// The opacity of the hit is added to that of its heap. While what is left ends the ray without the root, the root
+// leaves and the last entry sinks from its place.
+Cycle AnyHitUnit::hide(LaneId id, unsigned hidden) {
+  ++counters_.unit.bounded;
+  counters_.unit.hidden += hidden;
+  Cycle cycles = config_.bound_latency;
+  for (unsigned i = 0; i < hidden; ++i, --fill_[id]) cycles += config_.displacement(entries_of(id));
+  return cycles;
 }
 
 void AnyHitUnit::arrive(Cycle now, LaneId id) {
   Warp& warp = warps_->warp(entry_of(id));
-  const LeafOutcome outcome = warp.lane[lane_of(id)].event.outcome();
   Cycle& free_from = free_from_[lane_of(id) % config_.count];
   const Cycle begin = std::max(now, free_from);
-  const Cycle busy = take(id, outcome);
+  const Cycle busy = take(id, warp.lane[lane_of(id)].event);
   free_from = begin + busy;
   counters_.unit.busy_cycles += busy;
   counters_.unit.wait_cycles += begin - now;
@@ -119,6 +135,14 @@ Inventory AnyHitUnit::inventory() const {
   inventory.operators.push_back({"fp_compare", 32, config_.count});
   inventory.operators.push_back({"int_compare", 32, config_.count});
   inventory.operators.push_back({"int_add", 8, config_.count});
+  if (!bounded_) return inventory;
+  // For each lane the sum of its heap's opacities and that at which its ray ends.
+  inventory.storage.push_back({"opacity", StorageKind::ram, lanes * 2 * kOpacityBits, 1, 1, false, 2 * kOpacityBits});
+  // For each heap logic 1 - alpha, a table of 256 constants of 10 bits, and an adder and a comparator for the sum.
+  inventory.operators.push_back({"fp_add", 32, config_.count});
+  inventory.operators.push_back({"mux", 10, 255 * std::uint64_t{config_.count}});
+  inventory.operators.push_back({"int_add", kOpacityBits, 2 * std::uint64_t{config_.count}});
+  inventory.operators.push_back({"int_compare", kOpacityBits, config_.count});
   return inventory;
 }
 
@@ -141,6 +165,13 @@ PartInfo part_info(const AnyHitUnitConfig&) {
                   .terms = {uses("fp_compare", 32), reads("simt", "register_file", kOfARow),
                             writes("simt", "register_file", kOfARow)},
                   .basis = "steps of heaps: an entry read, compared and written",
+                  .off_by_default = true},
+                 {.name = "rt.any_hit_unit.bound",
+                  .statistics = {"gpu.rt.any_hit.unit.bounded", "gpu.rt.any_hit.unit.hidden"},
+                  .terms = {uses("fp_add", 32), uses("mux", 10, 255), uses("int_add", kOpacityBits, 2),
+                            uses("int_compare", kOpacityBits), reads("any_hit_unit", "opacity"),
+                            writes("any_hit_unit", "opacity")},
+                  .basis = "opacities of hits that enter heaps or leave them because of it",
                   .off_by_default = true}};
   return part;
 }

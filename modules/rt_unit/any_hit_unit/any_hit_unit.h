@@ -6,6 +6,7 @@
 // docs/model/any_hit_unit.md has the timing.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <iosfwd>
 #include <queue>
@@ -30,9 +31,11 @@ class AnyHitUnit final : public AnyHitModule, public Probed {
   using Config = AnyHitUnitConfig;
 
   /// entries: warps of the warp buffer. k: entries of a heap. evicts: hits that fall out are stored (checkpointing).
-  AnyHitUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, unsigned k, bool evicts);
+  /// bounded: entries that opacity hides leave (Header::opacity_bound).
+  AnyHitUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries, unsigned k, bool evicts,
+             bool bounded);
 
-  void begin_lane(LaneId id, unsigned preloaded) override { fill_[id] = preloaded; }
+  void begin_lane(LaneId id, unsigned preloaded) override { fill_[id] = static_cast<int>(preloaded); }
   void arrive(Cycle now, LaneId id) override;
   void finished(unsigned /*entry*/) override {}
   /// Answers the hits that are done; those that fall out are sent to be stored first, one per cycle.
@@ -57,17 +60,22 @@ class AnyHitUnit final : public AnyHitModule, public Probed {
   };
   void end_of_elaboration() override;
   /// The hit's effect on the heap's number of entries, and its cycles.
-  Cycle take(LaneId id, traces::LeafOutcome outcome);
+  Cycle take(LaneId id, const traces::Event& event);
+  /// The same of the entries that it hides.
+  Cycle hide(LaneId id, unsigned hidden);
+  /// Entries in a lane's heap. Hits of a warp that walks together may come in another order than in the trace.
+  unsigned entries_of(LaneId id) const { return static_cast<unsigned>(std::clamp(fill_[id], 1, static_cast<int>(k_))); }
   bool evicts(traces::LeafOutcome outcome) const;
   void answer(Cycle now, LaneId id);
 
   Config config_;
   unsigned k_;
   bool evicts_;
+  bool bounded_;
   WarpTable* warps_ = nullptr;
   any_hit_client_if* client_ = nullptr;
   LinkWriter<AnyHitBatch> batches_;
-  std::vector<unsigned> fill_;    ///< [lane of the warp buffer] entries in its heap
+  std::vector<int> fill_;         ///< [lane of the warp buffer] hits that entered its heap less those that left
   std::vector<Cycle> free_from_;  ///< [heap logic]
   std::priority_queue<Flight, std::vector<Flight>, std::greater<>> flights_;
   RingQueue<LaneId> evicting_;  ///< hits that are done and wait to be sent

@@ -37,19 +37,7 @@ class EventEffect {
     return kind() == Kind::replay_take ? 1 : 0;
   }
   /// Entries to write to the lane's destination buffer when the event is done.
-  unsigned checkpoints() const {
-    switch (kind()) {
-      case Kind::visit_internal:
-        return static_cast<unsigned>(std::popcount(unsigned{event_.checkpoints}));
-      case Kind::visit_leaf:
-        return traces::calls_any_hit(event_.outcome()) ? 0 : event_.checkpoints;
-      case Kind::cull:
-      case Kind::replay_forward:
-        return event_.checkpoints;
-      default:
-        return 0;
-    }
-  }
+  unsigned checkpoints() const { return static_cast<unsigned>(std::popcount(event_.written())); }
   /// Updates the stack depth. Returns false if the event needs a node but the stack is empty (kRuleNodeOnStack).
   template <typename Depth>
   [[nodiscard]] bool move_stack(Depth& depth) const {
@@ -72,11 +60,21 @@ inline std::uint32_t source_entries(std::span<const traces::Event> events) {
   return entries;
 }
 
+/// Address of the instance leaf in which the event's leaf lies: that of the last visit of one; without any the leaf's.
+inline std::uint32_t instance_above(const traces::Event* event, const traces::Ray& ray) {
+  for (const traces::Event* before = event; before != ray.events.data();) {
+    --before;
+    if (before->kind() == traces::EventKind::visit_instance) return before->node;
+  }
+  return event->node;
+}
+
 /// Adds a lane, whose event is `event`, to the batch.
 inline void add_lane(AnyHitBatch& batch, unsigned lane, const traces::Event& event) {
   batch.lanes |= bit(lane);
   batch.outcome[lane] = event.outcome();
   batch.shifts[lane] = static_cast<std::uint16_t>(event.shifts());
+  batch.hidden[lane] = static_cast<std::uint8_t>(event.hidden());
   batch.leaf[lane] = event.node;
 }
 

@@ -17,6 +17,7 @@ struct ShaderCosts {
   unsigned evict_move_per_entry = 4;  ///< per entry of the longest eviction buffer: selection of the k nearest
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
+  unsigned any_hit_bound = 8;
   unsigned intersection_fixed = 28;
   unsigned intersection_transform = 24;
   unsigned sort_per_entry = 6;  ///< compare, select, advance
@@ -43,6 +44,9 @@ struct ShaderCosts {
     add("evict_move_per_entry", evict_move_per_entry, "the same, per entry");
     add("any_hit_fixed", any_hit_fixed, "any-hit shader without insertion");
     add("any_hit_per_shift", any_hit_per_shift, "per k-buffer entry moved");
+    add("any_hit_bound", any_hit_bound,
+        "with opacity_bound: opacity of a hit that enters, or of an entry that is hidden",
+        assumed("this project: 1 - alpha, its mantissa rounded up (3), logarithm, to an integer, sum, comparison"));
     add("intersection_fixed", intersection_fixed,
         "intersection shader: ray in the Gaussian's space to its entry into the unit sphere, reported",
         assumed("this project: 12 products and sums for a, b and the peak, 4 for d2, a root, a quotient, 10 of call, "

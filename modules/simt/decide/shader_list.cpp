@@ -25,7 +25,7 @@ void ShaderProgram::scan_list(unsigned slot, ShaderPhase& phase) {
   std::uint32_t most = 0;
   for_each_bit(warp.active, [&](unsigned lane) {
     if (round_of(warp, lane).processed_count <= std::uint64_t{warp.batch} * costs_.list_batch) return;
-    entries[lane] = warp.fill[lane];
+    entries[lane] = filled(warp, lane);
     most = std::max(most, entries[lane]);
   });
   const std::uint64_t each = costs_.list_per_entry + std::uint64_t{costs_.list_exchange} * (costs_.list_batch - 1);

@@ -45,6 +45,8 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       list_(header.tracing == traces::Tracing::list),
       closest_(header.tracing == traces::Tracing::closest),
       boxes_(traces::has_box_leaves(header.accel)),
+      sends_end_(header.opacity_bound == traces::OpacityBound::on),
+      bounded_(header.opacity_bound == traces::OpacityBound::on && !heap.enabled),
       delayed_(header.any_hit == traces::AnyHit::delayed && !heap.enabled),
       two_level_(header.two_level),
       sh_instructions_(
@@ -64,6 +66,11 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
   if (boxes_) {
     throw Error("configuration", "rt.any_hit_unit.enabled",
                 "takes hits from a unit; those of boxes come from a shader");
+  }
+  if (header.opacity_bound == traces::OpacityBound::on && !heap.alpha) {
+    throw Error(
+        "configuration", "rt.any_hit_unit.enabled",
+        "needs the alpha of each hit for a trace with opacity_bound on: a Gaussian unit's, on leaves of spheres");
   }
 }
 
@@ -135,7 +142,7 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
   }
   for_each_bit(warp.active, [&](unsigned lane) {
     counters_.eviction_moves += preloaded[lane];
-    warp.fill[lane] = static_cast<std::uint16_t>(preloaded[lane]);
+    warp.fill[lane] = static_cast<std::int32_t>(preloaded[lane]);
     warp.evictions[lane] = remaining[lane];
   });
 }
@@ -143,7 +150,7 @@ void ShaderProgram::evict_move(unsigned slot, ShaderPhase& phase) {
 void ShaderProgram::trace_call(unsigned slot, ShaderPhase& phase) {
   ++counters_.warp_rounds;
   counters_.ray_rounds += static_cast<std::uint64_t>(std::popcount(warps_[slot].active));
-  phase.reset(PhaseKind::trace_call, costs_.trace_call);
+  phase.reset(PhaseKind::trace_call, costs_.trace_call + (sends_end_ ? costs_.any_hit_bound : 0));
 }
 
 void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
@@ -156,6 +163,13 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   const Insertions hits = insert_hits(warp, batch);
   phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * hits.most_shifts);
   if (delayed_ && !boxes_) read_list(batch, phase);
+  if (bounded_) {
+    phase.instructions += hits.most_shifts;  // the third word
+    if (hits.entering != 0) {
+      phase.instructions += alpha_instructions() + costs_.any_hit_bound * (1 + std::uint64_t{hits.most_hidden});
+      load_records(batch, hits.entering, phase);
+    }
+  }
   for_each_entry(
       warp_slot, batch.lanes, hits.reads, [&](unsigned lane, std::uint32_t i) { return hits.last_read[lane] - i; },
       false, phase, [this](std::uint32_t) { return costs_.dependent_loads; });
@@ -164,6 +178,12 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
       warp_slot, batch.lanes, hits.writes, [&](unsigned lane, std::uint32_t i) { return hits.last_written[lane] - i; },
       true, phase);
   if (hits.evicting != 0) evict(batch.slot, hits.evicting, phase);
+}
+
+void ShaderProgram::load_records(const AnyHitBatch& batch, LaneMask entering, ShaderPhase& phase) {
+  load(Region::gaussian, phase);
+  for_each_bit(entering,
+               [&](unsigned lane) { coalescer_.touch(map_.record_of_hit(batch.leaf[lane]), gaussian_bytes_); });
 }
 
 void ShaderProgram::read_list(const AnyHitBatch& batch, ShaderPhase& phase) {
@@ -188,11 +208,12 @@ void ShaderProgram::evict(unsigned slot, LaneMask lanes, ShaderPhase& phase) {
 }
 
 // The insertion walks from the last entry to the front. It reads the entries that it moves, the one at which it stops
-// and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one.
+// and, if the buffer is full, the one that is evicted; it writes the moved ones and the new one. Entries that opacity
+// hides were the last ones, whose alpha it holds or has just read.
 ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBatch& batch) const {
   Insertions hits;
   for_each_bit(batch.lanes, [&](unsigned lane) {
-    const std::uint32_t fill = warp.fill[lane];
+    const std::uint32_t fill = filled(warp, lane);
     const std::uint32_t shifts = std::min<std::uint32_t>(batch.shifts[lane], k_);
     const traces::LeafOutcome outcome = batch.outcome[lane];
     assert(traces::calls_any_hit(outcome));
@@ -204,7 +225,11 @@ ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBat
       hits.reads[lane] = std::min(shifts + 1 + fallen_out, fill);
       hits.writes[lane] = std::min(shifts + 1, fill_after);
       hits.last_written[lane] = fill_after - 1;
-      warp.fill[lane] = static_cast<std::uint16_t>(fill_after);
+      hits.entering |= bit(lane);
+      hits.most_hidden = std::max<std::uint32_t>(hits.most_hidden, batch.hidden[lane]);
+      warp.fill[lane] = bounded_ ? warp.fill[lane] + (outcome == traces::LeafOutcome::inserted ? 1 : 0) -
+                                       static_cast<std::int32_t>(batch.hidden[lane])
+                                 : static_cast<std::int32_t>(fill_after);
     } else {
       hits.reads[lane] = std::min(shifts + 1, fill);
     }
@@ -264,10 +289,11 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
       return;
     }
     if (!closest_ && before == 0 && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
-    if (sort_passes(warp.fill[lane]) % 2 != 0) first[lane] = k_;
+    if (sort_passes(filled(warp, lane)) % 2 != 0) first[lane] = k_;
   });
   phase.reset(PhaseKind::blend, costs_.blend_fixed);
   phase.delay = heap_.enabled ? heap_.drain(most_entries) : 0;
+  const bool has_alpha = heap_.alpha || bounded_;  // entries bring it
 
   for (std::uint32_t i = 0;; ++i) {
     const LaneMask lanes = running(warp.active, processed, i);
@@ -280,13 +306,13 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
           warp_slot, lanes, [&](unsigned lane) { return first[lane] + i; }, false, phase);
     }
     LaneMask blending = 0;
-    if (!heap_.alpha) load(Region::gaussian, phase);
+    if (!has_alpha) load(Region::gaussian, phase);
     for_each_bit(lanes, [&](unsigned lane) {
       const traces::Processed p = entry(lane);
-      if (!heap_.alpha) coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
+      if (!has_alpha) coalescer_.touch(map_.gaussian_record(p.gaussian), gaussian_bytes_);
       if (p.blended != 0) blending |= bit(lane);
     });
-    phase.instructions += heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry;
+    phase.instructions += has_alpha ? costs_.blend_with_alpha : costs_.blend_per_entry;
     counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
     if (blending == 0) continue;  // no lane evaluates the colour
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));

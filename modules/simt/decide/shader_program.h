@@ -4,6 +4,7 @@
 // SIMT: lanes run in lock step, so a loop costs the iterations of its longest lane.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -97,9 +98,11 @@ class ShaderProgram {
     const traces::RayGroup* group = nullptr;
     std::uint32_t round = 0;
     LaneMask active = 0;
-    unsigned sort_pass = 0;                                  ///< merge passes, or scans, done in this round
-    unsigned batch = 0;                                      ///< list: batches blended in this round
-    std::array<std::uint16_t, kMaxLanes> fill{};             ///< entries in the k-buffer
+    unsigned sort_pass = 0;  ///< merge passes, or scans, done in this round
+    unsigned batch = 0;      ///< list: batches blended in this round
+    /// Entries in the k-buffer: hits that entered less those that left. Hits of a warp that walks together may come in
+    /// another order than in the trace.
+    std::array<std::int32_t, kMaxLanes> fill{};
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> listed{};           ///< delayed hits read in this round
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< index in Ray::processed of the round's first entry
@@ -115,11 +118,22 @@ class ShaderProgram {
     LaneCounts last_read{};         ///< entry of the first read; further reads go downwards
     LaneCounts last_written{};      ///< entry of the first write; further writes go downwards
     LaneMask evicting = 0;          ///< lanes that evict an entry
+    LaneMask entering = 0;          ///< lanes whose hit enters
+    std::uint32_t most_hidden = 0;  ///< most entries hidden by a lane
     std::uint32_t most_shifts = 0;  ///< most entries moved by a lane
   };
   Insertions insert_hits(Warp& warp, const AnyHitBatch& batch) const;
   void any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase);
   void evict(unsigned slot, LaneMask lanes, ShaderPhase& phase);
+  /// Bounded: reads the records of hits that enter, for their alpha.
+  void load_records(const AnyHitBatch& batch, LaneMask entering, ShaderPhase& phase);
+  std::uint32_t filled(const Warp& warp, unsigned lane) const {
+    return static_cast<std::uint32_t>(std::clamp(warp.fill[lane], 0, static_cast<std::int32_t>(k_)));
+  }
+  /// Instructions that a hit's alpha takes.
+  std::uint64_t alpha_instructions() const {
+    return costs_.blend_per_entry - std::min(costs_.blend_per_entry, costs_.blend_with_alpha);
+  }
   /// The next delayed hit of each lane of the batch: a list in memory, which the RT unit has written.
   void read_list(const AnyHitBatch& batch, ShaderPhase& phase);
   void end_round(Warp& warp);
@@ -137,7 +151,7 @@ class ShaderProgram {
                       bool is_store, ShaderPhase& phase) {
     for_each_entry(warp_slot, lanes, counts, at, is_store, phase, [](std::uint32_t) { return false; });
   }
-  /// A warp's access to entry index_of(lane) of the k-buffers of `lanes`: a memory instruction each for t and id.
+  /// A warp's access to entry index_of(lane) of the k-buffers of `lanes`: a memory instruction for each word.
   template <typename IndexOf>
   void access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                        ShaderPhase& phase);
@@ -159,7 +173,9 @@ class ShaderProgram {
   bool list_;
   bool closest_;  ///< header.tracing: no any-hit shader; the hit is returned in registers
   bool boxes_;
-  bool delayed_;  ///< hits wait in lists until the traversal of their round ends
+  bool sends_end_;  ///< header.opacity_bound: a call brings the opacity at which its rays end
+  bool bounded_;    ///< header.opacity_bound, and shaders take the hits: entries of the k-buffer have alpha
+  bool delayed_;    ///< hits wait in lists until the traversal of their round ends
   bool two_level_;
   unsigned sh_instructions_;  ///< of an entry's colour
   std::uint64_t gaussian_bytes_;
@@ -187,9 +203,9 @@ void ShaderProgram::for_each_entry(std::uint64_t warp_slot, LaneMask lanes, cons
 template <typename IndexOf>
 void ShaderProgram::access_k_buffer(std::uint64_t warp_slot, LaneMask lanes, const IndexOf& index_of, bool is_store,
                                     ShaderPhase& phase) {
-  constexpr std::uint64_t kFieldBytes = 4;  // t or id
-  if (heap_.enabled) return;                // in registers
-  for (unsigned field = 0; field < 2; ++field) {
+  constexpr std::uint64_t kFieldBytes = 4;
+  if (heap_.enabled) return;  // in registers
+  for (unsigned field = 0; field < map_.hit_fields(); ++field) {
     is_store ? store(Region::k_buffer, phase) : load(Region::k_buffer, phase);
     for_each_bit(lanes, [&](unsigned lane) {
       coalescer_.touch(map_.k_buffer(warp_slot, index_of(lane), field, lane), kFieldBytes);
@@ -203,7 +219,7 @@ void ShaderProgram::access_evictions(unsigned slot, LaneMask lanes, const IndexO
   if (costs_.eviction_traffic == TrafficCharging::uncharged) return;
   is_store ? store(Region::eviction, phase) : load(Region::eviction, phase);
   for_each_bit(lanes, [&](unsigned lane) {
-    coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), traces::kEvictionEntryBytes);
+    coalescer_.touch(map_.eviction_entry(map_.ray_slot(sm_, slot, lane), index_of(lane)), map_.eviction_entry_bytes());
   });
 }
 

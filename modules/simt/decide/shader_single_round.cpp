@@ -23,7 +23,7 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
   std::array<std::uint32_t, kMaxLanes> appended{};  // index of the new entry of a lane that appends
   std::uint32_t most_moves = 0;
   for_each_bit(batch.lanes, [&](unsigned lane) {
-    const std::uint32_t fill = warp.fill[lane];
+    const std::uint32_t fill = filled(warp, lane);
     const std::uint32_t shifts = std::min<std::uint32_t>(batch.shifts[lane], k_);
     const traces::LeafOutcome outcome = batch.outcome[lane];
     std::uint32_t moves = shifts;
@@ -36,7 +36,7 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
         writes[lane] += shifts;
         moves = std::max(moves, k_ / 2);  // every inner entry of the heap is compared at least once
       }
-      warp.fill[lane] = static_cast<std::uint16_t>(fill + 1);
+      warp.fill[lane] = static_cast<std::int32_t>(fill + 1);
     } else if (outcome == traces::LeafOutcome::displaced) {
       sinking |= bit(lane);
       reads[lane] = std::min(1 + 2 * (shifts + 1), fill);
@@ -70,7 +70,7 @@ bool ShaderProgram::sorts(unsigned slot) const {
   const Warp& warp = warps_[slot];
   if (list_) return warp.sort_pass == warp.batch && has_batch(warp, warp.batch);
   bool more = false;
-  for_each_bit(warp.active, [&](unsigned lane) { more = more || warp.sort_pass < sort_passes(warp.fill[lane]); });
+  for_each_bit(warp.active, [&](unsigned lane) { more = more || warp.sort_pass < sort_passes(filled(warp, lane)); });
   return more;
 }
 
@@ -85,7 +85,7 @@ void ShaderProgram::sort(unsigned slot, ShaderPhase& phase) {
   LaneCounts entries{};
   std::uint32_t most = 0;
   for_each_bit(warp.active, [&](unsigned lane) {
-    if (warp.sort_pass < sort_passes(warp.fill[lane])) entries[lane] = warp.fill[lane];
+    if (warp.sort_pass < sort_passes(filled(warp, lane))) entries[lane] = filled(warp, lane);
     most = std::max(most, entries[lane]);
   });
   phase.reset(PhaseKind::sort, std::uint64_t{costs_.sort_per_entry} * most);

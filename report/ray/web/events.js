@@ -34,6 +34,7 @@ const begin_event = (first) => {
     hit: null,
     place: -1,
     shifts: 0,
+    hidden: 0,
     read: -1,
     t_max: undefined,
   };
@@ -53,8 +54,10 @@ const visit_leaf = (event, k, from, values) => {
   }
   if (outcome.enters) {
     event.place = from.number();
+    event.hidden = page.bounded ? from.number() : 0;
     event.shifts = page.sorted ? k.length - event.place : from.number();
     k.splice(event.place, 0, event.hit);
+    k.splice(k.length - event.hidden, event.hidden);
   }
   if (outcome.evicts) event.evicted = outcome.enters ? out : event.hit;
   if (event.kept) event.written.push({ ...popped, t: event.hit.t });

@@ -53,9 +53,12 @@ const moved_text = ({ shifts }) => {
   if (shifts === 0 || page.tracing === 'closest') return '';
   return `; ${shifts} ${shifts === 1 ? 'entry moves' : 'entries move'} ${page.sorted ? 'one place back' : 'in the heap'}`;
 };
+const hidden_text = ({ hidden }) =>
+  `${hidden} ${hidden === 1 ? 'entry' : 'entries'} at the end of the k-buffer ${hidden === 1 ? 'leaves' : 'leave'}: the hits before let no light through`;
 export const copied = (event) => {
   const texts = [];
   if (event.place >= 0) texts.push(`${gaussian_name(event.hit)} to place ${event.place} of the k-buffer${moved_text(event)}`);
+  if (event.hidden > 0) texts.push(hidden_text(event));
   if (event.evicted !== null)
     texts.push(
       page.checkpoint

@@ -55,7 +55,7 @@ void WorkCounter::step(Lane& lane, const traces::RayGroup& group) {
   const traces::Event& event = *lane.event++;
   --lane.left;
   const traces::EventKind kind = event.kind();
-  lane.work.dram_sectors += traffic_.written * static_cast<float>(std::popcount(event.checkpoints));
+  lane.work.dram_sectors += traffic_.written * static_cast<float>(std::popcount(event.written()));
   if (kind == traces::EventKind::replay_take || kind == traces::EventKind::replay_forward) {
     lane.work.dram_sectors += traffic_.read;
   }

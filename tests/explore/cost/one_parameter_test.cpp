@@ -98,6 +98,12 @@ const std::vector<Mutation>& mutations() {
       {"rt.any_hit_unit.latency", "9", kTiming, kFixedTime, {"rt.any_hit_unit.enabled=true"}},
       {"rt.any_hit_unit.level_latency", "9", kTiming, kFixedTime, {"rt.any_hit_unit.enabled=true"}},
       {"rt.any_hit_unit.count", "1", kBoth, "", {"rt.any_hit_unit.enabled=true"}},
+      {"rt.any_hit_unit.bound_latency",
+       "40",
+       kTiming,
+       kFixedTime,
+       {"rt.any_hit_unit.enabled=true", "rt.gaussian.enabled=true"},
+       "bounded ellipsoid"},
       {"rt.traversal", "warp", kBoth, "", {}, "walked"},
       {"rt.warp_stack.entries", "10", kBoth, "", {"rt.traversal=warp", "rt.warp_stack.ahead=8"}, "walked"},
       {"rt.warp_stack.ahead", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
@@ -122,6 +128,7 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.evict_move_per_entry", "8", kTiming, kShader},
       {"simt.cost.any_hit_fixed", "24", kTiming, kShader},
       {"simt.cost.any_hit_per_shift", "6", kTiming, kShader},
+      {"simt.cost.any_hit_bound", "40", kTiming, kShader, {}, "bounded"},
       {"simt.cost.intersection_fixed", "56", kTiming, kShader, {}, "box"},
       {"simt.cost.intersection_transform", "48", kTiming, kShader, {}, "box"},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},
@@ -243,7 +250,8 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       file = std::make_unique<traces::testing::TemporaryFile>("one_parameter_" + kind);
       traces::testing::RandomOptions random{.seed = 11, .groups = 8, .warp_size = 32};
       const auto tracing = from_name<traces::Tracing>(kind).value_or(traces::Tracing::multi);
-      random.two_level = tracing == traces::Tracing::multi && kind != "ellipsoid" && kind != "box" && kind != "walked";
+      const bool ellipsoid = kind.ends_with("ellipsoid");
+      random.two_level = tracing == traces::Tracing::multi && !ellipsoid && kind != "box" && kind != "walked";
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi && kind != "walked";
       random.tracing = tracing;
@@ -251,7 +259,8 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind == "bins") random.bins = 4;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
-      if (kind == "ellipsoid" || kind == "box" || kind == "walked") sim::test::make_procedural(made, kind == "box");
+      if (kind.starts_with("bounded")) made.header.opacity_bound = traces::OpacityBound::on;
+      if (ellipsoid || kind == "box" || kind == "walked") sim::test::make_procedural(made, kind == "box");
       for (traces::RayGroup& group : made.groups) group.kind = traces::RayKind::primary;
       traces::testing::write_trace(file->path(), made.header, made.groups);
     }
@@ -268,9 +277,11 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
     ChildProcess cost("cost", [&] {
       const sim::GpuConfig config = sim::load_config(file, settings);
       const bool one_level = kind == "single" || kind == "list" || kind == "walked";
-      const bool monolithic = kind == "ellipsoid" || kind == "box";
+      const bool ellipsoid = kind.ends_with("ellipsoid");
+      const bool monolithic = ellipsoid || kind == "box";
       sim::MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
-      if (kind == "sphere" || kind == "ellipsoid" || kind == "walked") use.leaves = sim::LeafTest::spheres;
+      if (kind.starts_with("bounded")) use.opacity_bound = traces::OpacityBound::on;
+      if (kind == "sphere" || ellipsoid || kind == "walked") use.leaves = sim::LeafTest::spheres;
       if (kind == "box") use.leaves = sim::LeafTest::boxes;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);

@@ -41,6 +41,8 @@ class Comparison {
         plain_(gaussians, accel, options),
         groups_(map_pixels(camera.width, camera.height, false)) {}
 
+  /// Entries that left k-buffers.
+  unsigned hidden() const { return hidden_; }
   /// Every group as the trace tells it, against the plain tracer.
   void run(Sums& sums) {
     for (std::uint32_t i = 0; i < groups_.size(); ++i) {
@@ -102,7 +104,8 @@ class Comparison {
         sums.visits += got.kind() <= traces::EventKind::visit_leaf ? 1 : 0;
         sums.culls += got.kind() == traces::EventKind::cull ? 1 : 0;
         sums.taken += got.kind() == traces::EventKind::replay_take ? 1 : 0;
-        sums.checkpoints += static_cast<unsigned>(std::popcount(unsigned{got.checkpoints}));
+        sums.checkpoints += static_cast<unsigned>(std::popcount(got.written()));
+        hidden_ += got.hidden();
       }
     }
     EXPECT_EQ(processed, ray.processed.size());
@@ -114,6 +117,7 @@ class Comparison {
   RayTracer tracer_;
   test::PlainTracer plain_;
   const std::vector<std::vector<std::uint32_t>> groups_;
+  unsigned hidden_ = 0;
 };
 
 std::string text(const TracerOptions& o, AccelKind kind) {
@@ -194,6 +198,44 @@ TEST(ChildOrders, NodesUnderWayAtOnceGiveTheEventsOfASecondImplementation) {
     }
   }
   EXPECT_GT(sums.culls, 100u);
+}
+
+// The end of a ray where its hits let no light through: a second implementation that adds up logarithms of the hits in
+// order, from the first, after each one.
+TEST(ChildOrders, TheBoundByOpacityGivesTheEventsOfASecondImplementation) {
+  const Scene scene = crowded();
+  const PreparedGaussians gaussians(scene, true);
+  const Camera camera = test::front_camera(12, 8, 1.2);
+  unsigned variant = 0, hidden = 0;
+  Sums sums;
+  for (const AccelKind kind : kOrderedKinds) {
+    const AccelerationStructure accel(gaussians, {kind, kind == AccelKind::tri20 ? 8u : 6u, false});
+    for (const auto& order : enum_names(ChildOrder{})) {
+      for (const bool checkpoint : {false, true}) {
+        ++variant;
+        TracerOptions options;
+        options.opacity_bound = OpacityBound::on;
+        options.ert = variant % 4 == 0 ? 0.3f : 0.001f;
+        options.k = 1u << variant % 6;
+        options.child_order = order.value;
+        options.checkpoint = checkpoint;
+        options.checkpoint_order = enum_names(CheckpointOrder{})[variant / 2 % 3].value;
+        options.checkpoint_capacity = variant % 4 == 0 ? 4 : 1024;
+        options.pop_test = variant % 5 == 0 ? PopTest::off : PopTest::on;
+        options.tmax_update = variant % 3 == 0 ? TmaxUpdate::kth : TmaxUpdate::reported;
+        const bool one_level = kind == AccelKind::tri20 || kind == AccelKind::ellipsoid;
+        if (!checkpoint && one_level) options.ahead = 1 + 5 * (variant % 3);
+        SCOPED_TRACE(text(options, kind) + " ahead " + std::to_string(options.ahead));
+        Comparison comparison(scene, gaussians, accel, camera, options);
+        comparison.run(sums);
+        hidden += comparison.hidden();
+        if (HasFailure()) return;
+      }
+    }
+  }
+  EXPECT_GT(hidden, 300u);
+  EXPECT_GT(sums.taken, 300u);
+  EXPECT_GT(sums.overflows, 5u);
 }
 
 // Any-hit shaders that run behind a round's traversal: a second implementation that queues the hits and takes them

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <limits>
@@ -16,6 +17,7 @@
 
 #include "grtx/frontend/accel/acceleration_structure.h"
 #include "grtx/frontend/gaussian/canonical_hit.h"
+#include "grtx/frontend/gaussian/gaussian_math.h"
 #include "grtx/frontend/tracer/tracer_options.h"
 #include "grtx/traces/event.h"
 
@@ -44,6 +46,8 @@ class PlainTracer {
     ray_ = ray;
     limit_ = limit;
     last_ = {-1.0f, 0};
+    light_ = 1.0f;
+    alpha_.clear();
     evicted_.clear();
     destination_.clear();
     overflow_ = true;  // the first round starts at the root
@@ -56,14 +60,15 @@ class PlainTracer {
     if (round_.replay) source = destination_;
     destination_.clear();
     overflow_ = false;
-    t_max_ = limit_;
     std::sort(evicted_.begin(), evicted_.end());
     nearest_.clear();
-    while (nearest_.size() < options_.k && !evicted_.empty()) {
+    while (nearest_.size() < options_.k && !evicted_.empty() && !ends_within()) {
       nearest_.push_back(evicted_.front());
       evicted_.erase(evicted_.begin());
     }
     round_.preloaded = nearest_.size();
+    end_at_opacity();
+    t_max_ = limit_;
     if (!round_.replay) {
       walk({accel_.root(), traces::NodeKind::internal, 0.0f, 0});
     } else {
@@ -88,7 +93,10 @@ class PlainTracer {
       evicted_.clear();
       destination_.clear();
     }
-    for (const HitEntry& hit : nearest_) round_.k_buffer.push_back(hit.second);
+    for (const HitEntry& hit : nearest_) {
+      round_.k_buffer.push_back(hit.second);
+      light_ *= 1.0f - alpha_[hit.second];
+    }
     if (!nearest_.empty()) last_ = nearest_.back();
     return round_;
   }
@@ -267,6 +275,8 @@ class PlainTracer {
                                 frontend::face_test(frontend::SimdPath::portable));
     if (hit.kind != frontend::HitKind::hit || hit.face != face) return outcome(LeafOutcome::miss);
     const HitEntry entry{hit.t, gaussian};
+    const frontend::GaussianRecord& record = gaussians_.record(gaussian);
+    alpha_[gaussian] = frontend::hit_alpha(record.opacity, record.kappa2, hit.d2, options_.kernel.degree);
     if (entry.first < last_.first) return outcome(LeafOutcome::behind);
     if (entry > last_ && hit.t > t_max_)
       return outcome(LeafOutcome::beyond, checkpoint({node.address, node.kind, hit.t, node.instance}));
@@ -274,7 +284,38 @@ class PlainTracer {
       queue_.emplace_back(round_.events.size(), entry);
       return outcome(LeafOutcome::miss);  // until its turn comes
     }
-    outcome(any_hit(entry));
+    const LeafOutcome taken = any_hit(entry);
+    const bool entered = taken == LeafOutcome::inserted || taken == LeafOutcome::displaced;
+    outcome(taken, entered ? end_at_opacity() : 0);
+  }
+
+  /// log2(x) in steps of 1/1024, of x rounded up to the next mantissa of eight bits; rounded up.
+  static int steps_above(float x) {
+    int exponent = 0;
+    const double mantissa = 2.0 * std::frexp(static_cast<double>(x), &exponent);  // 1 .. 2
+    const double next = (std::floor(mantissa * 256.0) + 1.0) / 256.0;
+    const double steps = 1024.0 * std::log2(next);
+    return 1024 * (exponent - 1) + (next == 2.0 ? 1024 : static_cast<int>(std::floor(steps)) + 1);
+  }
+  /// The k-buffer's entries, from the nearest, at which the ray ends; 0: it goes on behind them.
+  std::size_t ends_within() const {
+    if (options_.opacity_bound == frontend::OpacityBound::off) return 0;
+    int steps = steps_above(light_ / options_.ert);
+    for (std::size_t i = 0; i < nearest_.size(); ++i) {
+      steps -= std::max(0, -steps_above(1.0f - alpha_.at(nearest_[i].second)));
+      if (steps <= 0) return i + 1;
+    }
+    return 0;
+  }
+  /// Moves the end of the ray there; returns how many entries leave.
+  unsigned end_at_opacity() {
+    const std::size_t within = ends_within();
+    if (within == 0) return 0;
+    const auto hidden = static_cast<unsigned>(nearest_.size() - within);
+    nearest_.resize(within);
+    limit_ = std::min(limit_, nearest_.back().first);
+    t_max_ = std::min(t_max_, limit_);
+    return hidden;
   }
 
   traces::LeafOutcome any_hit(const HitEntry& entry) {
@@ -304,7 +345,9 @@ class PlainTracer {
   const frontend::TracerOptions options_;
   frontend::TraceRay ray_;
   float limit_ = 0.0f, t_max_ = 0.0f;
-  HitEntry last_;  ///< blended last
+  float light_ = 1.0f;                    ///< transmittance when the round begins
+  std::map<std::uint32_t, float> alpha_;  ///< of the Gaussians that the ray has hit
+  HitEntry last_;                         ///< blended last
   std::vector<HitEntry> nearest_, evicted_;
   std::vector<std::pair<std::size_t, HitEntry>> queue_;  ///< hits of delayed any-hit shaders, and their events
   std::vector<Node> destination_;

@@ -34,7 +34,8 @@ class AddressMap {
     if (header.layout == traces::NodeLayout::quantised) unit = 32;
     if (header.accel == traces::AccelKind::box) shape_ = place(header.node_image_bytes / unit * 48);
     sh_ = place(header.gaussians * header.sh_record_bytes);
-    k_buffer_ = place(warps * k_ * 8 * header.warp_size);
+    if (header.opacity_bound == traces::OpacityBound::on) words_ = 3;
+    k_buffer_ = place(warps * k_ * words_ * 4 * header.warp_size);
     if (header.checkpoint) {
       if (header.checkpoint_bins > 0) lists_ = header.checkpoint_bins + 1;
       checkpoint_stride_ = odd_lines(header.checkpoint_capacity * entry_bytes);
@@ -44,7 +45,7 @@ class AddressMap {
       evictions_ = 1024;
     }
     if (evictions_ > 0) {
-      eviction_stride_ = odd_lines(evictions_ * 8 * (evictions_by_lane_ ? header.warp_size : 1));
+      eviction_stride_ = odd_lines(evictions_ * evicted_bytes() * (evictions_by_lane_ ? header.warp_size : 1));
       eviction_ = place((evictions_by_lane_ ? warps : rays) * eviction_stride_);
     }
     pixel_ = place(std::uint64_t{header.width} * header.height * 16);
@@ -54,19 +55,24 @@ class AddressMap {
     }
   }
   std::uint64_t gaussian(std::uint64_t id) const { return gaussian_ + id * header_.gaussian_record_bytes; }
+  /// A hit in a leaf, whose address is in units, times 64: a record for each.
+  std::uint64_t record_of_hit(std::uint64_t leaf) const { return gaussian(leaf / 64 % header_.gaussians); }
+  std::uint64_t evicted_bytes() const { return words_ * 4; }
+  unsigned words() const { return words_; }  ///< of an entry of a k-buffer
   /// leaf: address of the box in units, times 64.
   std::uint64_t shape(std::uint64_t leaf) const { return shape_ + leaf / 64 * 48; }
   std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
   std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
   std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
-    if (k_by_ray_) return k_buffer_ + (ray(sm, slot, lane) * k_ + entry) * 8 + field * 4;
-    return k_buffer_ + (((warp(sm, slot) * k_ + entry) * 2 + field) * header_.warp_size + lane) * 4;
+    if (k_by_ray_) return k_buffer_ + (ray(sm, slot, lane) * k_ + entry) * words_ * 4 + field * 4;
+    return k_buffer_ + (((warp(sm, slot) * k_ + entry) * words_ + field) * header_.warp_size + lane) * 4;
   }
   std::uint64_t eviction(unsigned sm, unsigned slot, unsigned lane, std::uint64_t entry) const {
     if (evictions_by_lane_) {
-      return eviction_ + warp(sm, slot) * eviction_stride_ + (entry % evictions_ * header_.warp_size + lane) * 8;
+      return eviction_ + warp(sm, slot) * eviction_stride_ +
+             (entry % evictions_ * header_.warp_size + lane) * evicted_bytes();
     }
-    return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * 8;
+    return eviction_ + ray(sm, slot, lane) * eviction_stride_ + entry % evictions_ * evicted_bytes();
   }
   /// list: one of the two buffers, or a bin.
   std::uint64_t checkpoint(unsigned sm, unsigned slot, unsigned lane, unsigned list, std::uint64_t entry) const {
@@ -98,6 +104,7 @@ class AddressMap {
   std::uint64_t stack_sectors_, entry_bytes_;
   bool k_by_ray_, evictions_by_lane_;
   std::uint64_t lists_ = 2;
+  unsigned words_ = 2;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
   std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0,
                 stack_ = 0;

@@ -46,7 +46,8 @@ struct AnyHitBatch {
     unsigned lane;
     traces::LeafOutcome outcome;
     unsigned shifts;
-    std::uint64_t leaf;  ///< address of the node
+    std::uint64_t leaf;   ///< address of the node; bounded by opacity that of the instance that it is in, if it is
+    unsigned hidden = 0;  ///< entries that leave
   };
   unsigned slot = 0, round = 0;
   std::vector<Call> calls;   ///< lowest lane first

@@ -122,6 +122,55 @@ TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
   }
 }
 
+// Traces whose hits hide others: shaders that compute alphas, heaps from which entries leave, warps that walk together.
+TEST(PlainGpuBound, AgreesWhereHitsHideOthers) {
+  using frontend::AccelKind;
+  const std::vector<std::string> heaps = {"rt.gaussian.enabled=true", "rt.any_hit_unit.enabled=true"};
+  const std::vector<std::string> walk = {"rt.traversal=warp", "rt.warp_buffer.spill=true", "rt.warp_stack.ahead=4"};
+  std::vector<std::string> both = heaps;
+  both.insert(both.end(), walk.begin(), walk.end());
+  struct Case {
+    AccelKind accel;
+    bool checkpoint;
+    unsigned k, ahead;
+    std::vector<std::string> settings;
+  };
+  const Case cases[] = {{AccelKind::tri20, false, 8, 1, {"rt.any_hit.timeout=3"}},
+                        {AccelKind::tlas_tri20, false, 16, 1, {"simt.k_buffer_layout=by_ray"}},
+                        {AccelKind::tri20, true, 4, 1, {"simt.eviction_layout=by_lane"}},
+                        {AccelKind::tlas_tri20, true, 8, 1, {}},
+                        {AccelKind::box, false, 32, 1, {"simt.cost.any_hit_bound=0"}},
+                        {AccelKind::tlas_box, true, 8, 1, {"simt.dependent_loads=false"}},
+                        {AccelKind::ellipsoid, false, 16, 1, heaps},
+                        {AccelKind::tlas_sphere, true, 6, 1, heaps},
+                        {AccelKind::ellipsoid, false, 64, 8, both},
+                        {AccelKind::tri20, false, 16, 4, walk}};
+  const frontend::Scene scene =
+      grtx::test::random_scene(71, {.count = 400, .log_scale_mean = -1.8, .opacity_high = 0.99, .sh_degree = 1});
+  for (const Case& c : cases) {
+    frontend::TracerOptions options;
+    options.opacity_bound = frontend::OpacityBound::on;
+    options.checkpoint = c.checkpoint;
+    options.k = c.k;
+    options.ahead = c.ahead;
+    const traces::testing::TemporaryFile file("plain");
+    test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 1.2), 32, 16, c.accel, options);
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", c.settings);
+    const std::string what = frontend::accel_name(c.accel) + fmt::format(" k {} ahead {}", c.k, c.ahead);
+    EXPECT_EQ(differences(file.path(), config), "") << what;
+    const traces::Reader reader(file.path());
+    traces::RayGroup group;
+    std::uint64_t hidden = 0;
+    for (std::uint64_t g = 0; g < reader.group_count(); ++g) {
+      reader.read(g, group);
+      for (const traces::Ray& ray : group.rays) {
+        for (const traces::Event& event : ray.events) hidden += event.hidden();
+      }
+    }
+    EXPECT_GT(hidden, 0u) << what;
+  }
+}
+
 TEST(PlainGpuList, AgreesOnListsLongAndShort) {
   const frontend::Scene scene = grtx::test::random_scene(66, {.count = 400, .sh_degree = 1});
   frontend::TracerOptions options;

@@ -126,6 +126,8 @@ class RtUnit {
     s.add(p + "any_hit.unit.entered", heap_entered_);
     s.add(p + "any_hit.unit.busy_cycles", heap_busy_);
     s.add(p + "any_hit.unit.wait_cycles", heap_wait_);
+    s.add(p + "any_hit.unit.bounded", heap_bounded_);
+    s.add(p + "any_hit.unit.hidden", heap_hidden_);
     s.add(p + "checkpoint.entries_written", entries_written_);
     s.add(p + "checkpoint.entries_read", entries_read_);
     s.add(p + "checkpoint.sectors_written", sectors_written_);
@@ -182,7 +184,7 @@ class RtUnit {
     const traces::Ray* ray = nullptr;
     std::size_t next = 0, end = 0;  // events of the round
     Cycle waiting_since = 0;        // any-hit
-    unsigned heap = 0;              // entries of its heap
+    int heap = 0;                   // hits that entered its heap less those that left
     std::deque<AnyHitBatch::Call> delayed;
     // checkpoint unit
     unsigned to_write = 0;  // entries submitted, not yet taken
@@ -355,7 +357,7 @@ class RtUnit {
       if (config_.any_hit_unit.enabled) return to_heap(name);
       if (delayed()) {
         lane.delayed.push_back({name.second, e.outcome(), e.shifts(), e.node * std::uint64_t{64}});
-        return finish_event(name, e.checkpoints);
+        return finish_event(name, e.written());
       }
       lane.state = State::any_hit_wait;
       lane.waiting_since = now_;
@@ -498,7 +500,7 @@ class RtUnit {
       max_depth_ = std::max(max_depth_, ++lane.depth);
       lane.taken = std::uint64_t{event(lane).node} * unit();
     }
-    finish_event(name, event(lane).checkpoints);
+    finish_event(name, event(lane).written());
   }
 
   // --- 4 issue -----------------------------------------------------------------------------------------------------
@@ -702,7 +704,7 @@ class RtUnit {
         Warp& warp = warps_[w];
         if (!warp.used || warp.slot != done.slot) continue;
         warp.shader_busy = false;
-        for (const auto& call : done.calls) finish_event({w, call.lane}, event(warp.lanes[call.lane]).checkpoints);
+        for (const auto& call : done.calls) finish_event({w, call.lane}, event(warp.lanes[call.lane]).written());
         if (walks()) {
           for (const auto& call : done.calls) walk_next_hit({w, call.lane});
         }
@@ -785,9 +787,24 @@ class RtUnit {
     Lane& lane = this->lane(name);
     const modules::AnyHitUnit::Config& unit = config_.any_hit_unit;
     const traces::LeafOutcome outcome = event(lane).outcome();
-    if (outcome == traces::LeafOutcome::inserted) return unit.latency + unit.level_latency * depth(lane.heap + 1);
-    if (outcome != traces::LeafOutcome::displaced) return unit.latency;
-    return unit.latency + unit.level_latency * (1 + depth(header_.k));
+    const auto held = [&](int entries) {
+      return static_cast<unsigned>(std::min(std::max(entries, 1), int(header_.k)));
+    };
+    int entries = lane.heap;
+    unsigned cycles = unit.latency;
+    if (outcome == traces::LeafOutcome::inserted) {
+      cycles += unit.level_latency * depth(held(++entries));
+    } else if (outcome == traces::LeafOutcome::displaced) {
+      cycles += unit.level_latency * (1 + depth(header_.k));
+    } else {
+      return cycles;
+    }
+    if (header_.opacity_bound == traces::OpacityBound::off) return cycles;
+    cycles += unit.bound_latency;
+    for (unsigned left = event(lane).hidden(); left > 0; --left) {
+      cycles += unit.latency + unit.level_latency * (1 + depth(held(entries--)));
+    }
+    return cycles;
   }
   void serve_heaps() {
     std::vector<HeapHit> done;
@@ -807,10 +824,15 @@ class RtUnit {
       const bool enters = outcome == traces::LeafOutcome::inserted || outcome == traces::LeafOutcome::displaced;
       heap_entered_ += enters ? 1 : 0;
       if (outcome == traces::LeafOutcome::inserted) ++lane.heap;
+      if (enters && header_.opacity_bound == traces::OpacityBound::on) {
+        ++heap_bounded_;
+        heap_hidden_ += event(lane).hidden();
+        lane.heap -= static_cast<int>(event(lane).hidden());
+      }
       if (header_.checkpoint && outcome != traces::LeafOutcome::inserted && outcome != traces::LeafOutcome::ignored) {
         fallen_out_.push_back(hit.lane);
       } else {
-        finish_event(hit.lane, event(lane).checkpoints);
+        finish_event(hit.lane, event(lane).written());
         if (walks()) walk_next_hit(hit.lane);
       }
     }
@@ -819,8 +841,8 @@ class RtUnit {
     fallen_out_.pop_front();
     const Warp& warp = warps_[name.first];
     const traces::Event& e = event(lane(name));
-    messages_.batches.push(now_, {warp.slot, warp.round, {{name.second, e.outcome(), e.shifts(), 0}}});
-    finish_event(name, e.checkpoints);
+    messages_.batches.push(now_, {warp.slot, warp.round, {{name.second, e.outcome(), e.shifts(), 0, 0}}});
+    finish_event(name, e.written());
   }
   void fire(Warp& warp, bool late) {
     warp.shader_busy = true;
@@ -831,7 +853,14 @@ class RtUnit {
       if (lane.state != State::any_hit_wait) continue;
       lane.state = State::any_hit_run;
       since = std::min(since, lane.waiting_since);
-      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts(), event(lane).node * std::uint64_t{64}});
+      std::uint64_t leaf = event(lane).node;
+      for (std::size_t e = lane.next;
+           header_.two_level && header_.opacity_bound == traces::OpacityBound::on && e > 0;) {
+        if (lane.ray->events[--e].kind() != traces::EventKind::visit_instance) continue;
+        leaf = lane.ray->events[e].node;
+        break;
+      }
+      batch.calls.push_back({l, event(lane).outcome(), event(lane).shifts(), leaf * 64, event(lane).hidden()});
       any_hit_calls_ += traces::calls_any_hit(event(lane).outcome()) ? 1 : 0;
     }
     ++any_hit_batches_;
@@ -921,7 +950,7 @@ class RtUnit {
         return;
       case EventKind::cull:
         --lane.depth;
-        finish_event(name, e.checkpoints);
+        finish_event(name, e.written());
         return;
       default:
         read_entry(name);
@@ -1105,7 +1134,7 @@ class RtUnit {
         lane.source = written_before_[{call.slot, l}];
         if (header_.checkpoint && binned()) begin_bins({w, l}, ray);
         lane.depth = ray.rounds[call.round].replay ? 0 : 1;
-        lane.heap = ray.rounds[call.round].preloaded;
+        lane.heap = static_cast<int>(ray.rounds[call.round].preloaded);
         lane.state = lane.next == lane.end ? State::finished : State::ready;
       }
       if (walks()) walk_begin(warp);
@@ -1346,6 +1375,7 @@ class RtUnit {
   bool boxes_ = false;                      ///< a shader tests what lies in a leaf
   std::vector<std::deque<HeapHit>> heaps_;  // [heap logic]
   std::deque<LaneName> fallen_out_;
+  std::uint64_t heap_bounded_ = 0, heap_hidden_ = 0;
   std::uint64_t heap_hits_ = 0, heap_entered_ = 0, heap_busy_ = 0, heap_wait_ = 0;
   std::uint64_t any_hit_calls_ = 0, any_hit_batches_ = 0, any_hit_lanes_ = 0, any_hit_timeouts_ = 0, any_hit_wait_ = 0;
   std::uint64_t entries_written_ = 0, entries_read_ = 0, sectors_written_ = 0, sectors_read_ = 0;

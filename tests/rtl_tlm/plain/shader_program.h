@@ -55,7 +55,10 @@ class ShaderProgram {
   }
 
   Phase prologue() const { return {PhaseKind::prologue, costs_.raygen_prologue, {}, {}, 0, 0, {}, 0}; }
-  Phase trace_call() const { return {PhaseKind::trace_call, costs_.trace_call, {}, {}, 0, 0, {}, 0}; }
+  Phase trace_call() const {
+    const std::uint64_t end = header_.opacity_bound == traces::OpacityBound::on ? costs_.any_hit_bound : 0;
+    return {PhaseKind::trace_call, costs_.trace_call + end, {}, {}, 0, 0, {}, 0};
+  }
 
   /// The first phase of a round when the trace has checkpoints, and what a round begins with when it has none.
   Phase evict_move(unsigned round, ShaderCounts& counts) {
@@ -94,7 +97,7 @@ class ShaderProgram {
       ++counts.ray_rounds;
       counts.eviction_moves += preloaded;
       lanes_[l].evicted -= preloaded;
-      lanes_[l].filled = preloaded;
+      lanes_[l].filled = static_cast<std::int64_t>(preloaded);
     });
   }
 
@@ -174,7 +177,7 @@ class ShaderProgram {
         counts.heap_cycles += taken_out(r.processed_count);
         return;
       }
-      const bool adds_up = lanes_[l].filled == r.k_count;
+      const bool adds_up = lanes_[l].filled == static_cast<std::int64_t>(r.k_count);
       if (!adds_up && begin == 0 && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
     });
     const std::uint64_t coefficients = (header_.sh_degree + 1) * (header_.sh_degree + 1);
@@ -198,7 +201,8 @@ class ShaderProgram {
         Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
         for_active(round, [&](unsigned l) {
           if (entry(l) == nullptr) return;
-          if (!heap_.alpha) record.touch(map_.gaussian(entry(l)->gaussian), header_.gaussian_record_bytes);
+          if (!heap_.alpha && !bounded())
+            record.touch(map_.gaussian(entry(l)->gaussian), header_.gaussian_record_bytes);
           ++counts.processed;
         });
       }
@@ -212,7 +216,7 @@ class ShaderProgram {
           blended = true;
         });
       }
-      phase.instructions += (heap_.alpha ? costs_.blend_with_alpha : costs_.blend_per_entry) +
+      phase.instructions += (heap_.alpha || bounded() ? costs_.blend_with_alpha : costs_.blend_per_entry) +
                             (blended ? (costs_.sh_per_coefficient + unpack) * coefficients : 0);
     }
     if (list && most > end) return phase;
@@ -238,7 +242,7 @@ class ShaderProgram {
 
  private:
   struct Lane {
-    std::uint64_t filled = 0;     ///< k-buffer entries
+    std::int64_t filled = 0;      ///< hits that entered the k-buffer less those that left
     std::uint64_t evicted = 0;    ///< eviction buffer entries
     std::uint64_t processed = 0;  ///< entries of the rounds before
     std::uint64_t listed = 0;     ///< delayed hits of the round that have been read
@@ -279,7 +283,7 @@ class ShaderProgram {
   template <typename F>
   void k_buffer(Phase& phase, bool write, F&& lanes) const {
     if (heap_.enabled) return;
-    for (unsigned field = 0; field < 2; ++field) {
+    for (unsigned field = 0; field < map_.words(); ++field) {
       Instruction instruction(write ? phase.stores : phase.loads,
                               write ? phase.store_instructions : phase.load_instructions, Region::k_buffer, write);
       lanes([&](unsigned lane, std::uint64_t entry) {
@@ -292,7 +296,9 @@ class ShaderProgram {
     if (costs_.eviction_traffic == modules::TrafficCharging::uncharged) return;
     Instruction instruction(write ? phase.stores : phase.loads,
                             write ? phase.store_instructions : phase.load_instructions, Region::eviction, write);
-    lanes([&](unsigned lane, std::uint64_t entry) { instruction.touch(map_.eviction(sm_, slot_, lane, entry), 8); });
+    lanes([&](unsigned lane, std::uint64_t entry) {
+      instruction.touch(map_.eviction(sm_, slot_, lane, entry), map_.evicted_bytes());
+    });
   }
   /// Cycles in which a heap of so many entries is emptied: each time the last entry takes the first one's place.
   Cycle taken_out(unsigned entries) const {
@@ -303,6 +309,8 @@ class ShaderProgram {
     }
     return cycles;
   }
+  /// Shaders take the hits, and add up their opacities.
+  bool bounded() const { return header_.opacity_bound == traces::OpacityBound::on && !heap_.enabled; }
   bool delayed() const { return header_.any_hit == traces::AnyHit::delayed && !heap_.enabled; }
   /// Each call's hit is the next of its lane's list in memory, which the RT unit has written.
   void read_list(const std::vector<AnyHitBatch::Call>& calls, Phase& phase) {
@@ -321,6 +329,9 @@ class ShaderProgram {
     unsigned lane;
     std::vector<std::uint64_t> reads, writes;
     bool evicts;
+    bool enters = false;
+    unsigned hidden = 0;
+    std::uint64_t leaf = 0;
   };
   /// step_ends: whether a step of loads ends behind an iteration.
   template <typename F>
@@ -331,6 +342,7 @@ class ShaderProgram {
       for (const Walk& w : walks) calls.push_back({w.lane, {}, 0, 0});
       read_list(calls, phase);
     }
+    if (bounded()) bound(shifts, walks, phase);
     for (const bool store : {false, true}) {
       std::size_t most = 0;
       for (const Walk& w : walks) most = std::max(most, store ? w.writes.size() : w.reads.size());
@@ -356,13 +368,29 @@ class ShaderProgram {
     counts.any_hit_calls += walks.size();
     return phase;
   }
+  /// Hits that enter need their alpha, which the Gaussian's record gives; all words of entries are moved.
+  void bound(std::uint64_t shifts, const std::vector<Walk>& walks, Phase& phase) {
+    phase.instructions += shifts;
+    Instruction record(phase.loads, phase.load_instructions, Region::gaussian, false);
+    bool enters = false;
+    std::uint64_t hidden = 0;
+    for (const Walk& w : walks) {
+      if (!w.enters) continue;
+      enters = true;
+      hidden = std::max<std::uint64_t>(hidden, w.hidden);
+      record.touch(map_.record_of_hit(w.leaf), header_.gaussian_record_bytes);
+    }
+    if (enters)
+      phase.instructions += costs_.blend_per_entry - costs_.blend_with_alpha + costs_.any_hit_bound * (1 + hidden);
+  }
   Phase any_hit_multi(const AnyHitBatch& batch, ShaderCounts& counts) {
     using traces::LeafOutcome;
     std::vector<Walk> walks;
     std::uint64_t most_shifts = 0;
     for (const AnyHitBatch::Call& call : batch.calls) {
       Lane& lane = lanes_[call.lane];
-      const std::uint64_t f = lane.filled, s = call.shifts, after = std::min<std::uint64_t>(f + 1, header_.k);
+      const auto f = static_cast<std::uint64_t>(std::clamp<std::int64_t>(lane.filled, 0, header_.k));
+      const std::uint64_t s = call.shifts, after = std::min<std::uint64_t>(f + 1, header_.k);
       most_shifts = std::max(most_shifts, s);
       Walk walk{call.lane, {}, {}, false};
       const bool enters = call.outcome == LeafOutcome::inserted || call.outcome == LeafOutcome::displaced;
@@ -370,7 +398,10 @@ class ShaderProgram {
       for (std::uint64_t i = 0; i < reads; ++i) walk.reads.push_back(f - 1 - i);
       if (enters) {
         for (std::uint64_t i = 0; i < std::min(s + 1, after); ++i) walk.writes.push_back(after - 1 - i);
-        lane.filled = after;
+        lane.filled += (call.outcome == LeafOutcome::inserted ? 1 : 0) - static_cast<std::int64_t>(call.hidden);
+        walk.enters = true;
+        walk.hidden = call.hidden;
+        walk.leaf = call.leaf;
       }
       walk.evicts =
           header_.checkpoint && (call.outcome == LeafOutcome::displaced || call.outcome == LeafOutcome::rejected);
@@ -385,18 +416,19 @@ class ShaderProgram {
     std::size_t sinks = 0;  ///< reads of the displacing lane that reads most
     for (const AnyHitBatch::Call& call : batch.calls) {
       Lane& lane = lanes_[call.lane];
-      const std::uint64_t f = lane.filled, s = call.shifts, k = header_.k;
+      const auto f = static_cast<std::uint64_t>(lane.filled);
+      const std::uint64_t s = call.shifts, k = header_.k;
       std::uint64_t shifts = s;
       Walk walk{call.lane, {}, {}, false};
       if (call.outcome == LeafOutcome::inserted && f + 1 < k) {
         walk.writes = {f};
-        lane.filled = f + 1;
+        lane.filled = static_cast<std::int64_t>(f + 1);
       } else if (call.outcome == LeafOutcome::inserted) {  // a heap is made of the full buffer
         for (std::uint64_t i = 0; i + 1 < k; ++i) walk.reads.push_back(i);
         walk.writes.push_back(f);
         for (std::uint64_t i = 0; i < s; ++i) walk.writes.push_back(i);
         shifts = std::max(s, k / 2);
-        lane.filled = k;
+        lane.filled = static_cast<std::int64_t>(k);
       } else if (call.outcome == LeafOutcome::displaced) {
         // Down the leftmost path; what would lie behind the last entry is the last entry.
         walk.reads = {0};

@@ -27,6 +27,8 @@ struct AnyHitUnitCounters {
   std::uint64_t busy_cycles = 0;  ///< heap logic x cycles
   std::uint64_t wait_cycles = 0;  ///< cycles that hits waited for their heap logic
   std::uint64_t answers = 0;      ///< hits answered
+  std::uint64_t bounded = 0;      ///< with opacity_bound: hits whose opacity was added
+  std::uint64_t hidden = 0;       ///< and entries that left heaps because of it
 };
 
 struct AnyHitCounters {

@@ -11,11 +11,15 @@ namespace grtx::modules {
 
 struct AnyHitUnitConfig : HitHeap {
   unsigned count = 32;
+  unsigned bound_latency = 2;
   void parameters(ParameterList& list) {
     HitHeap::parameters(list);
     list.add("count", count, {1, kMaxLanes}, "heaps",
              "heap logic of an RT unit: lane l of each warp uses number l mod count",
              assumed("this project: one for each lane; GauTracer does not say"));
+    list.add("bound_latency", bound_latency, {0, kMaxLatency}, "cycles",
+             "a trace with opacity_bound: the opacity of a hit that enters is added and compared",
+             assumed("this project: one cycle for the table, one for sum and comparison"));
   }
 };
 /// What the part brings to the table of all parts.

@@ -29,8 +29,9 @@ class AnyHitUnitTest : public SystemCTest {};
 struct Bench final : warp_buffer_if, any_hit_client_if {
   using Answers = std::vector<std::pair<Cycle, unsigned>>;  ///< cycle and lane
 
-  Bench(const AnyHitUnit::Config& config, unsigned k, bool evicts, const std::vector<LeafOutcome>& outcomes)
-      : table(1), unit("unit", config, 1, k, evicts) {
+  Bench(const AnyHitUnit::Config& config, unsigned k, bool evicts, const std::vector<LeafOutcome>& outcomes,
+        bool bounded = false)
+      : table(1), unit("unit", config, 1, k, evicts, bounded) {
     group.rays.resize(outcomes.size());
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       traces::Event event;
@@ -52,6 +53,8 @@ struct Bench final : warp_buffer_if, any_hit_client_if {
     table.accept(0, call);
     table.move(0, call.lanes, LaneState::ready, LaneState::in_unit);
   }
+  /// The lane's hit hides so many entries.
+  void hide(unsigned lane, std::uint8_t entries) { table.lane(lane).event.checkpoints = entries; }
   WarpTable& warps() override { return table; }
   void any_hit_done(Cycle, const AnyHitDone& done) override {
     EXPECT_EQ(done.slot, 5U);
@@ -98,6 +101,37 @@ TEST_F(AnyHitUnitTest, EachHitTakesItsOwnTimeInTheHeapOfItsLane) {
   EXPECT_EQ(counters.entered, 2U);
   EXPECT_EQ(counters.busy_cycles, 6U + 12 + 2 + 2);
   EXPECT_EQ(counters.wait_cycles, 0U);
+}
+
+// Opacity is added to what enters, and what is hidden leaves heaps of 9 and 8 entries, or of one that stays.
+TEST_F(AnyHitUnitTest, BoundedByOpacityHitsTakeTheTimeOfWhatTheyHide) {
+  Bench bench(heaps(32), 16, false, {LeafOutcome::inserted, LeafOutcome::displaced, LeafOutcome::rejected}, true);
+  const HitHeap heap;
+  for (unsigned lane = 0; lane < 2; ++lane) bench.hide(lane, 2);
+  bench.unit.begin_lane(0, 8);
+  bench.unit.begin_lane(1, 16);
+  for (LaneId id = 0; id < 3; ++id) bench.unit.arrive(10, id);
+  bench.now = 10;
+  bench.run_until(80);
+  const Cycle inserted = heap.insertion(9) + 2 + heap.displacement(9) + heap.displacement(8);
+  const Cycle displaced = heap.displacement(16) + 2 + heap.displacement(16) + heap.displacement(15);
+  EXPECT_EQ(inserted, 8U + 2 + 10 + 10);
+  EXPECT_EQ(bench.answers, (Bench::Answers{{12, 2}, {10 + inserted, 0}, {10 + displaced, 1}}));
+  const AnyHitUnitCounters counters = bench.unit.counters().unit;
+  EXPECT_EQ(counters.bounded, 2U);
+  EXPECT_EQ(counters.hidden, 4U);
+  EXPECT_EQ(counters.busy_cycles, inserted + displaced + 2);
+}
+
+TEST_F(AnyHitUnitTest, BoundedByOpacityItHasATableAndSums) {
+  const auto bits = [](const AnyHitUnit& unit) {
+    std::uint64_t sum = 0;
+    for (const Storage& storage : unit.inventory().storage) sum += storage.bits;
+    return sum;
+  };
+  AnyHitUnit without("without", heaps(32), 8, 16, false, false), with("with", heaps(32), 8, 16, false, true);
+  EXPECT_EQ(bits(with), bits(without) + 8 * 32 * 32) << "a sum and an end of 16 bits a lane";
+  EXPECT_EQ(with.inventory().operators.size(), without.inventory().operators.size() + 4);
 }
 
 TEST_F(AnyHitUnitTest, LanesThatShareTheirLogicWaitForEachOther) {
