@@ -138,9 +138,10 @@ Inventory AnyHitUnit::inventory() const {
   if (!bounded_) return inventory;
   // For each lane the sum of its heap's opacities and that at which its ray ends.
   inventory.storage.push_back({"opacity", StorageKind::ram, lanes * 2 * kOpacityBits, 1, 1, false, 2 * kOpacityBits});
-  // For each heap logic 1 - alpha, a table of 256 constants of 10 bits, and an adder and a comparator for the sum.
+  // For each heap logic 1 - alpha, a table of 256 constants of 10 bits (a multiplexer of two constants is a wire), an
+  // adder for the sum, one for the sum without the root, and a comparator.
   inventory.operators.push_back({"fp_add", 32, config_.count});
-  inventory.operators.push_back({"mux", 10, 255 * std::uint64_t{config_.count}});
+  inventory.operators.push_back({"mux", 10, 127 * std::uint64_t{config_.count}});
   inventory.operators.push_back({"int_add", kOpacityBits, 2 * std::uint64_t{config_.count}});
   inventory.operators.push_back({"int_compare", kOpacityBits, config_.count});
   return inventory;
@@ -168,7 +169,7 @@ PartInfo part_info(const AnyHitUnitConfig&) {
                   .off_by_default = true},
                  {.name = "rt.any_hit_unit.bound",
                   .statistics = {"gpu.rt.any_hit.unit.bounded", "gpu.rt.any_hit.unit.hidden"},
-                  .terms = {uses("fp_add", 32), uses("mux", 10, 255), uses("int_add", kOpacityBits, 2),
+                  .terms = {uses("fp_add", 32), uses("mux", 10, 127), uses("int_add", kOpacityBits, 2),
                             uses("int_compare", kOpacityBits), reads("any_hit_unit", "opacity"),
                             writes("any_hit_unit", "opacity")},
                   .basis = "opacities of hits that enter heaps or leave them because of it",
