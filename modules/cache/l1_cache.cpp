@@ -63,6 +63,7 @@ void L1Cache::restart(Caches caches) {
   banks_taken_ = version_ = 0;
   next_request_ = next_response_ = kNever;
   mshr_counted_ = 0;
+  ticked_ = kNever;
   dirty_at_start_ = tags_.count_dirty();
   counters_ = {};
 }
@@ -82,6 +83,8 @@ void L1Cache::load(StateReader& state) {
 // The most frequently called function of the model. What it always does is inlined, what it seldom does is not: its
 // instructions stay in the host's cache.
 Cycle L1Cache::tick(Cycle now) {
+  if (now == ticked_) return next_due(now);  // read_at_once() has called it
+  ticked_ = now;
   // Before the requests, so that a sector filled in this cycle hits in this cycle.
   if (up_.next_visible() <= now) take_response(now);
   take_requests(now);
@@ -202,17 +205,38 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
   if (!present && !config_.perfect) return accept_miss(now, port, access, slot);
 
   answer_hit(now, port, access);
+  count_hit(access, slot, sector, present);
+  return true;
+}
+
+inline void L1Cache::count_hit(const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector,
+                               bool present) {
   if (present) tags_.touch(slot);
   if (access.prefetch) {
     ++counters_.prefetches;
     ++counters_.prefetches_redundant;
-    return true;
+    return;
   }
   RegionCounters& region = counters_.region[index(access.region)];
   ++region.reads;
   ++region.hits;
   if (present) reference(slot, sector);
-  return true;
+}
+
+ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
+  constexpr unsigned kClient = 0;
+  if (ticked_ != now) alarm_.request(tick(now));
+  const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
+  const std::uint8_t sector = tags_.sector_bit(access.address);
+  const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
+  if (present || config_.perfect) {
+    count_hit(access, slot, sector, present);
+    ++counters_.responses;
+    return ReadAtOnce::hit;
+  }
+  if (!accept_miss(now, kClient, access, slot)) return ReadAtOnce::refused;
+  alarm_.request(next_due(now));
+  return ReadAtOnce::under_way;
 }
 
 // slot: the line, which is present without the sector, or kNone.
@@ -440,6 +464,10 @@ void L1Cache::dump_state(std::ostream& out) const {
         << c.fills.size() << '\n';
   }
   mshrs_.dump_state(out);
+}
+
+ReadAtOnce L1CacheModule::read_at_once(Cycle /*now*/, const MemoryRequest& /*sector*/) {
+  throw Error("L1", name(), "does not answer in the cycle of the request, which rt.memory.l1_hit_latency needs");
 }
 
 void L1CacheModule::save(StateWriter& /*state*/) const { refuse_state(*this); }

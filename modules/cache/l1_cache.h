@@ -52,6 +52,7 @@ class L1Cache final : public L1CacheModule {
   void dump_state(std::ostream& out) const override;
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
+  ReadAtOnce read_at_once(Cycle now, const MemoryRequest& sector) override;
   const Config& config() const { return config_; }
 
  private:
@@ -90,6 +91,7 @@ class L1Cache final : public L1CacheModule {
   void take_from(Cycle now, unsigned client, bool& won);
   // access: as at the port; who asks is `port`, whatever the request says.
   bool accept(Cycle now, unsigned port, const MemoryRequest& access);
+  void count_hit(const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector, bool present);
   bool accept_read(Cycle now, unsigned port, const MemoryRequest& access);
   bool accept_miss(Cycle now, unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot);
   bool accept_write(Cycle now, unsigned port, const MemoryRequest& access);
@@ -147,6 +149,7 @@ class L1Cache final : public L1CacheModule {
   Cycle next_request_ = kNever;   ///< next cycle with a request at the head of a client's port
   Cycle next_response_ = kNever;  ///< the earliest of response_due_
   Cycle mshr_counted_ = 0;
+  Cycle ticked_ = kNever;  ///< the cycle of the last tick
   std::uint64_t dirty_at_start_ = 0;
   L1Counters counters_;
 };

@@ -12,12 +12,13 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_if.h"
 #include "grtx/modules/messages/memory_request.h"
+#include "grtx/modules/messages/read_at_once_if.h"
 
 namespace grtx::modules {
 
 /// An L1 as the SM sees it: every request gets exactly one response with its tag, in any order. An implementation that
 /// needs no clock may ignore it.
-class L1CacheModule : public ClockedModule {
+class L1CacheModule : public ClockedModule, public read_at_once_if {
  public:
   sc_core::sc_vector<LinkIn<MemoryRequest>> request;     ///< [client], consumed here
   sc_core::sc_vector<LinkOut<MemoryResponse>> response;  ///< [client], produced here
@@ -34,6 +35,8 @@ class L1CacheModule : public ClockedModule {
   /// cache, load() a newly constructed one.
   virtual void save(StateWriter& state) const;
   virtual void load(StateReader& state);
+  /// Needed where rt.memory.l1_hit_latency is set; refuses unless overridden.
+  ReadAtOnce read_at_once(Cycle now, const MemoryRequest& sector) override;
 
  protected:
   L1CacheModule(const char* name, ClockDomain& clock, unsigned clients) = delete;  ///< see ClockedModule

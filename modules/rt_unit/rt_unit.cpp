@@ -221,6 +221,7 @@ void RtUnit::bind_parts() {
   if (fetches_nodes()) {
     memory_->request.bind(node_request);
     memory_->response.bind(node_response);
+    if (config_.memory.asks_at_once()) memory_->l1_reads.bind(node_reads);
   } else {
     memory_->batch.bind(node_fetch);
     memory_->batch_done.bind(node_fetch_done);

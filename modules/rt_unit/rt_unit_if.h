@@ -14,6 +14,7 @@
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/read_at_once_if.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/rt_unit_config.h"
 #include "grtx/modules/rt_unit/rt_unit_counters.h"
@@ -32,6 +33,8 @@ class RtUnitModule : public ClockedModule {
   /// L1 client for node fetches; bound when fetches_nodes().
   OptionalLinkOut<MemoryRequest> node_request{"node_request"};
   OptionalLinkIn<MemoryResponse> node_response{"node_response"};
+  /// The L1 itself, bound where rt.memory.l1_hit_latency asks it in the cycle of the request.
+  OptionalReadAtOnce node_reads{"node_reads"};
   /// To and from the SIMT core; used if the shaders fetch the nodes, i.e. when not fetches_nodes().
   OptionalLinkOut<NodeFetchBatch> node_fetch{"node_fetch"};
   OptionalLinkIn<NodeFetchDone> node_fetch_done{"node_fetch_done"};

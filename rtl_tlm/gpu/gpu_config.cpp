@@ -77,6 +77,9 @@ void GpuConfig::parameters(modules::ParameterList& list) {
       "gpu.rt_units", [this] { return rt_units <= resident(); },
       "must not be more than gpu.resident_warps, or than the warps whose registers an SM holds");
   list.rule(
+      "rt.memory.l1_hit_latency", [this] { return !rt.memory.asks_at_once() || rt_units == 1; },
+      "needs gpu.rt_units = 1: the L1 answers one RT unit in the cycle of its request");
+  list.rule(
       "l1.latency", [this] { return l1.latency >= sm_links.l1_latency; }, "must not be shorter than l1.link_latency");
   list.rule(
       "crossbar.latency", [this] { return crossbar.latency >= links.latency; },

@@ -43,6 +43,9 @@ decltype(SmParts::node_port) node_port_of(const SmConfig& config, const SmParts&
   if (parts.node_port && config.rt.memory.by_shader) {
     throw Error("parts", "node_port", "needs rt.memory.by_shader = false: the RT unit has no node port");
   }
+  if (parts.node_port && config.rt.memory.asks_at_once()) {
+    throw Error("parts", "node_port", "needs rt.memory.l1_hit_latency = 10000: else the L1 is asked past it");
+  }
   return parts.node_port;
 }
 
@@ -50,7 +53,7 @@ decltype(SmParts::node_port) node_port_of(const SmConfig& config, const SmParts&
 
 Sm::Sm(const sc_core::sc_module_name& name, const SmConfig& config, const traces::Header& header,
        const modules::MemoryMap& map, modules::ClockDomain& clock, std::uint64_t order, const SmParts& parts)
-    : sc_module(name) {
+    : sc_module(name), at_once_(config.rt.memory.asks_at_once()) {
   const unsigned units = config.rt_units;
   make_rt_links(config);
   const L1Clients clients = l1_clients(config, header);
@@ -171,6 +174,7 @@ void Sm::bind_rt_unit(unsigned u, const std::vector<std::string>& clients) {
       port.response.bind(*responses_.at(i));
     }
   }
+  if (at_once_) rt.node_reads.bind(*l1_);
 }
 
 void Sm::bind_node_port(unsigned u, const modules::RtUnitModule::L1Port& port, std::size_t client) {

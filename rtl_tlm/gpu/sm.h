@@ -121,7 +121,8 @@ class Sm final : public sc_core::sc_module {
     LinkPointer<modules::NodeFetchDone> node_fetch_done;
   };
 
-  std::vector<RtLinks> rt_links_;                                     ///< by RT unit
+  bool at_once_;                   ///< the L1 is asked for nodes in the cycle of the request
+  std::vector<RtLinks> rt_links_;  ///< by RT unit
   std::vector<LinkPointer<modules::MemoryRequest>> requests_;         ///< by client of the L1
   std::vector<LinkPointer<modules::MemoryResponse>> responses_;       ///< by client of the L1
   std::vector<LinkPointer<modules::MemoryRequest>> node_requests_;    ///< to units at the node ports, by RT unit

@@ -54,7 +54,10 @@ std::vector<LowerBound> lower_bounds(const GpuCounters& c, const Chain& longest,
   for (const modules::SimtCounters& core : c.simt_of) {
     simt = std::max(simt, divide_up(core.issue_busy_cycles, config.simt.schedulers));
   }
-  for (const modules::L1Counters& l1 : c.l1_of) l1_port = std::max(l1_port, divide_up(l1.accesses(), config.l1.banks));
+  for (const modules::L1Counters& l1 : c.l1_of) {
+    const std::uint64_t without_bank = config.rt.memory.asks_at_once() ? l1.nodes().reads : 0;
+    l1_port = std::max(l1_port, divide_up(l1.accesses() - without_bank, config.l1.banks));
+  }
   for (const modules::L1Counters& l1 : c.l1_of) l1_miss_port = std::max(l1_miss_port, l1.sent_reads + l1.sent_writes);
   for (const modules::L2Counters& l2 : c.l2_of) l2_port = std::max(l2_port, l2.accesses());
   const auto dram = static_cast<Cycle>(std::floor(c.memory.busy_cycles));

@@ -14,7 +14,8 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   // answered as soon as the L2 answers; or joining another warp's miss or a prefetch a cycle before the sector comes.
   const Cycle merged = config.l1.mshr_merges > 1 ? 1 + config.sm_links.l1_latency : modules::kNever;
   const Cycle fastest_answer = std::min({Cycle{config.l1.latency}, Cycle{config.l2.latency}, merged});
-  const Cycle l1_round_trip = 1 + config.sm_links.l1_latency + fastest_answer;
+  const Cycle to_the_l1 = rt.memory.asks_at_once() ? 0 : config.sm_links.l1_latency;
+  const Cycle l1_round_trip = 1 + std::min(to_the_l1 + fastest_answer, Cycle{rt.memory.l1_hit_latency});
   const Cycle fetch = rt.memory.merge_in_flight ? 0 : l1_round_trip;
   internal = fetch + 1 + rt.ray_box.latency;
   instance = fetch + 1 + rt.ray_transform.latency;

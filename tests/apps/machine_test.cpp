@@ -106,8 +106,8 @@ TEST_F(MachineTest, RunNamesItAndTheProjectsMachinesRun) {
 }
 
 TEST_F(MachineTest, MachinesOfOtherGpusRunAndStateWhereEachKeyIsFrom) {
-  for (const std::string machine :
-       {"ada", "ada-share", "blackwell", "blackwell-share", "rdna4", "rdna4-share", "rtx2060", "rtx2060-share"}) {
+  for (const std::string machine : {"ada", "ada-share", "blackwell", "blackwell-share", "rdna4", "rdna4-share",
+                                    "rtx2060", "rtx2060-share", "vulkan-sim"}) {
     const Outcome outcome = folder_.run(std::string("run") + kView + "--machine " + machine + " -o " + machine);
     ASSERT_EQ(outcome.code, 0) << machine << ": " << outcome.err;
     EXPECT_TRUE(json(machine + "/results.json").at("images_identical").get<bool>());

@@ -17,13 +17,28 @@ struct NodeTrafficConfig {
   unsigned instance_leaf_bytes = 128;  ///< 64: only the half that is needed, as other layouts do
   bool blas_header_read = true;        ///< for a visit_instance with detail 0
   bool leaf_descriptor_read = false;
+  unsigned descriptor_wait = 0;  ///< 0: descriptor and leaf are one fetch
+  unsigned header_wait = 0;      ///< 0: instance leaf and header are one fetch
   void parameters(ParameterList& list) {
     list.add("instance_leaf_bytes", instance_leaf_bytes, {64, 128}, "B", "bytes read of an instance leaf, 64 or 128",
              from_public("Vulkan-Sim reads all 128; of other layouts always the part that suffices"));
     list.add("blas_header_read", blas_header_read, "entering a BLAS, or an object's TLAS, also reads its 64 B header",
              from_public("Vulkan-Sim; never in other layouts"));
-    list.add("leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
-             assumed("Vulkan-Sim does; off because it is part of the leaf"));
+    list.add(
+        "leaf_descriptor_read", leaf_descriptor_read, "a primitive leaf's 8 B descriptor is a request of its own",
+        assumed("off because it is part of the leaf; Vulkan-Sim reads it, and the leaf after it (descriptor_wait)"));
+    list.add("descriptor_wait", descriptor_wait, {0, kMaxLatency}, "cycles",
+             "from a leaf's descriptor to the request of the leaf, a fetch of its own; 0: both are one fetch",
+             assumed("0, as the descriptor lies in the leaf; Vulkan-Sim: 4"));
+    list.add(
+        "header_wait", header_wait, {0, kMaxLatency}, "cycles",
+        "from an instance leaf to the request of the header below, a fetch that lanes share; 0: both are one fetch",
+        assumed("0, as the header's address is known with the leaf's; Vulkan-Sim: 8"));
+    list.rule(
+        "descriptor_wait", [this] { return descriptor_wait == 0 || leaf_descriptor_read; },
+        "needs rt.memory.leaf_descriptor_read");
+    list.rule(
+        "header_wait", [this] { return header_wait == 0 || blas_header_read; }, "needs rt.memory.blas_header_read");
     list.rule(
         "instance_leaf_bytes", [this] { return instance_leaf_bytes == 64 || instance_leaf_bytes == 128; },
         "must be 64 or 128");
@@ -64,6 +79,8 @@ class NodeTraffic {
   bool two_level() const { return two_level_; }
   bool header_read() const { return config_.blas_header_read && !sizes_.short_instances(); }
   bool descriptor_read() const { return config_.leaf_descriptor_read; }
+  unsigned descriptor_wait() const { return config_.descriptor_wait; }
+  unsigned header_wait() const { return config_.header_wait; }
   std::uint64_t blas_header() const { return blas_base_; }
   const traces::InstanceLevels& levels() const { return levels_; }
   /// Byte address of the header of the tree below the instance leaf at byte address `leaf`, which must exist.

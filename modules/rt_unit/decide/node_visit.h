@@ -55,17 +55,39 @@ inline bool transforms_leaves(const traces::Header& header) {
   return !header.two_level && traces::has_procedural_leaves(header.accel) && !traces::has_box_leaves(header.accel);
 }
 
+inline bool is_primitive(traces::NodeKind kind) {
+  return kind == traces::NodeKind::triangle || traces::without_width(kind) == traces::NodeKind::procedural;
+}
+
+/// What of a visit one fetch reads: all of it, or one of two reads of which the second waits for the first.
+enum class NodePart : std::uint8_t { whole, first, second };
+
+/// Cycles from the first read of the visit to the second: a leaf behind its descriptor, a header behind its instance
+/// leaf. 0: one fetch reads all.
+inline unsigned wait_of(const NodeVisit& visit, const NodeTraffic& traffic) {
+  if (visit.header) return traffic.header_wait();
+  return is_primitive(visit.kind) ? traffic.descriptor_wait() : 0;
+}
+
 /// The sectors of a visit, in this order: a leaf's descriptor (if it is a separate request), the node, the header.
 class NodeSectors {
  public:
-  NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic)
+  NodeSectors(const NodeVisit& visit, const NodeTraffic& traffic, NodePart part = NodePart::whole)
       : body_(traffic.run(visit.kind, visit.address)),
         lead_(traffic.descriptor_read() && is_primitive(visit.kind) ? 1 : 0),
         tail_(visit.header ? traffic.header_sectors() : 0),
         header_(visit.header ? traffic.header_below(visit.address) : 0),
-        header_region_(traffic.region(traces::NodeKind::internal, header_)) {}
+        header_region_(traffic.region(traces::NodeKind::internal, header_)) {
+    if (part == NodePart::whole) return;
+    const bool first = part == NodePart::first;
+    (first ? tail_ : lead_) = 0;
+    if (visit.header != first) body_.sectors = 0;  // the descriptor alone, or the header alone
+  }
 
-  Region region() const { return body_.region; }  ///< region of the node itself
+  /// Region of the fetch: that of the node itself, or of a header that is fetched alone.
+  Region region() const { return body_.sectors + lead_ > 0 ? body_.region : header_region_; }
+  /// Byte address of the first sector; the node's own, or that of a header that is fetched alone.
+  std::uint64_t address() const { return body_.sectors + lead_ > 0 ? body_.address : header_; }
   unsigned count() const { return lead_ + body_.sectors + tail_; }
   SectorAccess at(unsigned index) const {
     const unsigned before = lead_ + body_.sectors;
@@ -74,10 +96,6 @@ class NodeSectors {
   }
 
  private:
-  static bool is_primitive(traces::NodeKind kind) {
-    return kind == traces::NodeKind::triangle || traces::without_width(kind) == traces::NodeKind::procedural;
-  }
-
   SectorRun body_;
   unsigned lead_, tail_;
   std::uint64_t header_;

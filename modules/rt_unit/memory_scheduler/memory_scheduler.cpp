@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/rt_unit/memory_scheduler/memory_scheduler.h"
 
+#include <algorithm>
 #include <cassert>
 #include <numeric>
 #include <ostream>
@@ -71,6 +72,10 @@ void MemoryScheduler::end_of_elaboration() {
   responses_ = reader_of(response);
   batches_ = writer_of(batch);
   batches_done_ = reader_of(batch_done);
+  if (l1_reads.size() > 0) l1_ = l1_reads.operator->();
+  if (config_.asks_at_once() && l1_ == nullptr) {
+    throw Error("RT unit", name(), "needs the L1 at its port l1_reads for rt.memory.l1_hit_latency");
+  }
   const bool bound = config_.by_shader ? batches_ && batches_done_ : requests_ && responses_;
   if (!bound) throw Error("RT unit", name(), "needs its memory ports, or those of the SIMT core when by_shader");
 }
@@ -83,15 +88,24 @@ void MemoryScheduler::restart() {
   queue_.clear();
   awake_ = false;
   front_.reset();
+  hits_.clear();
+  second_reads_.clear();
   outstanding_ = 0;
   visited_.clear();
   visited_entry_ = 0;
   counters_ = {};
 }
 
-// Unique, because nodes are at least 32 B apart.
-std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool header) {
-  return address / traces::kQuantisedUnit << 1 | (header ? 1u : 0u);
+// Unique, because nodes are at least 32 B apart. other: the second of two fetches of the same node.
+std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool other) {
+  return address / traces::kQuantisedUnit << 1 | (other ? 1u : 0u);
+}
+
+// Visits of an instance leaf with and without a header differ, a leaf differs from its descriptor, and a header that is
+// fetched alone is no node.
+std::uint64_t MemoryScheduler::merge_key(const Fetch& fetch, const NodeSectors& sectors) {
+  if (fetch.part == NodePart::second) return merge_key(sectors.address(), true);
+  return merge_key(fetch.node.address, fetch.node.header);
 }
 
 void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
@@ -105,28 +119,53 @@ void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
 
 void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
   const NodeVisit node{kind, address, header};
-  const NodeSectors sectors(node, traffic_);
-  const auto region = static_cast<std::size_t>(sectors.region());
-  ++counters_.visits[region];
+  const NodePart part = wait_of(node, traffic_) == 0 ? NodePart::whole : NodePart::first;
+  const NodeSectors sectors(node, traffic_, part);
+  ++counters_.visits[static_cast<std::size_t>(sectors.region())];
   const LaneMask lane = bit(lane_of(id));
   const std::uint64_t key = merge_key(node.address, node.header);
-  AddressIndex& merge = merge_[entry_of(id)];
-  if (const std::uint32_t under_way = merge.find(key); under_way != AddressIndex::kNone) {
-    if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
-      throw Error("trace", place_in_trace(warps_->warp(entry_of(id)), lane_of(id)),
-                  "the node at byte " + std::to_string(address) + " is of two kinds");
-    }
-    fetches_[under_way].lanes |= lane;
-    return;
-  }
-  merge.insert(key, id);
+  if (join(id, lane, node, key)) return;
+  merge_[entry_of(id)].insert(key, id);
   if (!config_.merge_in_flight) visited_.push_back(key);
-  ++counters_.fetches[region];
-  const auto count = static_cast<std::uint8_t>(sectors.count());
-  fetches_[id] = {node, lane, now_, count, count};
-  under_way_[entry_of(id)] |= lane;
+  open(id, {node, lane, now_, part}, sectors);
+}
+
+/// Whether a fetch under way serves these lanes, too.
+inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& node, std::uint64_t key) {
+  const std::uint32_t under_way = merge_[entry_of(id)].find(key);
+  if (under_way == AddressIndex::kNone) return false;
+  if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
+    throw Error("trace", place_in_trace(warps_->warp(entry_of(id)), lane_of(id)),
+                "the node at byte " + std::to_string(node.address) + " is of two kinds");
+  }
+  fetches_[under_way].lanes |= lanes;
+  return true;
+}
+
+inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSectors& sectors) {
+  ++counters_.fetches[static_cast<std::size_t>(sectors.region())];
+  fetches_[id] = fetch;
+  fetches_[id].sectors = fetches_[id].missing = static_cast<std::uint8_t>(sectors.count());
+  under_way_[entry_of(id)] |= bit(lane_of(id));
   queue_.push({id, 0});
   awake_ = true;
+}
+
+// The leading lane's record is free: its first read is over.
+[[gnu::noinline]] void MemoryScheduler::begin_second_reads(Cycle now) {
+  auto read = second_reads_.begin();
+  for (; read != second_reads_.end() && read->due <= now && queue_.room() > 0; ++read) {
+    const LaneId id = lane_id(read->entry, static_cast<unsigned>(std::countr_zero(read->lanes)));
+    const NodeSectors sectors(read->node, traffic_, NodePart::second);
+    const Fetch fetch{read->node, read->lanes, now, NodePart::second};
+    const std::uint64_t key = merge_key(fetch, sectors);
+    if (config_.merge_in_flight) {
+      if (join(id, read->lanes, read->node, key)) continue;
+      merge_[read->entry].insert(key, id);
+    }
+    open(id, fetch, sectors);
+  }
+  second_reads_.erase(second_reads_.begin(), read);
 }
 
 void MemoryScheduler::count_visit(const NodeVisit& node) {
@@ -134,24 +173,41 @@ void MemoryScheduler::count_visit(const NodeVisit& node) {
 }
 
 void MemoryScheduler::issue(Cycle now) {
-  if (queue_.empty()) return;
-  config_.by_shader ? issue_batch(now) : issue_sectors(now);
-  awake_ = !queue_.empty();
+  if (!hits_.empty()) take_hits(now);
+  if (!second_reads_.empty()) begin_second_reads(now);
+  if (!queue_.empty()) config_.by_shader ? issue_batch(now) : issue_sectors(now);
+  awake_ = busy();
 }
 
 inline void MemoryScheduler::issue_sectors(Cycle now) {
   for (unsigned i = 0; i < config_.sectors_per_cycle && !queue_.empty(); ++i) {
     Pending& p = queue_.front();
-    if (p.next == 0) front_.emplace(fetches_[p.fetch].node, traffic_);
+    if (p.next == 0) front_.emplace(fetches_[p.fetch].node, traffic_, fetches_[p.fetch].part);
     const SectorAccess sector = front_->at(p.next);
     MemoryRequest message;
     message.address = sector.address;
     message.tag = p.fetch;
     message.region = sector.region;
-    if (!requests_.try_push(now, message)) return;
+    if (!request_sector(now, message)) return;
     ++counters_.sectors[static_cast<std::size_t>(sector.region)];
     ++outstanding_;
     if (++p.next == front_->count()) queue_.pop();
+    if (config_.l1_hit_latency == 0) take_hits(now);
+  }
+}
+
+inline bool MemoryScheduler::request_sector(Cycle now, const MemoryRequest& sector) {
+  if (l1_ == nullptr) return requests_.try_push(now, sector);
+  const ReadAtOnce found = l1_->read_at_once(now, sector);
+  if (found == ReadAtOnce::hit) hits_.push({now + config_.l1_hit_latency, static_cast<LaneId>(sector.tag)});
+  return found != ReadAtOnce::refused;
+}
+
+[[gnu::noinline]] void MemoryScheduler::take_hits(Cycle now) {
+  while (!hits_.empty() && hits_.front().due <= now) {
+    const LaneId id = hits_.front().fetch;
+    hits_.pop();
+    take_sector(now, id);
   }
 }
 
@@ -168,7 +224,7 @@ NodeFetchBatch MemoryScheduler::take_batch(unsigned entry, std::uint16_t slot) {
   for (; !queue_.empty() && entry_of(queue_.front().fetch) == entry; queue_.pop()) {
     const LaneId id = queue_.front().fetch;
     const Fetch& f = fetches_[id];
-    const NodeSectors sectors(f.node, traffic_);
+    const NodeSectors sectors(f.node, traffic_, f.part);
     message.fetches |= bit(lane_of(id));
     for (unsigned s = 0; s < f.sectors; ++s) {
       message.sectors.push_back(sectors.at(s));
@@ -190,10 +246,13 @@ void MemoryScheduler::respond(Cycle now) {
     responses_.pop(now);
     if (id >= fetches_.size() || fetches_[id].missing == 0) [[unlikely]]
       report_unasked(name(), id);
-    Fetch& f = fetches_[id];
-    --outstanding_;
-    if (--f.missing == 0) complete(now, id);
+    take_sector(now, id);
   }
+}
+
+inline void MemoryScheduler::take_sector(Cycle now, LaneId id) {
+  --outstanding_;
+  if (--fetches_[id].missing == 0) complete(now, id);
 }
 
 void MemoryScheduler::take_batch_done(Cycle now) {
@@ -213,11 +272,19 @@ void MemoryScheduler::take_batch_done(Cycle now) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
-  const std::uint64_t key = merge_key(f.node.address, f.node.header);
+  const std::uint64_t key = f.part == NodePart::second ? merge_key(f, NodeSectors(f.node, traffic_, f.part))
+                                                       : merge_key(f.node.address, f.node.header);
   AddressIndex& merge = merge_[entry_of(id)];
   if (config_.merge_in_flight && merge.find(key) == id) merge.erase(key);
   const LaneMask lanes = f.lanes;
   f.lanes = 0;
+  if (f.part == NodePart::first) {
+    const SecondRead read{now + wait_of(f.node, traffic_), entry_of(id), lanes, f.node};
+    const auto later = [](const SecondRead& a, const SecondRead& b) { return a.due < b.due; };
+    second_reads_.insert(std::upper_bound(second_reads_.begin(), second_reads_.end(), read, later), read);
+    awake_ = true;
+    return;
+  }
   fetched_node_->fetched(now, entry_of(id), lanes, f.node.kind);
 }
 

@@ -17,6 +17,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
+#include "grtx/modules/kernel/ring_queue.h"
 #include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
@@ -47,11 +48,11 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   void respond(Cycle now) override;
   /// Sends at most sectors_per_cycle sectors, or one batch: the fetches of one warp at the front of the queue.
   void issue(Cycle now) override;
-  bool busy() const override { return !queue_.empty(); }
+  bool busy() const override { return !queue_.empty() || !hits_.empty() || !second_reads_.empty(); }
 
   std::size_t queued() const { return queue_.size(); }        ///< fetches not fully issued
   std::uint64_t outstanding() const { return outstanding_; }  ///< sectors sent, not answered
-  bool idle() const override { return queue_.empty() && outstanding_ == 0; }
+  bool idle() const override { return queue_.empty() && outstanding_ == 0 && second_reads_.empty(); }
   std::uint64_t progress() const override { return counters_.node_sectors() + counters_.fetch_latency.count(); }
   Counters counters() const override { return counters_; }
   Inventory inventory() const override;
@@ -64,6 +65,7 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
     NodeVisit node;
     LaneMask lanes = 0;
     Cycle asked = 0;
+    NodePart part = NodePart::whole;
     std::uint8_t sectors = 0;  ///< number of sectors
     std::uint8_t missing = 0;  ///< responses missing
   };
@@ -71,9 +73,28 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
     LaneId fetch = 0;
     std::uint8_t next = 0;  ///< sector to send next
   };
-  static std::uint64_t merge_key(std::uint64_t address, bool header);
+  /// A sector that the L1 held when it was asked for.
+  struct Hit {
+    Cycle due = 0;
+    LaneId fetch = 0;
+  };
+  /// The second read of a visit whose first has come.
+  struct SecondRead {
+    Cycle due = 0;
+    unsigned entry = 0;
+    LaneMask lanes = 0;
+    NodeVisit node;
+  };
+  static std::uint64_t merge_key(std::uint64_t address, bool other);
+  static std::uint64_t merge_key(const Fetch& fetch, const NodeSectors& sectors);
   void end_of_elaboration() override;
   void issue_sectors(Cycle now);
+  bool request_sector(Cycle now, const MemoryRequest& sector);
+  void take_hits(Cycle now);
+  void begin_second_reads(Cycle now);
+  void take_sector(Cycle now, LaneId fetch);
+  void open(LaneId id, const Fetch& fetch, const NodeSectors& sectors);
+  bool join(LaneId id, LaneMask lanes, const NodeVisit& node, std::uint64_t key);
   void take_batch_done(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
@@ -88,8 +109,11 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   LinkReader<MemoryResponse> responses_;
   LinkWriter<NodeFetchBatch> batches_;
   LinkReader<NodeFetchDone> batches_done_;
-  std::vector<Fetch> fetches_;       ///< [LaneId of the first lane], as a lane has at most one visit in flight
-  std::vector<LaneMask> under_way_;  ///< [entry] first lanes of the pending fetches
+  std::vector<Fetch> fetches_;            ///< [LaneId of the first lane], as a lane has at most one visit in flight
+  std::vector<LaneMask> under_way_;       ///< [entry] first lanes of the pending fetches
+  read_at_once_if* l1_ = nullptr;         ///< if rt.memory.l1_hit_latency says so
+  RingQueue<Hit> hits_;                   ///< by due cycle
+  std::vector<SecondRead> second_reads_;  ///< by due cycle, then as their first reads came
   BoundedQueue<Pending> queue_;
   std::optional<NodeSectors> front_;    ///< sectors of the fetch at the front of the queue, once begun
   std::vector<AddressIndex> merge_;     ///< [entry] node -> first lane of the fetch that a visit can join

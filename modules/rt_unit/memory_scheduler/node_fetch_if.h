@@ -9,6 +9,7 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
+#include "grtx/modules/messages/read_at_once_if.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
 #include "grtx/modules/rt_unit/part/rt_part.h"
@@ -52,6 +53,8 @@ class NodeFetchModule : public RtMemoryPart, public node_fetch_if {
   OptionalLinkIn<MemoryResponse> response{"response"};
   OptionalLinkOut<NodeFetchBatch> batch{"batch"};
   OptionalLinkIn<NodeFetchDone> batch_done{"batch_done"};
+  /// The L1 itself, where rt.memory.l1_hit_latency asks it in the cycle of the request.
+  OptionalReadAtOnce l1_reads{"l1_reads"};
 
   /// Counters since the start of the launch.
   virtual MemorySchedulerCounters counters() const = 0;

@@ -82,12 +82,15 @@ class Sm {
       rt_.push_back(std::make_unique<RtUnit>(config.rt, header, map, number, *messages[u], memories[u]));
     }
     l1_ = std::make_unique<L1Cache>(config.l1, number, config.sm_links.l1_latency, clients, to_memory, from_memory);
+    l1_first_ = config.rt.memory.l1_hit_latency < 10000;
+    if (l1_first_) rt_[0]->l1 = [this](Cycle now, const Access& access) { return l1_->read_at_once(now, access); };
   }
 
   void tick(Cycle now) {
     simt_->tick(now);
+    if (l1_first_) l1_->tick(now);
     for (auto& rt : rt_) rt->tick(now);
-    l1_->tick(now);
+    if (!l1_first_) l1_->tick(now);
   }
   bool idle() const {
     return simt_->idle() && l1_->idle() &&
@@ -115,6 +118,7 @@ class Sm {
   std::unique_ptr<SimtCore> simt_;
   std::vector<std::unique_ptr<RtUnit>> rt_;
   std::unique_ptr<L1Cache> l1_;
+  bool l1_first_ = false;  ///< the RT unit asks it in the cycle of the request
 };
 
 inline constexpr Cycle kDrainStep = 256;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,22 @@ class L1Cache {
     send_miss(now);
     send_responses(now);
     mshr_cycles_ += mshrs_.size();
+  }
+  /// The first client's read without a link, behind tick(now): whether the sector is here. Nothing where the read
+  /// cannot be taken.
+  std::optional<bool> read_at_once(Cycle now, Access access) {
+    access.client = 0;
+    access.sm = sm_;
+    auto& hits = clients_[0].hits;
+    const std::size_t answers = hits.size(), entries = mshrs_.size();
+    if (!read(now, clients_[0], access)) return std::nullopt;
+    ++accesses_;
+    lines_.use(access.address);
+    mshr_cycles_ += mshrs_.size() - entries;
+    if (hits.size() == answers) return false;
+    hits.pop_back();
+    ++responses_;
+    return true;
   }
   bool idle() const {
     return mshrs_.empty() && misses_.empty() && writes_pending_ == 0 &&

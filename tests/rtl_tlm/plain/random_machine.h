@@ -264,6 +264,12 @@ inline GpuConfig random_machine(Random& random) {
   rt.warp_stack = {walks.one_of({64U, 10U, 11U, 16U}), walks.one_of({1U, 2U, 3U, 8U, 32U})};
   Random bandwidth = walks;  // likewise
   if (bandwidth.upto(3) == 0) c.dram_gb_s = c.peak_dram_gb_s() * (bandwidth.coin() ? 0.5 : 1.3);
+  Random reads = bandwidth;  // likewise
+  if (rt.memory.traffic.leaf_descriptor_read) rt.memory.traffic.descriptor_wait = reads.one_of({0U, 0U, 1U, 4U, 40U});
+  if (rt.memory.traffic.blas_header_read) rt.memory.traffic.header_wait = reads.one_of({0U, 0U, 1U, 8U, 40U});
+  if (!rt.memory.by_shader && c.rt_units == 1 && reads.coin()) {
+    rt.memory.l1_hit_latency = reads.one_of({0U, 0U, 1U, 5U, 50U});
+  }
   check_config(c, "a random machine");
   return c;
 }

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -56,6 +57,10 @@ class RtUnit {
     heaps_.resize(config.any_hit_unit.count);
   }
 
+  /// Whether the L1 holds the sector of an access now; nothing where it cannot take the read. For
+  /// rt.memory.l1_hit_latency.
+  std::function<std::optional<bool>(Cycle, const Access&)> l1;
+
   void tick(Cycle now) {
     now_ = now;
     count_warps();
@@ -73,8 +78,8 @@ class RtUnit {
   }
   bool idle() const {
     return std::none_of(warps_.begin(), warps_.end(), [](const Warp& w) { return w.used; }) && fetches_.empty() &&
-           read_queue_.empty() && write_queue_.empty() && prefetch_queue_.empty() && stack_queue_.empty() &&
-           outstanding_ == 0;
+           second_reads_.empty() && read_queue_.empty() && write_queue_.empty() && prefetch_queue_.empty() &&
+           stack_queue_.empty() && outstanding_ == 0;
   }
   std::uint64_t selections() const { return selections_; }
   /// cycles: of the run; stalls and occupancy count up to it.
@@ -243,6 +248,9 @@ class RtUnit {
     std::vector<std::pair<std::uint64_t, Region>> sectors;
     std::size_t sent = 0, back = 0;
     Cycle opened;
+    bool second = false;                                  // what waited for another fetch
+    unsigned wait = 0;                                    // until what waits for this one,
+    std::vector<std::pair<std::uint64_t, Region>> later;  // the sectors of which are these
   };
   /// What a warp waits for, in order of precedence.
   enum Wait { kReady, kMemory, kCheckpoint, kStack, kUnit, kAnyHit, kRetire, kWaits };
@@ -472,6 +480,12 @@ class RtUnit {
     fetch_latency_.add(now_ - fetch.opened);
     std::vector<unsigned> lanes = fetch.lanes;
     std::sort(lanes.begin(), lanes.end());
+    if (!fetch.later.empty()) {
+      Fetch second = fetch;
+      second.lanes = lanes;
+      second_reads_.emplace(now_ + fetch.wait, second);
+      return;
+    }
     const bool internal = fetch.kind == traces::NodeKind::internal;
     Unit& unit = units_[internal ? 0 : is_instance(fetch.kind) || ellipsoid_ ? 4 : leaf_unit_];
     if (walks()) return walk_fetched(fetch, unit);
@@ -505,14 +519,17 @@ class RtUnit {
 
   // --- 4 issue -----------------------------------------------------------------------------------------------------
   void issue() {
+    take_hits();
+    begin_second_reads();
     if (config_.memory.by_shader) send_batch();
     for (unsigned i = 0; !config_.memory.by_shader && i < config_.memory.sectors_per_cycle; ++i) {
-      if (fetch_queue_.empty() || !memory_.node->request.has_room(now_)) break;
+      if (fetch_queue_.empty()) break;
       Fetch& fetch = fetches_.at(fetch_queue_.front());
       const auto [address, region] = fetch.sectors[fetch.sent];
-      send(memory_.node, address, region, false, fetch_queue_.front());
+      if (!ask(address, region, fetch_queue_.front())) break;
       ++node_sectors_[modules::index(region)];
       if (++fetch.sent == fetch.sectors.size()) fetch_queue_.pop_front();
+      take_hits();
     }
     const bool read_blocked = !read_queue_.empty() && std::find(write_queue_.begin(), write_queue_.end(),
                                                                 read_queue_.front().second) != write_queue_.end();
@@ -541,6 +558,53 @@ class RtUnit {
       ++(move.write ? spills_ : fills_);
       const bool more = !stack_queue_.empty() && stack_queue_.front().lane == move.lane;
       if (move.write && !more) stack_moved(move.lane);
+    }
+  }
+  // Of a sector of this fetch: through the port, or at once.
+  bool ask(std::uint64_t address, Region region, std::uint64_t fetch) {
+    if (!l1) {
+      if (!memory_.node->request.has_room(now_)) return false;
+      send(memory_.node, address, region, false, fetch);
+      return true;
+    }
+    const std::optional<bool> held = l1(now_, {address, region, false, false, fetch, 0, 0});
+    if (!held) return false;
+    ++outstanding_;
+    if (*held) hits_.emplace_back(now_ + config_.memory.l1_hit_latency, fetch);
+    return true;
+  }
+  void take_hits() {
+    while (!hits_.empty() && hits_.front().first <= now_) {
+      const std::uint64_t number = hits_.front().second;
+      hits_.pop_front();
+      --outstanding_;
+      Fetch& fetch = fetches_.at(number);
+      if (++fetch.back == fetch.sectors.size()) complete(number);
+    }
+  }
+  // What waited long enough for the first read of its visit becomes a fetch, or joins one of the warp for the same.
+  void begin_second_reads() {
+    while (!second_reads_.empty() && second_reads_.begin()->first <= now_ &&
+           fetch_queue_.size() < config_.memory.queue) {
+      Fetch fetch = second_reads_.begin()->second;
+      second_reads_.erase(second_reads_.begin());
+      fetch.leader = fetch.lanes.front();
+      fetch.sectors = std::exchange(fetch.later, {});
+      fetch.region = fetch.sectors.front().second;
+      fetch.sent = fetch.back = 0;
+      fetch.opened = now_;
+      fetch.second = true;
+      bool joined = false;
+      for (auto& [number, other] : fetches_) {
+        if (!config_.memory.merge_in_flight || !other.second || other.entry != fetch.entry) continue;
+        if (other.sectors.front() != fetch.sectors.front()) continue;
+        other.lanes.insert(other.lanes.end(), fetch.lanes.begin(), fetch.lanes.end());
+        joined = true;
+      }
+      if (joined) continue;
+      ++node_fetches_[modules::index(fetch.region)];
+      fetch_queue_.push_back(next_fetch_);
+      fetches_.emplace(next_fetch_++, std::move(fetch));
     }
   }
   void send(MemoryPort* port, std::uint64_t address, Region region, bool write, std::uint64_t tag,
@@ -969,22 +1033,27 @@ class RtUnit {
     const Region region = region_of(kind, address);
     ++node_visits_[modules::index(region)];
     for (auto& [number, fetch] : fetches_) {
-      if (fetch.entry != name.first || fetch.address != address || fetch.header != header) continue;
+      if (fetch.entry != name.first || fetch.address != address || fetch.header != header || fetch.second) continue;
       if (!config_.memory.merge_in_flight && fetch.opened != now_) continue;
       fetch.lanes.push_back(name.second);
       return;
     }
-    Fetch fetch{name.first, name.second, address, header, kind, region, {name.second}, {}, 0, 0, now_};
+    Fetch fetch{name.first, name.second, address, header, kind, region, {name.second}, {}, 0, 0, now_, false, 0, {}};
     const bool leaf = kind == traces::NodeKind::triangle || is_procedural(kind);
     if (leaf && config_.memory.traffic.leaf_descriptor_read)
       fetch.sectors.emplace_back(address / kSector * kSector, region);
-    for (const std::uint64_t sector : sectors_of(kind, address)) fetch.sectors.emplace_back(sector, region);
+    if (leaf) fetch.wait = config_.memory.traffic.descriptor_wait;
+    for (const std::uint64_t sector : sectors_of(kind, address)) {
+      (fetch.wait > 0 ? fetch.later : fetch.sectors).emplace_back(sector, region);
+    }
+    if (header) fetch.wait = config_.memory.traffic.header_wait;
     std::uint64_t below = header_.blas_base;  // the tree that an instance leaf leads to: the BLAS, or an object's TLAS
     for (const traces::SceneLeaf& placed : header_.scene_leaves) {
       if (placed.address == address) below = header_.object_roots[placed.object] - unit();
     }
     for (std::uint64_t b = 0; header && b < traces::kHeaderBytes; b += kSector) {
-      fetch.sectors.emplace_back(below + b, region_of(traces::NodeKind::internal, below));
+      (fetch.wait > 0 ? fetch.later : fetch.sectors)
+          .emplace_back(below + b, region_of(traces::NodeKind::internal, below));
     }
     ++node_fetches_[modules::index(region)];
     fetch_queue_.push_back(next_fetch_);
@@ -1347,6 +1416,8 @@ class RtUnit {
   std::map<std::uint64_t, Fetch> fetches_;  // by number
   std::uint64_t next_fetch_ = 0;
   std::deque<std::uint64_t> fetch_queue_;
+  std::deque<std::pair<Cycle, std::uint64_t>> hits_;  // when, of which fetch
+  std::multimap<Cycle, Fetch> second_reads_;          // by when they begin
   std::deque<std::pair<LaneName, std::uint64_t>> read_queue_;
   std::deque<std::uint64_t> write_queue_;
   std::deque<LaneName> submitted_;

@@ -90,8 +90,9 @@ struct BenchOptions {
   unsigned any_hit_cycles = 10;  ///< from a batch being visible to AnyHitDone being sent
   std::size_t resident_warps = 16;
   bool idle_skip = true;
-  unsigned construction_order = 0;  ///< 0: SIMT, memory, RT unit; 1: RT unit first; 2: RT unit between
-  modules::RtUnitParts parts;       ///< who makes the unit's parts
+  unsigned construction_order = 0;         ///< 0: SIMT, memory, RT unit; 1: RT unit first; 2: RT unit between
+  modules::RtUnitParts parts;              ///< who makes the unit's parts
+  modules::read_at_once_if* l1 = nullptr;  ///< for rt.memory.l1_hit_latency
 };
 
 class RtBench {
@@ -144,6 +145,7 @@ class RtBench {
     rt_->any_hit_done(shader_dones_);
     rt_->node_request(*requests_[0]);
     rt_->node_response(*responses_[0]);
+    if (options_.l1 != nullptr) rt_->node_reads(*options_.l1);
     if (rt_->has_checkpoint()) {
       rt_->checkpoint_request(*requests_[1]);
       rt_->checkpoint_response(*responses_[1]);

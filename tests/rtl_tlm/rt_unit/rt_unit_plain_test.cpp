@@ -103,6 +103,8 @@ BenchOptions random_configuration(std::mt19937& random) {
   rt.prefetcher = {one_of({1, 4}), one_of({2, 32}), one_of({0, 1}) != 0};
   rt.warp_buffer.spill = one_of({0, 1, 1}) != 0;
   rt.warp_buffer.stack_entries = one_of({2, 3, 4, 8});
+  if (rt.memory.traffic.leaf_descriptor_read) rt.memory.traffic.descriptor_wait = one_of({0, 0, 1, 4, 40});
+  if (rt.memory.traffic.blas_header_read) rt.memory.traffic.header_wait = one_of({0, 0, 1, 8, 40});
   return options;
 }
 

@@ -212,6 +212,76 @@ TEST_F(RtUnitTest, VisitsReadTheConfiguredSectors) {
   }
 }
 
+// A leaf behind its descriptor: a sector and its latency, the wait, the leaf's two sectors, the unit.
+TEST_F(RtUnitTest, ALeafThatWaitsForItsDescriptorTakesTwoRoundTripsAndTheWait) {
+  traces::RayGroup group;
+  group.rays.resize(1);
+  add_round(group.rays[0], {leaf_event(9, LeafOutcome::miss)});
+  for (const unsigned wait : {1u, 4u, 30u}) {
+    BenchOptions options;
+    options.rt.memory.traffic.leaf_descriptor_read = true;
+    options.rt.memory.traffic.descriptor_wait = wait;
+    RtBench bench(small_header(), options);
+    bench.run(group);
+    ASSERT_EQ(bench.dones.size(), 1u);
+    EXPECT_EQ(bench.dones[0].cycle, kFirst + (1 + 20) + wait + (1 + 20) + 1 + 37);
+    ASSERT_EQ(bench.requests[0].size(), 3u);
+    EXPECT_EQ(bench.requests[0][0].request.address, 9 * kUnit);
+    EXPECT_EQ(bench.requests[0][1].request.address, 9 * kUnit);
+    EXPECT_EQ(bench.requests[0][1].cycle, kFirst + (1 + 20) + wait);
+    EXPECT_EQ(bench.requests[0][2].request.address, 9 * kUnit + 32);
+    EXPECT_EQ(bench.counters().memory.node_visits(), 1u);
+    EXPECT_EQ(bench.counters().memory.node_fetches(), 2u);
+  }
+}
+
+// Lane 0's leaf takes the port two cycles, then lane 1's; lane 0's header is asked for first, and lane 1 joins it.
+TEST_F(RtUnitTest, LanesOfDifferentInstancesShareTheHeaderThatTheyWaitFor) {
+  constexpr unsigned kWait = 8;
+  traces::RayGroup group;
+  group.rays.resize(2);
+  add_round(group.rays[0], {instance_event(100)});
+  add_round(group.rays[1], {instance_event(200)});
+  BenchOptions options;
+  options.rt.memory.traffic.instance_leaf_bytes = 64;
+  options.rt.memory.traffic.header_wait = kWait;
+  RtBench bench(small_header("tlas-tri20"), options);
+  bench.run(group);
+  ASSERT_EQ(bench.requests[0].size(), 6u);
+  EXPECT_EQ(bench.requests[0][4].request.address, std::uint64_t{1} << 19);
+  EXPECT_EQ(bench.requests[0][4].cycle, kFirst + (2 + 20) + kWait);
+  EXPECT_EQ(bench.requests[0][5].request.region, modules::Region::blas);
+  EXPECT_EQ(bench.dones[0].cycle, kFirst + (2 + 20) + kWait + (1 + 20) + 1 + 6);
+  const auto c = bench.counters().memory;
+  EXPECT_EQ(c.fetches[modules::index(modules::Region::instance)], 2u);
+  EXPECT_EQ(c.fetches[modules::index(modules::Region::blas)], 1u);
+  EXPECT_EQ(c.visits[modules::index(modules::Region::instance)], 2u);
+  EXPECT_EQ(c.visits[modules::index(modules::Region::blas)], 0u);
+}
+
+/// An L1 that holds every sector.
+struct HoldsAll final : modules::read_at_once_if {
+  modules::ReadAtOnce read_at_once(Cycle, const modules::MemoryRequest&) override { return modules::ReadAtOnce::hit; }
+};
+
+// As the pointer chase, with the L1's hits in place of the memory.
+TEST_F(RtUnitTest, AHitCostsWhatTheKeySays) {
+  constexpr unsigned kVisits = 7;
+  const auto group = chase(1, kVisits, [](unsigned, unsigned i) { return 1 + i; });
+  for (const unsigned latency : {0u, 1u, 9u}) {
+    HoldsAll l1;
+    BenchOptions options;
+    options.rt.memory.l1_hit_latency = latency;
+    options.l1 = &l1;
+    RtBench bench(small_header(), options);
+    bench.run(group);
+    EXPECT_TRUE(bench.requests[0].empty());
+    EXPECT_EQ(bench.dones[0].cycle, kFirst + kVisits * (2 + latency + 1 + 13));
+    EXPECT_EQ(bench.counters().memory.node_sectors(), 2 * kVisits);
+    EXPECT_EQ(bench.counters().memory.fetch_latency.sum(), kVisits * (2 + latency));
+  }
+}
+
 TEST_F(RtUnitTest, SphereLeavesGoToTheSphereUnit) {
   traces::RayGroup group;
   group.rays.resize(1);

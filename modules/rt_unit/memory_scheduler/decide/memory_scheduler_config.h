@@ -20,7 +20,11 @@ struct MemorySchedulerConfig {
   bool merge_in_flight = true;
   bool by_shader = false;
   unsigned sectors_per_cycle = 1;
+  unsigned l1_hit_latency = kThroughThePort;
   NodeTrafficConfig traffic;
+  static constexpr unsigned kThroughThePort = kMaxLatency;
+  /// Whether the L1 is asked in the cycle of the request, not through links.
+  bool asks_at_once() const { return l1_hit_latency != kThroughThePort; }
   void parameters(ParameterList& list) {
     list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
     list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
@@ -31,6 +35,12 @@ struct MemorySchedulerConfig {
              "width of the RT unit's port for nodes at the L1; 4 are the 128 B of recent GPUs", kVulkanSim);
     list.rule(
         "sectors_per_cycle", [this] { return std::has_single_bit(sectors_per_cycle); }, kSectorsRule);
+    list.add("l1_hit_latency", l1_hit_latency, {0, kMaxLatency}, "cycles",
+             "from the request of a node sector to its data where the L1 holds it, which is looked up in the cycle of "
+             "the request; 10000: through a port of the L1, as other reads (l1.latency, l1.link_latency)",
+             assumed("10000, a port as others have; Vulkan-Sim: 0"));
+    list.rule(
+        "l1_hit_latency", [this] { return !asks_at_once() || !by_shader; }, "needs rt.memory.by_shader = false");
     traffic.parameters(list);
   }
 };

@@ -75,6 +75,28 @@ TEST(NodeVisit, ALeafOfTheSceneTlasReadsTheHeaderOfItsObject) {
   EXPECT_EQ(reads(20), with(1280, kBlas, Region::blas));  // a Gaussian's
 }
 
+TEST(NodeVisit, ASecondReadIsTheLeafBehindItsDescriptorOrTheHeaderBehindItsInstance) {
+  NodeTrafficConfig config{64, true, true};
+  EXPECT_EQ(wait_of({NodeKind::triangle, 640, false}, traffic(true, config)), 0u);
+  config.descriptor_wait = 4;
+  config.header_wait = 8;
+  const NodeTraffic reads = traffic(true, config);
+  const NodeVisit leaf{NodeKind::triangle, kBlas + 640, false}, instance{NodeKind::instance, 640, true};
+  EXPECT_EQ(wait_of(leaf, reads), 4u);
+  EXPECT_EQ(wait_of(instance, reads), 8u);
+  EXPECT_EQ(wait_of({NodeKind::instance, 640, false}, reads), 0u);
+  EXPECT_EQ(wait_of({NodeKind::internal, 640, false}, reads), 0u);
+  using Reads = std::vector<std::pair<std::uint64_t, Region>>;
+  EXPECT_EQ(sectors_of({leaf, reads, NodePart::first}), (Reads{{kBlas + 640, Region::blas}}));
+  EXPECT_EQ(sectors_of({leaf, reads, NodePart::second}),
+            (Reads{{kBlas + 640, Region::blas}, {kBlas + 672, Region::blas}}));
+  EXPECT_EQ(sectors_of({instance, reads, NodePart::first}), (Reads{{640, Region::instance}, {672, Region::instance}}));
+  EXPECT_EQ(sectors_of({instance, reads, NodePart::second}),
+            (Reads{{kBlas, Region::blas}, {kBlas + 32, Region::blas}}));
+  EXPECT_EQ(NodeSectors(instance, reads, NodePart::second).region(), Region::blas);
+  EXPECT_EQ(NodeSectors(instance, reads, NodePart::second).address(), kBlas);
+}
+
 TEST(NodeVisit, OnlyVisitsVisit) {
   for (const EventKind kind : {EventKind::cull, EventKind::replay_take, EventKind::replay_forward}) {
     EXPECT_FALSE(node_visit({0, 0, 0, Event::pack(kind)}, {}, traffic(true)).has_value());
