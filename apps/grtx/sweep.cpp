@@ -35,6 +35,7 @@ struct SweepArguments {
   std::string plan;
   explore::SessionOptions session;
   std::string machine = experiment::kDefaultMachine;
+  CLI::Option* machine_option = nullptr;
   std::string mode, confirm;
   std::string scene, cameras;
   bool list = false;
@@ -79,7 +80,8 @@ explore::SweepPlan plan_of(const SweepArguments& options, const explore::TracerR
   explore::SweepPlan plan = explore::load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
-  for (const std::string& file : experiment::put_on_machine(plan, options.machine)) common.files.check(file);
+  const auto asked = options.machine_option->count() > 0 ? std::optional(options.machine) : std::nullopt;
+  for (const std::string& file : experiment::put_on_machine(plan, asked)) common.files.check(file);
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -259,7 +261,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
                                    [options, &common] { return sweep(*options, common); });
   command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)")->type_name(kInputFile);
   add_session_options(command, options->session);
-  add_machine_option(command, options->machine);
+  options->machine_option = add_machine_option(command, options->machine)->default_str("the plan's, else paper");
   command->add_option("--mode", options->mode, "Mode of grtx sim (default: the plan's, else cycle)");
   command->add_option(
       "--confirm", options->confirm,

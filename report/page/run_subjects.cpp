@@ -120,7 +120,11 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
   }
   std::vector<Table::Column> columns = {{"fact", false}};
   for (const ReportRun& run : runs) columns.push_back({run.name, false});
-  Table table("In what the runs differ: they are not compared with each other", columns);
+  const auto beside = [&](const ReportRun& run) { return &run == runs.data() || are_side_by_side(runs.front(), run); };
+  Table table(std::all_of(runs.begin(), runs.end(), beside)
+                  ? "In what the runs differ, but for keys: their times stand side by side above"
+                  : "In what the runs differ: they are not compared with each other",
+              columns);
   for (const std::string& fact : facts) {
     std::vector<std::string> cells = {escape(fact)};
     for (const Subject& subject : subjects) cells.push_back(escape(subject.fact(fact)));

@@ -46,6 +46,11 @@ std::string subject_html(const ReportRun& run, bool limits = false);
 std::string subject_html(const SweepResults& sweep);
 /// The same for each run.
 std::string subjects_html(const std::vector<ReportRun>& runs);
+/// Whether runs are of one view and one way to draw it, on machines of different names: then times are compared.
+bool are_side_by_side(const ReportRun& a, const ReportRun& b);
+/// Times of each design on each machine, where runs differ in their machine alone, and in what machines differ; ""
+/// if no runs do.
+std::string side_by_side_html(const std::vector<ReportRun>& runs);
 /// Table of the facts in which runs differ, one column per run, and why some cannot be compared; "" for a single run.
 std::string apart_table(const std::vector<ReportRun>& runs);
 /// machines_text() of runs, for captions.

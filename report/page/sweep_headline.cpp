@@ -26,7 +26,7 @@ std::string largest_speedup(const SweepViews& shown) {
       times(shown.speedup(*best, reference)) + interval_html(shown.speedup_interval(*best, reference), times);
   return headline(value, "Largest speed-up",
                   fmt::format("{} over {}{}", shown.full_label(*best), shown.full_label(*shown.over(*best, reference)),
-                              reference.design.empty() ? "" : ", the same keys"));
+                              reference.design.empty() && reference.on.empty() ? "" : ", the same keys"));
 }
 
 }  // namespace

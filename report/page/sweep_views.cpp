@@ -76,6 +76,17 @@ std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   return text + "\n" + subject.settings_text(brought_by_designs());
 }
 
+/// Design and coordinates of a point, without machine, view and mode.
+std::string varied_of(const ReportedPoint& p) {
+  std::map<std::string, std::string> sorted;
+  for (const auto& [name, value] : p.coordinates.items()) {
+    if (!is_view(name)) sorted[name] = json_text(value);
+  }
+  std::string text = p.design;
+  for (const auto& [name, value] : sorted) text.append("\n").append(name).append("=").append(value);
+  return text;
+}
+
 template <typename T>
 std::size_t position_in(std::vector<T>& list, const T& value) {
   const auto found = std::find(list.begin(), list.end(), value);
@@ -102,7 +113,7 @@ std::string but_for_mode(const SweepResults& results, const ReportedPoint& point
 
 SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   find_varying();
-  std::map<std::string, std::size_t> keys, machines;  // numbered in order of appearance
+  std::map<std::string, std::size_t> keys, machines, varied;  // numbered in order of appearance
   std::vector<std::string> modes;
   for (const ReportedPoint& p : results.points) {
     if (p.done()) position_in(modes, p.mode);
@@ -121,6 +132,7 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
                        .label = fmt::format("#{}", p.id),
                        .view = position_in(names, view_of(p, subject)),
                        .setting = keys.try_emplace(keys_of(p, subject), keys.size()).first->second,
+                       .varied = varied.try_emplace(varied_of(p), varied.size()).first->second,
                        .points = {i}};
       const std::string machine = fmt::format("{} {}", point.setting, p.design);
       point.machine = machines.try_emplace(machine, machines.size()).first->second;
@@ -241,6 +253,9 @@ SpeedupOver SweepViews::reference() const {
   if (points_.empty()) return {};
   std::vector<std::string> designs;
   for (const ShownPoint& point : points_) position_in(designs, first(point).design);
+  if (designs.size() == 1 && results_.several(&ReportedPoint::machine)) {
+    return {"", 0, results_.points.front().machine};
+  }
   if (designs.size() == 1) return {"", points_.front().machine};
   const bool has_baseline = std::find(designs.begin(), designs.end(), "baseline") != designs.end();
   return {has_baseline ? "baseline" : designs.front(), 0};
@@ -250,7 +265,8 @@ const ShownPoint* SweepViews::over(const ShownPoint& point, const SpeedupOver& r
   for (const ShownPoint& other : points_) {
     if (other.view != point.view) continue;
     const ReportedPoint &own = first(point), &its = first(other);
-    const bool fits = reference.design.empty()
+    const bool fits = !reference.on.empty() ? its.machine == reference.on && other.varied == point.varied
+                      : reference.design.empty()
                           ? other.machine == reference.machine && its.design == own.design && its.machine == own.machine
                           : other.setting == point.setting && its.design == reference.design;
     if (fits) return &other;
