@@ -44,8 +44,8 @@ int search(const SearchArguments& options, const CommonOptions& common) {
   if (common.json) {
     print_json(result);
   } else if (!quiet) {
-    fmt::print("{}", explore::search_text(result));
     if (session.trace_work().made != 0) fmt::print("{}\n", describe(session.trace_work()));
+    fmt::print("{}{}\n", explore::search_text(result), next_report(options.session.database));
   }
   return explore::search_succeeded(result) ? 0 : 1;
 }

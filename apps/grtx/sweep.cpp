@@ -25,6 +25,7 @@
 #include "grtx/experiment/sweep_tracer_rules.h"
 #include "grtx/explore/sweep/session.h"
 #include "grtx/explore/sweep/stored_points.h"
+#include "grtx/report/page/sweep_answer.h"
 
 namespace grtx::apps {
 namespace {
@@ -206,6 +207,7 @@ int print_summary(const std::vector<explore::SweepPoint>& points, explore::Sweep
     if (const std::size_t earlier = database.earlier_points(); earlier != 0) {
       fmt::print("{}\n", earlier_text(path, earlier));
     }
+    fmt::print("{}{}\n", report::sweep_answer_text(report::read_sweep_results(path)), next_report(path));
   }
   const auto done = counts.find("done");
   const std::size_t missing = points.size() - (done == counts.end() ? 0 : done->second);

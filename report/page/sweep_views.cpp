@@ -222,7 +222,7 @@ double SweepViews::sum(const ShownPoint& point, const std::string& name) const {
   return sum;
 }
 
-std::string SweepViews::name(const ReportedPoint& point) const {
+std::string SweepViews::name(const ReportedPoint& point, Named named) const {
   std::vector<std::string> parts;
   if (results_.several(&ReportedPoint::machine)) parts.push_back(point.machine);
   if (results_.several(&ReportedPoint::design)) parts.push_back(point.design);
@@ -230,7 +230,7 @@ std::string SweepViews::name(const ReportedPoint& point) const {
   for (std::size_t i = 0; i < varying_.size(); ++i) {
     const ordered_json own = coordinate(point, varying_[i]);
     if (own.is_null() || (varying_.size() > kFew && own == commonest_[i])) continue;
-    if (listed == kFew) {
+    if (named == Named::briefly && listed == kFew) {
       ++more;
       continue;
     }

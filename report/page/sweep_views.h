@@ -3,6 +3,7 @@
 // different views trace different rays, so they must not share a front.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,9 +69,10 @@ class SweepViews {
   /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;
   const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.points.front()]; }
-  /// Short name that distinguishes a point: all varying coordinates if there are few, else at most four that differ
-  /// from the most common values.
-  std::string name(const ReportedPoint& point) const;
+  enum class Named : std::uint8_t { briefly, all };
+  /// Name that distinguishes a point: all varying coordinates if there are few, else those that differ from the most
+  /// common values, briefly at most four.
+  std::string name(const ReportedPoint& point, Named named = Named::briefly) const;
   /// Label of a bar or mark: "#12 grtx, l1.bytes = 65536".
   std::string full_label(const ShownPoint& point) const;
   /// Initial reference. With several designs: baseline, or else the first design. With one design: the first machine

@@ -275,13 +275,17 @@ const grtx_explore = (() => {
       const made = this.figure(
         'explore',
         [...selects, ...buttons],
-        `A mark is a point; those on the front are large, on the dashed line.${subject}` +
+        `A mark is a point; those on the front are large, named, on the dashed line; a ring is a further point in the same place.${this.limits_text()}${subject}` +
           ' Drag a box to choose points; Shift and drag moves, Ctrl and the wheel zooms, a double click ends the box.' +
           ' Keys: arrows go from point to point, Enter chooses, + - 0 zoom, Escape shows all.',
       );
       this.read_out = element('p', { className: 'cursor', role: 'status' });
       made.querySelector('.drawing').after(this.read_out);
       made.querySelector('.drawing').addEventListener('keydown', (event) => this.key(event));
+    }
+
+    limits_text() {
+      return this.metrics.some((m) => Number.isFinite(m.limit)) ? ' A red line is a limit of the plan.' : '';
     }
 
     build_key_figures() {
@@ -346,6 +350,7 @@ const grtx_explore = (() => {
       figure.querySelector('.drawing').replaceChildren();
       if (spec === null) return;
       const result = await this.embed(figure.querySelector('.drawing'), spec);
+      grtx_export(figure, spec);
       if (this.runs.get(name) !== run) {
         result.finalize();
         return;
