@@ -6,6 +6,7 @@
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/estimate_cli.h"
+#include "grtx/apps/grtx/help_format.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
@@ -38,18 +39,31 @@ double value(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-void print_table(const ordered_json& designs, const experiment::DesignComparison& comparison) {
+/// Hits of a round of a design, as its trace has them.
+std::string k_of(const ordered_json& results, const std::string& design) {
+  return results.at("inputs").at(design).value("trace.k", "");
+}
+
+void print_table(const ordered_json& results, const experiment::DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
-  fmt::print("{:<9} {:>10} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
-             "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
-  const double reference = value(designs.at(comparison.reference()), "gpu.cycles");
+  const ordered_json& designs = results.at("designs");
+  fmt::print("{:<9} {:>3} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", "design", "k", "cycles", "speed-up",
+             "visits M", "fetch M", "latency", "L1 hit", "L2 M", "DRAM MB");
+  const std::string& over = comparison.reference();
+  const double reference = value(designs.at(over), "gpu.cycles");
+  std::string other_k;
   for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
-    fmt::print("{:<9} {:>10.0f} {:>8.2f} {:>8.3f} {:>9.3f} {:>7.1f} {:>5.1f}% {:>8.3f} {:>7.1f}\n", name,
+    const std::string k = k_of(results, name);
+    if (k != k_of(results, over)) other_k += fmt::format("{}{} at {}", other_k.empty() ? "" : ", ", name, k);
+    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8.3f} {:>7.3f} {:>7.1f} {:>5.1f}% {:>7.3f} {:>7.1f}\n", name, k,
                value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits") * 1e-6,
                value(s, "gpu.rt.node_fetches") * 1e-6, value(s, "gpu.rt.node_fetch_latency"),
                100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses") * 1e-6,
                value(s, "gpu.dram.bytes") * 1e-6);
+  }
+  if (!other_k.empty()) {
+    say("speed-ups are over {} at k = {}; {} (--k sets one for all)", over, k_of(results, over), other_k);
   }
 }
 
@@ -97,8 +111,9 @@ void print_images(const experiment::DesignResults& run) {
 
 /// "123.4 µs", "1.234 ms": of a time in µs.
 std::string time_text(double us) {
-  return us < 1e3 ? fmt::format("{:.1f} us", us) : us < 1e6 ? fmt::format("{:.3f} ms", us * 1e-3)
-                                                            : fmt::format("{:.3f} s", us * 1e-6);
+  return us < 1e3   ? fmt::format("{:.1f} us", us)
+         : us < 1e6 ? fmt::format("{:.3f} ms", us * 1e-3)
+                    : fmt::format("{:.3f} s", us * 1e-6);
 }
 
 /// Times of each design on each machine, over the first, and the keys in which machines differ.
@@ -137,7 +152,7 @@ void print_machine(const RunArguments& options, const std::string& machine, cons
                    const experiment::DesignResults& run) {
   const experiment::DesignComparison& comparison = run.comparison;
   say("{}", experiment::describe_machine(machine, options.config, options.settings, run.mode));
-  print_table(results.at("designs"), comparison);
+  print_table(results, comparison);
   if (run.mode != sim::SimulationMode::cycle && !comparison.others().empty()) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
@@ -220,14 +235,14 @@ void add_run(CLI::App& app, CommonOptions& common) {
                    "Scene file, or object list .json: of the designs, sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
+  add_flatten_option(command, options->plan.flatten);
+  add_view_options(command, options->plan.view);
+  add_views_option(command, options->plan.view);
   command
       ->add_option("--designs", options->plan.designs,
                    "Designs to compare, with commas; speed-ups are over the first of the table (default: all but walk)")
       ->delimiter(',')
       ->check(one_of(explore::design_names()));
-  add_flatten_option(command, options->plan.flatten);
-  add_view_options(command, options->plan.view);
-  add_views_option(command, options->plan.view);
   add_tracer_options(command, options->plan.tracer);
   options->command = command;
   add_machine_option(command, options->machines);
@@ -245,6 +260,15 @@ void add_run(CLI::App& app, CommonOptions& common) {
                    "Folder for results.json, report.html, image.png and the traces (no default)")
       ->type_name(kOutputFile)
       ->required();
+  group_options(
+      command,
+      {{"Scene", {"--scene", "--flatten", "--secondary"}},
+       {"View", {"--cameras", "--view", "--views", "--width", "--height", "--fov-scale"}},
+       {"Structure", {"--designs", "--layout", "--bvh-width", "--instance-bounds"}},
+       {"Rounds",
+        {"--k", "--ert", "--sort-key", "--child-order", "--tmax-update", "--opacity-bound", "--checkpoint-bins"}},
+       {"Machine", {"--machine", "--config", "--set", "--mode", "--target-error", "--jobs"}},
+       {"Output", {"--output"}}});
 }
 
 }  // namespace grtx::apps
