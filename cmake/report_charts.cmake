@@ -39,7 +39,7 @@ add_custom_command(
   COMMENT "Joining the script of grtx ray"
   VERBATIM)
 foreach(asset "charts=${bundle}" "style=${web}/report.css" "script=${web}/report.js"
-              "explore=${web}/explore.js" "explorecharts=${web}/explore_charts.js"
+              "export=${web}/export.js" "explore=${web}/explore.js" "explorecharts=${web}/explore_charts.js"
               "raystyle=${ray_web}/ray.css" "rayscript=${ray_script}"
               "paper=${PROJECT_SOURCE_DIR}/report/page/paper_targets.toml")
   string(REGEX MATCH "^([a-z]+)=(.*)$" matched ${asset})

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -63,10 +64,9 @@ void add_intervals(const std::map<std::string, ordered_json>& documents, const D
   }
 }
 
-/// One design: its statistics, notes, inputs, bound and violations.
-void add_design(DesignResults& run, const std::string& name, const RunPlan& plan, const TracedDesigns& traced,
-                ordered_json& document) {
-  ordered_json& results = run.json;
+/// One design: its statistics, notes, inputs, bound and violations. whose: how it is called in messages.
+void add_design(DesignResults& run, ordered_json& results, const std::string& name, const std::string& whose,
+                const MachinePlan& plan, const TracedDesigns& traced, ordered_json& document) {
   const TracedDesign& own = traced.designs.at(name);
   ordered_json& design = results["designs"][name];
   design = own.statistics;
@@ -76,40 +76,36 @@ void add_design(DesignResults& run, const std::string& name, const RunPlan& plan
       plan.chosen_tracer ? *plan.chosen_tracer : machine_tracer(plan.machine);
   put_first(tracer_notes(plan.machine, chosen, &explore::design_of(name), traces::Reader(own.path).header()), document);
   results["notes"][name] = document.at("notes");
-  run.notes[name] = sim::notes_from(results["notes"][name], name);
+  run.notes[whose] = sim::notes_from(results["notes"][name], name);
   const ordered_json& inputs = results["inputs"][name] = document.at("inputs");
   if (inputs.value(std::string("trace.") + kFilesHash, "") != traced.files_hash) {
     throw Error(own.path, "", "was replaced by another trace while the run was under way");
   }
   results["binding_bound"][name] = document.at("binding_bound");
   for (const auto& violation : document.at("violations")) {
-    run.violations.push_back(fmt::format("{}: {}", name, violation.get<std::string>()));
+    run.violations.push_back(fmt::format("{}: {}", whose, violation.get<std::string>()));
   }
 }
 
-}  // namespace
-
-DesignResults design_results(const RunPlan& plan, const DesignComparison& comparison, const TracedDesigns& traced,
-                             std::map<std::string, ordered_json> documents, const ordered_json& images) {
-  DesignResults run(comparison);
-  run.mode = plan.mode.value();
-  run.counters = traced.counters;
-  run.images_identical = traced.identical;
-  ordered_json& results = run.json;
-  results["schema"] = "grtx.run/1";
-  results["version"] = GRTX_VERSION;
-  results["model_version"] = sim::kModelVersion;
-  results["machine"] = machine_name(plan.machine, plan.config, plan.machine_hash);
-  results["config"] = sim::config_json(plan.config);
+/// The members of results.json that belong to a machine.
+ordered_json machine_results(DesignResults& run, const RunPlan& plan, const MachinePlan& machine,
+                             const TracedDesigns& traced, std::map<std::string, ordered_json>& documents) {
+  const DesignComparison& comparison = run.comparison;
+  ordered_json results;
+  results["machine"] = machine_name(machine.machine, machine.config, machine.machine_hash);
+  results["config"] = sim::config_json(machine.config);
   // Without this entry, readers take the baseline.
   if (comparison.reference() != explore::design_names().front()) results["speedup_over"] = comparison.reference();
   for (const ComparedDesign& design : comparison.designs()) {
-    const unsigned k = design_settings(plan.tracer, design, plan.named).options.k;
+    const unsigned k = design_settings(machine.tracer, design, plan.named).options.k;
     for (const auto& [key, value] : explore::keys_for(design, k)) {
       if (!plan.named.contains(key)) results["design_config"][design.name][key] = value;
     }
   }
-  for (const std::string& name : comparison.names()) add_design(run, name, plan, traced, documents.at(name));
+  for (const std::string& name : comparison.names()) {
+    const std::string whose = name + (plan.further.empty() ? "" : " on " + machine_name(machine.machine));
+    add_design(run, results, name, whose, machine, traced, documents.at(name));
+  }
   const double reference = statistic(results["designs"][comparison.reference()], "gpu.cycles");
   for (const std::string& name : comparison.others()) {
     results["speedup"][name] = reference / statistic(results["designs"][name], "gpu.cycles");
@@ -118,14 +114,86 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
   if (run.mode != sim::SimulationMode::windows && plan.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
   }
+  return results;
+}
+
+/// Each design's time on the first machine over that on another, and keys and options in which machines differ.
+ordered_json between_machines(const std::vector<MachinePlan>& machines, const ordered_json& results) {
+  ordered_json between;
+  const ordered_json& first = results.front();
+  between["over"] = first.at("machine");
+  for (const ordered_json& other : results) {
+    if (&other == &first) continue;
+    const auto machine = other.at("machine").get<std::string>();
+    for (const auto& [name, statistics] : other.at("designs").items()) {
+      const ordered_json& its = first.at("designs").at(name);
+      const double ratio = statistic(its, "gpu.time_us") / statistic(statistics, "gpu.time_us");
+      between["speedup"][machine][name] = ratio;
+      if (!other.contains("cycles_interval")) continue;
+      // Of estimates; conservative, as windows of two machines are no pairs.
+      const ordered_json &over = first.at("cycles_interval").at(name), &of = other.at("cycles_interval").at(name);
+      const double scale = ratio * statistic(statistics, "gpu.cycles") / statistic(its, "gpu.cycles");
+      between["speedup_interval"][machine][name] = {
+          {"low", scale * over.at("low").get<double>() / of.at("high").get<double>()},
+          {"high", scale * over.at("high").get<double>() / of.at("low").get<double>()},
+          {"confidence", sim::kConfidence}};
+    }
+  }
+  between["keys"] = ordered_json::object();
+  const auto add = [&](const std::string& key, const std::vector<ordered_json>& values) {
+    if (std::ranges::any_of(values, [&](const ordered_json& value) { return value != values.front(); })) {
+      between["keys"][key] = values;
+    }
+  };
+  for (const auto& [key, value] : first.at("config").items()) {
+    std::vector<ordered_json> values;
+    for (const ordered_json& machine : results) values.push_back(machine.at("config").at(key));
+    add(key, values);
+  }
+  for (const auto& [option, text] : option_texts(machines.front().tracer)) {
+    std::vector<ordered_json> values;
+    for (const MachinePlan& machine : machines) values.emplace_back(option_texts(machine.tracer).at(option));
+    add("tracer." + option, values);
+  }
+  return between;
+}
+
+}  // namespace
+
+DesignResults design_results(const RunPlan& plan, const DesignComparison& comparison,
+                             const std::vector<TracedDesigns>& traced,
+                             std::vector<std::map<std::string, ordered_json>> documents, const ordered_json& images) {
+  DesignResults run(comparison);
+  run.mode = plan.mode.value();
+  run.counters = traced.front().counters;
+  run.images_identical = traced.front().identical;
+  ordered_json& results = run.json;
+  results["schema"] = "grtx.run/2";
+  results["version"] = GRTX_VERSION;
+  results["model_version"] = sim::kModelVersion;
+  const std::vector<MachinePlan> machines = machines_of(plan);
+  ordered_json of_machines = ordered_json::array();
+  for (std::size_t m = 0; m < machines.size(); ++m) {
+    of_machines.push_back(machine_results(run, plan, machines[m], traced[m], documents[m]));
+  }
+  const bool sequence = traced.front().images.size() > 1;
+  if (machines.size() == 1) {
+    for (auto& [name, value] : of_machines.front().items()) results[name] = std::move(value);
+  } else {
+    for (ordered_json& machine : of_machines) {
+      if (sequence) add_frames(machine, comparison, plan.view.views, traced.front().images.size());
+    }
+    results["between_machines"] = between_machines(machines, of_machines);
+    results["machines"] = std::move(of_machines);
+  }
   results["images"] = images;
-  if (traced.images.size() > 1) add_frames(results, comparison, plan.view.views, traced.images.size());
-  results["images_identical"] = traced.identical;
-  for (const auto& [name, order] : traced.other_orders) {
+  if (sequence && machines.size() == 1) add_frames(results, comparison, plan.view.views, traced.front().images.size());
+  results["images_identical"] = traced.front().identical;
+  for (const auto& [name, order] : traced.front().other_orders) {
     results["other_orders"][name] = {{"order", order.order}, {"psnr", order.psnr}};
   }
   for (const std::string& name : comparison.names()) {
-    results["pictures"][name] = picture_json(traced.pictures.at(name));
+    results["pictures"][name] = picture_json(traced.front().pictures.at(name));
   }
   results["violations"] = run.violations;
   return run;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
 #include "grtx/experiment/design_results.h"
+#include "grtx/experiment/option_text.h"
 #include "grtx/experiment/simulate_designs.h"
 #include "grtx/experiment/trace_designs.h"
 #include "grtx/explore/cost/energy_statistics.h"
@@ -35,25 +37,52 @@ constexpr const char* kLock = "run.lock";
 /// With ErtCheck::round an image depends on k: designs that blend in one order must have one k. Throws Error.
 void check_one_k(const RunPlan& plan, const DesignComparison& comparison) {
   std::map<frontend::SortKey, unsigned> k_of;
-  for (const ComparedDesign& design : comparison.designs()) {
-    const frontend::TracerOptions options =
-        tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
-    const unsigned k = k_of.try_emplace(options.sort_key, options.k).first->second;
-    if (options.ert_check == frontend::ErtCheck::round && k != options.k) {
-      throw Error("--ert-check", "round", "gives images that differ with k; run compares identical ones: it needs --k");
+  for (const MachinePlan& machine : machines_of(plan)) {
+    for (const ComparedDesign& design : comparison.designs()) {
+      const frontend::TracerOptions options =
+          tracer_options(design_settings(machine.tracer, design, plan.named), design.checkpoint, design.kind);
+      const unsigned k = k_of.try_emplace(options.sort_key, options.k).first->second;
+      if (options.ert_check == frontend::ErtCheck::round && k != options.k) {
+        throw Error("--ert-check", "round",
+                    "gives images that differ with k; run compares identical ones: it needs --k");
+      }
+    }
+  }
+}
+
+/// Machines are told apart by name, and draw one picture: an option that a picture depends on is the same for all.
+/// Throws Error.
+void check_machines(const RunPlan& plan) {
+  std::set<std::string> names;
+  for (const MachinePlan& machine : machines_of(plan)) {
+    const std::string name = machine_name(machine.machine);
+    if (!names.insert(name).second) throw Error("--machine", name, "is there twice");
+    const std::map<std::string, std::string> own = option_texts(machine.tracer), first = option_texts(plan.tracer);
+    for (const char* option : {"ert", "ert_check", "sort_key", "resume", "kernel_radius", "kernel_degree", "inside",
+                               "sh_dir", "triangle_test", "response_precision", "layout"}) {
+      if (own.at(option) == first.at(option)) continue;
+      throw Error("--machine", name,
+                  fmt::format("has {} = {}, {} has {}: machines of a run draw one picture; {} sets it for all", option,
+                              own.at(option), machine_name(plan.machine), first.at(option), flag_of(option)));
     }
   }
 }
 
 /// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
-  if (plan.tracer.options.triangle_test == frontend::TriangleTest::world) {
-    throw Error("--triangle-test", "world", "gives images that differ with the structure; run compares identical ones");
-  }
-  for (const ComparedDesign& design : comparison.designs()) {
-    tracer_options(design_settings(plan.tracer, design, plan.named), design.checkpoint, design.kind);
-    sim::check_config(design_config(plan, design), "design " + design.name);
-    sim::check_mode(design_config(plan, design), plan.mode.value_or(sim::SimulationMode::cycle));
+  check_machines(plan);
+  for (const MachinePlan& machine : machines_of(plan)) {
+    if (machine.tracer.options.triangle_test == frontend::TriangleTest::world) {
+      throw Error("--triangle-test", "world",
+                  "gives images that differ with the structure; run compares identical ones");
+    }
+    for (const ComparedDesign& design : comparison.designs()) {
+      tracer_options(design_settings(machine.tracer, design, plan.named), design.checkpoint, design.kind);
+      const sim::GpuConfig config = design_config(plan, machine, design);
+      sim::check_config(config, "design " + design.name +
+                                    (plan.further.empty() ? "" : " on machine " + machine_name(machine.machine)));
+      sim::check_mode(config, plan.mode.value_or(sim::SimulationMode::cycle));
+    }
   }
   check_secondary(plan.tracer.secondary);
   check_one_k(plan, comparison);
@@ -62,14 +91,16 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   }
 }
 
-/// Keys that are set and have no effect in any of the designs.
+/// Keys that are set and have no effect in any of the designs on any machine.
 std::vector<sim::IdleKey> idle_in_all(const RunPlan& plan, const DesignComparison& comparison) {
   std::vector<sim::IdleKey> idle = sim::idle_keys(plan.config);
-  for (const ComparedDesign& design : comparison.designs()) {
-    const std::vector<sim::IdleKey> own = sim::idle_keys(design_config(plan, design));
-    std::erase_if(idle, [&](const sim::IdleKey& key) {
-      return std::none_of(own.begin(), own.end(), [&](const sim::IdleKey& other) { return other.key == key.key; });
-    });
+  for (const MachinePlan& machine : machines_of(plan)) {
+    for (const ComparedDesign& design : comparison.designs()) {
+      const std::vector<sim::IdleKey> own = sim::idle_keys(design_config(plan, machine, design));
+      std::erase_if(idle, [&](const sim::IdleKey& key) {
+        return std::none_of(own.begin(), own.end(), [&](const sim::IdleKey& other) { return other.key == key.key; });
+      });
+    }
   }
   return idle;
 }
@@ -107,9 +138,26 @@ bool is_trace(const std::string& path, const std::string& hash) {
   }
 }
 
-/// Removes results.json, report.html, the pictures of an earlier run, and its traces of designs that are not compared
-/// now. Pictures and traces go only if its results name them and they are unchanged since.
-void remove_earlier_run(const std::string& folder, const DesignComparison& comparison) {
+/// Traces in a folder that its results name and that are unchanged since.
+std::vector<std::string> traces_of(const ordered_json& results, const std::string& folder) {
+  std::vector<std::string> files;
+  for (const ordered_json& machine : results.value("machines", ordered_json::array({results}))) {
+    const ordered_json inputs = machine.value("inputs", ordered_json::object());
+    for (const std::string& design : explore::design_names()) {
+      if (!inputs.contains(design)) continue;
+      const std::string name = machine.value("machine", "");
+      for (const std::string& of : {std::string(), name.substr(0, name.find(','))}) {
+        const std::string file = trace_path(folder, design, of);
+        if (is_trace(file, inputs.at(design).value("trace_hash", ""))) files.push_back(file);
+      }
+    }
+  }
+  return files;
+}
+
+/// Removes results.json, report.html, the pictures of an earlier run, and its traces but those in `written`. Pictures
+/// and traces go only if its results name them and they are unchanged since.
+void remove_earlier_run(const std::string& folder, const std::set<std::string>& written) {
   const std::string path = folder + "/results.json";
   if (!fs::exists(path)) return;
   std::vector<std::string> files = {path, folder + "/report.html"};
@@ -120,12 +168,8 @@ void remove_earlier_run(const std::string& folder, const DesignComparison& compa
       const bool beside = fs::path(file).parent_path() == folder && is_plain_file(file);
       if (beside && hex(xxh3(read_file(file))) == image.value("hash", "")) files.push_back(file);
     }
-    const ordered_json inputs = earlier.value("inputs", ordered_json::object());
-    for (const std::string& design : explore::design_names()) {
-      if (!inputs.contains(design)) continue;
-      const bool compared = std::ranges::any_of(comparison.designs(), [&](const auto& d) { return d.name == design; });
-      const std::string file = fmt::format("{}/{}.grtx", folder, design);
-      if (!compared && is_trace(file, inputs.at(design).value("trace_hash", ""))) files.push_back(file);
+    for (const std::string& file : traces_of(earlier, folder)) {
+      if (!written.contains(file)) files.push_back(file);
     }
   } catch (const Error&) {  // not results of a run: removed as well
   } catch (const ordered_json::exception&) {
@@ -147,9 +191,15 @@ ordered_json write_run_images(const std::string& folder, const std::vector<front
 
 }  // namespace
 
-sim::GpuConfig design_config(const RunPlan& plan, const explore::Design& design) {
-  return explore::with_keys_of(design, design_settings(plan.tracer, design, plan.named).options.k, plan.config,
+sim::GpuConfig design_config(const RunPlan& plan, const MachinePlan& machine, const explore::Design& design) {
+  return explore::with_keys_of(design, design_settings(machine.tracer, design, plan.named).options.k, machine.config,
                                plan.named);
+}
+
+std::vector<MachinePlan> machines_of(const RunPlan& plan) {
+  std::vector<MachinePlan> machines = {plan};  // what it has of a machine
+  machines.insert(machines.end(), plan.further.begin(), plan.further.end());
+  return machines;
 }
 
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings) {
@@ -172,17 +222,40 @@ DesignResults run_designs(RunPlan plan) {
   const MadeFolder folder(plan.output);
   const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
 
-  const TracedDesigns traced = trace_designs(
-      {plan.scene, plan.view, plan.tracer, objects, plan.output, plan.named, plan.quiet, plan.opened}, comparison);
-  remove_earlier_run(plan.output, comparison);
-  const ordered_json images = write_run_images(plan.output, traced.images);
+  const std::vector<MachinePlan> machines = machines_of(plan);
+  DesignTracing tracing{.scene = plan.scene,
+                        .view = plan.view,
+                        .machines = {},
+                        .several_objects = objects,
+                        .folder = plan.output,
+                        .named = plan.named,
+                        .quiet = plan.quiet,
+                        .opened = plan.opened};
+  for (const MachinePlan& machine : machines) {
+    tracing.machines.push_back({machine_name(machine.machine), machine.tracer});
+  }
+  const std::vector<TracedDesigns> traced = trace_designs(tracing, comparison);
+  std::set<std::string> written;
+  for (const TracedDesigns& on : traced) {
+    for (const auto& [name, design] : on.designs) written.insert(design.path);
+  }
+  remove_earlier_run(plan.output, written);
+  const ordered_json images = write_run_images(plan.output, traced.front().images);
   plan.windows.price = explore::describe_energy;
-  if (!plan.mode) plan.mode = unnamed_mode(traced, comparison, plan.config, plan.windows);
-  std::map<std::string, sim::GpuConfig> configs;
-  for (const ComparedDesign& design : comparison.designs()) configs[design.name] = design_config(plan, design);
-  const DesignSimulation simulation{std::move(configs), *plan.mode, plan.windows, plan.jobs, plan.quiet};
-  DesignResults results =
-      design_results(plan, comparison, traced, simulate_designs(traced, comparison, simulation), images);
+  std::vector<MachineSimulation> simulations;
+  for (std::size_t m = 0; m < machines.size(); ++m) {
+    MachineSimulation& on = simulations.emplace_back();
+    if (machines.size() > 1) on.name = machine_name(machines[m].machine);
+    on.traced = &traced[m];
+    on.machine = machines[m].config;
+    for (const ComparedDesign& design : comparison.designs()) {
+      on.configs[design.name] = design_config(plan, machines[m], design);
+    }
+  }
+  if (!plan.mode) plan.mode = unnamed_mode(simulations, comparison, plan.windows);
+  DesignResults results = design_results(
+      plan, comparison, traced,
+      simulate_designs(simulations, comparison, {*plan.mode, plan.windows, plan.jobs, plan.quiet}), images);
 
   const std::string path = plan.output + "/results.json";
   write_file(path, json_text(results.json, 1) + "\n");
@@ -192,9 +265,14 @@ DesignResults run_designs(RunPlan plan) {
   return results;
 }
 
-std::vector<std::string> run_files(const std::string& folder, const std::string& views) {
+std::vector<std::string> run_files(const std::string& folder, const std::string& views,
+                                   const std::vector<std::string>& machines) {
   std::vector<std::string> files = frame_paths(folder + "/image.png", views);
-  for (const std::string& design : explore::design_names()) files.push_back(fmt::format("{}/{}.grtx", folder, design));
+  std::set<std::string> names = {""};  // one that is there twice is refused later
+  for (const std::string& machine : machines) names.insert(machine_name(machine));
+  for (const std::string& design : explore::design_names()) {
+    for (const std::string& name : names) files.push_back(trace_path(folder, design, name));
+  }
   for (const char* name : {"results.json", "report.html", kLock}) files.push_back(folder + "/" + name);
   return files;
 }

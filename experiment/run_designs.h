@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `grtx run` as a function: traces one view with each design, simulates and compares them, and writes results.json,
-// report.html, pictures and traces into a folder.
+// `grtx run` as a function: traces one view with each design, simulates them on one machine or several, compares them,
+// and writes results.json, report.html, pictures and traces into a folder.
 #pragma once
 
 #include <functional>
@@ -27,15 +27,20 @@ class FilesRead;
 
 namespace grtx::experiment {
 
-struct RunPlan {
-  std::string scene;  ///< file, or list of objects
-  ViewOptions view;
+/// A machine of a run, and how the tracer works for it.
+struct MachinePlan {
+  std::string machine = kDefaultMachine;  ///< a name, or a file
   TracerSettings tracer;
-  std::string machine = kDefaultMachine;  ///< its name in results
-  sim::GpuConfig config;                  ///< the hardware of all designs, but for a design's own keys
+  sim::GpuConfig config;  ///< the hardware of all designs, but for a design's own keys
   /// Tracer options of the machine and its file, which designs override; none: those of the machine.
   std::optional<std::map<std::string, std::string>> chosen_tracer;
-  std::string machine_hash;                 ///< ChosenMachine::machine_hash; "": the machine is read
+  std::string machine_hash;  ///< ChosenMachine::machine_hash; "": the machine is read
+};
+
+struct RunPlan : MachinePlan {
+  std::string scene;  ///< file, or list of objects
+  ViewOptions view;
+  std::vector<MachinePlan> further;         ///< more machines, on which the same designs run
   std::vector<std::string> designs;         ///< names; empty: all (explore/sweep/designs.h)
   std::set<std::string> named;              ///< tracer options and configuration keys that a design leaves as they are
   std::string output;                       ///< folder
@@ -46,8 +51,10 @@ struct RunPlan {
   bool quiet = false;  ///< no progress on stderr
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
-/// Configuration of a design: the plan's, with the design's own keys.
-sim::GpuConfig design_config(const RunPlan& plan, const explore::Design& design);
+/// Configuration of a design on a machine of the plan: the machine's, with the design's own keys.
+sim::GpuConfig design_config(const RunPlan& plan, const MachinePlan& machine, const explore::Design& design);
+/// The machines of a plan, the first first.
+std::vector<MachinePlan> machines_of(const RunPlan& plan);
 /// Returns a plan for a machine, with its tracer options. machine: a name (set_machines_folder()) or a file. settings:
 /// "key=value". Throws Error for unknown names, keys or values.
 RunPlan plan_on(const std::string& machine, const std::vector<std::string>& settings = {});
@@ -55,10 +62,10 @@ RunPlan plan_on(const std::string& machine, const std::vector<std::string>& sett
 struct DesignResults {
   explicit DesignResults(const DesignComparison& of) : comparison(of) {}
   DesignComparison comparison;
-  nlohmann::ordered_json json;  ///< results.json, grtx.run/1
+  nlohmann::ordered_json json;  ///< results.json, grtx.run/2
   sim::SimulationMode mode = sim::SimulationMode::cycle;
   frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
-  std::map<std::string, sim::ResultNotes> notes;  ///< limitations of each design's figures
+  std::map<std::string, sim::ResultNotes> notes;  ///< limitations of each design's figures; "DESIGN on MACHINE"
   std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;
   /// Whether all designs gave the same image and no conservation law was violated.
@@ -69,7 +76,9 @@ struct DesignResults {
 /// another process is writing to the folder.
 DesignResults run_designs(RunPlan plan);
 
-/// Paths of all files that run_designs() may write into `folder`. views: as ViewOptions::views.
-std::vector<std::string> run_files(const std::string& folder, const std::string& views);
+/// Paths of all files that run_designs() may write into `folder`. views: as ViewOptions::views. machines: as
+/// MachinePlan::machine.
+std::vector<std::string> run_files(const std::string& folder, const std::string& views,
+                                   const std::vector<std::string>& machines = {});
 
 }  // namespace grtx::experiment

@@ -56,10 +56,13 @@ std::string simulated_text(const std::string& trace, const sim::GpuConfig& confi
 
 }  // namespace
 
-sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignComparison& comparison,
-                                 const sim::GpuConfig& config, const sim::WindowOptions& windows) {
-  const traces::Reader reader(traced.designs.at(comparison.reference()).path);
-  if (!sim::windows_pay(reader, config, windows)) return sim::SimulationMode::cycle;
+sim::SimulationMode unnamed_mode(const std::vector<MachineSimulation>& machines, const DesignComparison& comparison,
+                                 const sim::WindowOptions& windows) {
+  for (const MachineSimulation& on : machines) {
+    const traces::Reader reader(on.traced->designs.at(comparison.reference()).path);
+    if (!sim::windows_pay(reader, on.machine, windows)) return sim::SimulationMode::cycle;
+  }
+  const traces::Reader reader(machines.front().traced->designs.at(comparison.reference()).path);
   fmt::print(stderr,
              "grtx: run: {} warps with {:.0f} M node visits: estimated from windows, with intervals; --mode cycle "
              "simulates all of them\n",
@@ -67,42 +70,52 @@ sim::SimulationMode unnamed_mode(const TracedDesigns& traced, const DesignCompar
   return sim::SimulationMode::windows;
 }
 
-std::map<std::string, nlohmann::ordered_json> simulate_designs(const TracedDesigns& traced,
-                                                               const DesignComparison& comparison,
-                                                               const DesignSimulation& simulation) {
-  const std::uint64_t bytes_each = largest_simulation(traced.designs, simulation.configs.begin()->second);
-  const unsigned jobs = simulation.jobs == 0 ? default_jobs(bytes_each) : simulation.jobs;
-  std::map<std::string, nlohmann::ordered_json> documents;
+std::vector<std::map<std::string, nlohmann::ordered_json>> simulate_designs(
+    const std::vector<MachineSimulation>& machines, const DesignComparison& comparison,
+    const DesignSimulation& simulation) {
+  struct Run {  // of a design on a machine
+    std::size_t machine;
+    std::string design;
+    const TracedDesign* traced;
+    const sim::GpuConfig* config;
+  };
+  std::vector<Run> runs;
   std::vector<std::string> names;
   std::vector<std::uint64_t> warps;
-  for (const ComparedDesign& design : comparison.designs()) {
-    names.push_back(design.name);
-    warps.push_back(traces::Reader(traced.designs.at(design.name).path).group_count());
+  std::uint64_t visits = 0, bytes_each = 0;
+  for (const MachineSimulation& on : machines) {
+    bytes_each = std::max(bytes_each, largest_simulation(on.traced->designs, on.configs.begin()->second));
+    for (const ComparedDesign& design : comparison.designs()) {
+      const Run& run = runs.emplace_back(Run{static_cast<std::size_t>(&on - machines.data()), design.name,
+                                             &on.traced->designs.at(design.name), &on.configs.at(design.name)});
+      names.push_back(design.name + (on.name.empty() ? "" : " on " + on.name));
+      warps.push_back(traces::Reader(run.traced->path).group_count());
+      visits += run.traced->file.visits;
+    }
   }
-  std::uint64_t visits = 0;
-  for (const auto& [name, design] : traced.designs) visits += design.file.visits;
+  const unsigned jobs = simulation.jobs == 0 ? default_jobs(bytes_each) : simulation.jobs;
   if (!simulation.quiet) {
-    const unsigned at_a_time = std::min<unsigned>(jobs, static_cast<unsigned>(names.size()));
+    const unsigned at_a_time = std::min<unsigned>(jobs, static_cast<unsigned>(runs.size()));
     say_simulation_time("run", simulation.mode, visits, simulation.windows.share, bytes_each * at_a_time, at_a_time);
   }
   DesignProgress progress(names, warps, simulation.quiet);
   // The longest first: one that is begun last is alone at the end.
-  std::vector<std::size_t> order(names.size());
+  std::vector<std::size_t> order(runs.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto visits_of = [&](std::size_t index) { return traced.designs.at(names[index]).file.visits; };
-  std::ranges::stable_sort(order, std::greater(), visits_of);
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t index) { return runs[index].traced->file.visits; });
   std::vector<ChildTask> tasks;
   for (const std::size_t index : order) {
     tasks.push_back({names[index], [&, index] {
-                       const std::string& name = names[index];
-                       return simulated_text(traced.designs.at(name).path, simulation.configs.at(name), simulation,
+                       return simulated_text(runs[index].traced->path, *runs[index].config, simulation,
                                              progress.observer(index));
                      }});
   }
+  std::vector<std::map<std::string, nlohmann::ordered_json>> documents(machines.size());
   run_children(
       tasks, jobs,
       [&](std::size_t task, const std::string& text) {
-        documents[tasks[task].name] = parse_json(text, tasks[task].name);
+        const Run& run = runs[order[task]];
+        documents[run.machine][run.design] = parse_json(text, tasks[task].name);
       },
       [&] { progress.look(); });
   return documents;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/experiment/trace_designs.h"
 
+#include <algorithm>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "grtx/experiment/scene_trace.h"
@@ -28,23 +31,83 @@ std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
          suffix;
 }
 
-/// Compares the images of designs: those that blend in one order must be the same.
+/// A trace to make, for all designs and machines that ask for the same: of a design, with options.
+struct AskedTrace {
+  const ComparedDesign* design = nullptr;
+  TracerSettings settings;
+  std::map<std::string, std::string> inputs;  ///< what makes it
+  frontend::AccelOptions structure;
+  std::string path;
+
+  TracedDesign made;
+  PictureQuality quality;
+  std::optional<OtherOrder> other_order;  ///< none: as the first trace
+};
+
+AskedTrace asked_trace(const DesignTracing& tracing, const MachineTracing& machine, const ComparedDesign& design) {
+  AskedTrace asked;
+  asked.design = &design;
+  asked.settings = design_settings(machine.tracer, design, tracing.named);
+  asked.inputs = option_inputs(asked.settings, design.checkpoint, design.kind);
+  if (!design.checkpoint) {  // then they make nothing
+    for (const char* idle : {"checkpoint_capacity", "checkpoint_order", "replay_tmax"}) asked.inputs.erase(idle);
+  }
+  asked.structure = accel_options(asked.settings, design.kind);
+  asked.path = trace_path(tracing.folder, design.name, &machine == tracing.machines.data() ? "" : machine.name);
+  return asked;
+}
+
+/// The traces of all designs and machines: those in one structure behind each other, so that each is built once.
+class AskedTraces {
+ public:
+  AskedTraces(const DesignTracing& tracing, const DesignComparison& comparison) {
+    std::vector<frontend::AccelOptions> structures;  // in order of appearance
+    for (const ComparedDesign& design : comparison.designs()) {
+      for (const MachineTracing& machine : tracing.machines) {
+        AskedTrace asked = asked_trace(tracing, machine, design);
+        if (std::ranges::find(structures, asked.structure) == structures.end()) structures.push_back(asked.structure);
+        if (find(asked) == traces.end()) traces.push_back(std::move(asked));
+      }
+    }
+    std::ranges::stable_sort(traces, {},
+                             [&](const AskedTrace& asked) { return std::ranges::find(structures, asked.structure); });
+    for (const MachineTracing& machine : tracing.machines) {
+      std::map<std::string, std::size_t>& own = of_machines.emplace_back();
+      for (const ComparedDesign& design : comparison.designs()) {
+        own[design.name] = static_cast<std::size_t>(find(asked_trace(tracing, machine, design)) - traces.begin());
+      }
+    }
+  }
+
+  std::vector<AskedTrace> traces;
+  std::vector<std::map<std::string, std::size_t>> of_machines;  ///< by machine: design -> index in traces
+
+ private:
+  std::vector<AskedTrace>::iterator find(const AskedTrace& asked) {
+    return std::ranges::find_if(
+        traces, [&](const AskedTrace& known) { return known.design == asked.design && known.inputs == asked.inputs; });
+  }
+};
+
+/// Compares images: those that are blended in one order must be the same.
 class ImageComparison {
  public:
-  void take(TracedDesigns& all, const std::string& name, const std::string& order, frontend::TracedView& traced) {
+  void take(AskedTrace& asked, const std::string& order, frontend::TracedView& traced) {
     Images images = std::move(traced.further);
     images.insert(images.begin(), std::move(traced.result.image));
     if (first_.empty()) first_ = order;
-    if (order != first_) all.other_orders[name] = {order, frontend::compare(by_order_[first_][0], images[0]).psnr};
+    if (order != first_) asked.other_order = {order, frontend::compare(by_order_[first_][0], images[0]).psnr};
     const auto [known, is_new] = by_order_.try_emplace(order, std::move(images));
-    if (!is_new) all.identical = all.identical && same(known->second, images);
+    if (!is_new) identical_ = identical_ && same(known->second, images);
   }
-  Images first() { return std::move(by_order_[first_]); }
+  bool identical() const { return identical_; }
+  const Images& first() const { return by_order_.at(first_); }
   const Images& at(const std::string& order) const { return by_order_.at(order); }
 
  private:
-  std::string first_;  ///< order of the first design
+  std::string first_;  ///< order of the first trace
   std::map<std::string, Images> by_order_;
+  bool identical_ = true;
 };
 
 /// The pictures of a design without what rounds Gaussians and responses.
@@ -83,30 +146,40 @@ TracerSettings design_settings(TracerSettings settings, const explore::Design& d
   return settings;
 }
 
-TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison) {
+std::string trace_path(const std::string& folder, const std::string& design, const std::string& machine) {
+  return folder + "/" + design + (machine.empty() ? "" : "." + machine) + ".grtx";
+}
+
+std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const DesignComparison& comparison) {
   FilesRead files;
   const std::vector<frontend::Camera> cameras = select_cameras(tracing.view, files);
   frontend::SceneTracer scene;
+  AskedTraces asked(tracing, comparison);
   // With several objects, all designs share one structure; it is built when the objects are loaded.
-  load_scene(scene, tracing.scene, tracing.several_objects, cameras, tracing.tracer, comparison.designs().front().kind,
-             files, tracing.quiet);
+  const auto load = [&](const AskedTrace& trace, FilesRead& opened) {
+    load_scene(scene, tracing.scene, tracing.several_objects, cameras, trace.settings, trace.design->kind, opened,
+               tracing.quiet);
+  };
+  load(asked.traces.front(), files);
   if (tracing.opened) tracing.opened(files);
-  TracedDesigns all;
-  all.files_hash = files.hash();
   ImageComparison images;
   // Before a structure is built, which may round the scene.
   ReferencePictures references(scene.view() == nullptr ? nullptr : &scene.view()->scene(), cameras, tracing.quiet);
-  for (const ComparedDesign& design : comparison.designs()) {
-    references.frames(design_settings(tracing.tracer, design, tracing.named), design.kind);
-  }
-  for (const ComparedDesign& design : comparison.designs()) {
-    const TracerSettings settings = design_settings(tracing.tracer, design, tracing.named);
+  for (const AskedTrace& trace : asked.traces) references.frames(trace.settings, trace.design->kind);
+  frontend::TracerCounters counters;
+  for (AskedTrace& trace : asked.traces) {
+    if (tracing.several_objects && &trace != asked.traces.data()) {  // the same structure stays
+      FilesRead again;
+      load(trace, again);
+    }
+    const TracerSettings& settings = trace.settings;
+    const ComparedDesign& design = *trace.design;
     frontend::RenderOptions render = render_options(settings, tracing.quiet);
     render.count_unique = true;
-    render.count_hits = !all.counters.hits;  // counted once: hits are the same in each design
-    TracedDesign& result = all.designs[design.name];
-    result.path = tracing.folder + "/" + design.name + ".grtx";
-    PictureQuality& quality = all.pictures[design.name];
+    render.count_hits = !counters.hits;  // counted once: hits are the same in each design
+    TracedDesign& result = trace.made;
+    result.path = trace.path;
+    PictureQuality& quality = trace.quality;
     const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
     quality.fp64 = !reference.images.empty();
     // First, in the structure of the design before it, which may be the same: each is built once.
@@ -118,12 +191,12 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
         trace_scene(scene, settings, design.checkpoint, design.kind, render, result.path, files);
     result.file = traced.trace.value();
     frontend::RenderResult& rendered = traced.result;
-    if (!rendered.counters.hits) rendered.counters.hits = all.counters.hits;
-    all.counters = rendered.counters;
+    if (!rendered.counters.hits) rendered.counters.hits = counters.hits;
+    counters = rendered.counters;
     result.statistics = sim::statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(sim::statistics_object(tracer_host_statistics(scene, rendered)));
     quality.order = order_of(settings, design.kind);
-    images.take(all, design.name, quality.order, traced);
+    images.take(trace, quality.order, traced);
     const Images& own = images.at(quality.order);
     if (quality.fp64) {
       compare_with(own, reference.images, reference.pixels, quality);
@@ -131,12 +204,23 @@ TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison
       compare_with(own, precise.empty() ? own : precise, {}, quality);
     }
   }
-  const Images& over = images.at(all.pictures.at(comparison.reference()).order);
-  for (auto& [name, quality] : all.pictures) {
-    const Images& own = images.at(quality.order);
-    for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
+  std::vector<TracedDesigns> all;
+  for (const std::map<std::string, std::size_t>& of : asked.of_machines) {
+    TracedDesigns& on = all.emplace_back();
+    const Images& over = images.at(asked.traces[of.at(comparison.reference())].quality.order);
+    for (const auto& [name, index] : of) {
+      const AskedTrace& trace = asked.traces[index];
+      on.designs[name] = trace.made;
+      if (trace.other_order) on.other_orders[name] = *trace.other_order;
+      PictureQuality& quality = on.pictures[name] = trace.quality;
+      const Images& own = images.at(quality.order);
+      for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
+    }
+    on.images = images.first();
+    on.identical = images.identical();
+    on.counters = counters;
+    on.files_hash = files.hash();
   }
-  all.images = images.first();
   return all;
 }
 

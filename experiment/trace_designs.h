@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces one view with each design and checks that all give the same image.
+// Traces one view with each design for each machine, what is the same for several once, and checks that all give the
+// same image.
 #pragma once
 
 #include <functional>
@@ -37,19 +38,25 @@ struct TracedDesigns {
   std::map<std::string, TracedDesign> designs;
   std::vector<frontend::Image> images;             ///< of the first design, by frame
   bool identical = true;                           ///< images of all designs that blend in one order are bit-identical
-  std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first
+  std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first of all
   std::map<std::string, PictureQuality> pictures;  ///< of each design
   frontend::TracerCounters counters;               ///< of the last design; how rays end is the same in all
   std::string files_hash;                          ///< hash of the camera and scene files
 };
 
+/// How the tracer works for a machine.
+struct MachineTracing {
+  std::string name;
+  TracerSettings tracer;
+};
+
 struct DesignTracing {
   std::string scene;  ///< file, or list of objects
   ViewOptions view;
-  TracerSettings tracer;
-  bool several_objects = false;  ///< keep objects apart, do not merge them
-  std::string folder;            ///< receives NAME.grtx for each design
-  std::set<std::string> named;   ///< options that designs leave as they are
+  std::vector<MachineTracing> machines;  ///< at least one; kernels are those of the first
+  bool several_objects = false;          ///< keep objects apart, do not merge them
+  std::string folder;                    ///< receives the traces, at trace_path()
+  std::set<std::string> named;           ///< options that designs leave as they are
   bool quiet = false;
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
@@ -58,7 +65,10 @@ struct DesignTracing {
 TracerSettings design_settings(TracerSettings settings, const explore::Design& design,
                                const std::set<std::string>& named);
 
-/// Throws Error if the scene, cameras or options are not valid.
-TracedDesigns trace_designs(const DesignTracing& tracing, const DesignComparison& comparison);
+/// Where a design's trace lies: NAME.grtx, or NAME.MACHINE.grtx for a machine whose trace is not that of the first.
+std::string trace_path(const std::string& folder, const std::string& design, const std::string& machine = "");
+
+/// One for each machine. Throws Error if the scene, cameras or options are not valid.
+std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const DesignComparison& comparison);
 
 }  // namespace grtx::experiment

@@ -91,12 +91,17 @@ def option(marked, description):
 
 
 def command(program, name=""):
-    parts = sections(printed(program, *([name] if name else []), "--help"))
+    words = [name] if name else []
+    text = printed(program, *words, "--help")
+    if "--help-all" in text:  # shows the options for experts, too
+        text = printed(program, *words, "--help-all")
+    parts = sections(text)
+    groups = [heading for heading in parts if heading not in ("", "Positionals", "Subcommands")]
     above = [line for line in parts[""] if line and not line.startswith("Usage:")]
     usage = next(line for line in parts[""] if line.startswith("Usage:"))[len("Usage:"):].strip()
     return Command(name=name, summary=above[0].split(". A command's options")[0], usage=usage, text="\n".join(above[1:]),
                    arguments=[option(*entry) for entry in entries(parts.get("Positionals", []))],
-                   options=[option(*entry) for entry in entries(parts.get("Options", []))],
+                   options=[option(*entry) for heading in groups for entry in entries(parts[heading])],
                    commands=[tuple(entry) for entry in entries(parts.get("Subcommands", []))])
 
 

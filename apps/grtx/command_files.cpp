@@ -46,7 +46,9 @@ std::vector<std::string> written(const CLI::App& command, const CLI::Option& opt
   if (name == "--vcd") return {text, sim::save_file_of(text)};
   if (command.get_name() == "synth" && name == "--output") return {text, frontend::synth_cameras_path(text)};
   const std::vector<std::string> views = results(command, "--views");
-  if (command.get_name() == "run") return experiment::run_files(text, views.empty() ? "" : views.front());
+  if (command.get_name() == "run") {
+    return experiment::run_files(text, views.empty() ? "" : views.front(), results(command, "--machine"));
+  }
   if (name == "--image" && !views.empty()) return experiment::frame_paths(text, views.front());
   if (command.get_name() == "sweep" || command.get_name() == "search") return {text, text + ".lock", text + ".work"};
   return {text};

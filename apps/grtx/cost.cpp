@@ -9,8 +9,10 @@
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/results_file.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/base/json.h"
 #include "grtx/experiment/machine.h"
 #include "grtx/experiment/machine_notes.h"
 #include "grtx/experiment/option_rules.h"
@@ -19,6 +21,7 @@
 #include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/cost/technology.h"
 #include "grtx/explore/sweep/designs.h"
+#include "grtx/explore/sweep/points.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/checkpoint_bins.h"
@@ -58,6 +61,7 @@ void print_energy(const CostArguments& options, const nlohmann::ordered_json& do
   };
   const std::vector<explore::EnergyPart> parts =
       explore::run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
+  if (!options.csv.empty()) write_file(options.csv, explore::energy_csv(parts));
   if (as_json) {
     print_json(explore::energy_json(parts));
   } else {
@@ -84,6 +88,24 @@ void take_design_of(const nlohmann::ordered_json& inputs, CostArguments& options
   if (traced.contains("k")) options.machine.k = explore::k_of(design, traced.at("k"));
 }
 
+/// The run of a design in results.json, which has its whole machine.
+nlohmann::ordered_json one_of_results(const nlohmann::ordered_json& results, const CostArguments& options) {
+  for (const char* option : {"--config", "--set"}) {
+    if (options.command->count(option) > 0) throw Error("cost", option, "results.json has the machine of the run");
+  }
+  const auto named = [&](const char* option, const std::string& text) {
+    return options.command->count(option) > 0 ? text : std::string();
+  };
+  return statistics_of(results, options.statistics, named("--design", options.use.design),
+                       named("--machine", options.machine.machine));
+}
+
+experiment::ChosenMachine machine_of(const nlohmann::ordered_json& run) {
+  experiment::ChosenMachine chosen;
+  chosen.config = explore::config_from(run.at("config"));
+  return chosen;
+}
+
 int cost(CostArguments options, const CommonOptions& common) {
   const bool json = common.json;
   if (options.coefficients) {
@@ -95,14 +117,17 @@ int cost(CostArguments options, const CommonOptions& common) {
   const bool of_a_run = !options.statistics.empty();
   sim::MachineUse use = options.use;
   nlohmann::ordered_json run;
+  bool of_results = false;
   if (of_a_run) {  // whose design has units of its own only if --design names it
-    run = sim::read_statistics(options.statistics);
+    run = read_json(options.statistics);
+    of_results = is_results(run);
+    run = of_results ? one_of_results(run, options) : sim::read_statistics(options.statistics);
     use = explore::machine_of_run(run.at("inputs"), options.statistics);
-    if (options.command->count("--design") > 0) take_design_of(run.at("inputs"), options);
+    if (options.command->count("--design") > 0 && !of_results) take_design_of(run.at("inputs"), options);
   } else {
     options.machine.design = use.design;
   }
-  const experiment::ChosenMachine chosen = choose_machine(options.machine, common);
+  const experiment::ChosenMachine chosen = of_results ? machine_of(run) : choose_machine(options.machine, common);
   const sim::GpuConfig& config = chosen.config;
   if (!of_a_run) {
     if (options.command->count("--leaves") == 0) use.leaves = sim::leaf_test_of(explore::design_of(use.design).accel);
@@ -179,10 +204,14 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->check(in_range(1u, 2u));
   command->add_option("--depth", options->depth, "Levels of the hierarchy that are printed");
   command->add_flag("--items", options->items, "Also list the parts of each module (default: off)");
-  command->add_option("--csv", options->csv, "Every item to this CSV file (default: none)")->type_name(kOutputFile);
+  command
+      ->add_option("--csv", options->csv,
+                   "Every item, with --stats the energy by part, to this CSV file (default: none)")
+      ->type_name(kOutputFile);
   command
       ->add_option("--stats", options->statistics,
-                   "Statistics of a run on this machine: prints its energy by part (default: none)")
+                   "Statistics of a run on this machine, or results.json of grtx run with --design: prints the energy "
+                   "by part (default: none)")
       ->type_name(kInputFile);
   command->add_option("--dram-pj-per-bit", options->energy.dram_pj_per_bit, "Energy of the DRAM: GDDR6 7.5, HBM2E 6")
       ->check(above_zero());

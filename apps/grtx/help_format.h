@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace grtx::apps {
 
@@ -12,6 +14,14 @@ namespace grtx::apps {
 class HelpFormat final : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override;
+  /// Of a command with options for experts: these are the last group, and --help says only how many there are.
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
 };
+
+/// Options of a command in this group are shown by --help-all alone.
+inline constexpr const char* kExpert = "Expert";
+
+/// Puts a command's options into groups by name, in this order; others, but for those of all commands, are for experts.
+void group_options(CLI::App* command, const std::vector<std::pair<std::string, std::vector<std::string>>>& groups);
 
 }  // namespace grtx::apps

@@ -31,7 +31,7 @@ constexpr std::array<JsonForm, 20> kForms = {{
     {"sim", "grtx.stats/1", "what --stats writes"},
     {"machine", "grtx.machine/1", "every key and derived figure, with where it comes from"},
     {"cost", "grtx.cost/1", "the hierarchy with every item; with --stats the energy by part (grtx.energy/1)"},
-    {"run", "grtx.run/1", "results.json"},
+    {"run", "grtx.run/2", "results.json"},
     {"stalls", "", "a list of sections with their bars"},
     {"report", "grtx.report/1", "the page and its inputs"},
     {"correlate", "grtx.correlate/1", "every figure with its error, and what follows from all"},

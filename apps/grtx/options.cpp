@@ -71,13 +71,27 @@ void add_views_option(CLI::App* command, experiment::ViewOptions& view) {
       ->excludes("--view");
 }
 
+namespace {
+
+std::string machine_help(const char* which) {
+  return fmt::format(
+      "{}: hardware configuration and tracer options in one word, {} or a file .toml of what differs "
+      "from paper, or from what it includes; --config and options of the tracer override it",
+      which, fmt::join(experiment::machine_names(), ", "));
+}
+
+}  // namespace
+
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine) {
+  return command->add_option("--machine", machine, machine_help("Machine"))->type_name(kMachineType);
+}
+
+CLI::Option* add_machine_option(CLI::App* command, std::vector<std::string>& machines) {
   return command
-      ->add_option("--machine", machine,
-                   fmt::format("Machine: hardware configuration and tracer options in one word, {} or a file "
-                               ".toml of what differs from paper, or from what it includes; --config and "
-                               "options of the tracer override it",
-                               fmt::join(experiment::machine_names(), ", ")))
+      ->add_option("--machine", machines, machine_help("Machine, or several with commas, which are compared, too"))
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->default_str(machines.front())
       ->type_name(kMachineType);
 }
 

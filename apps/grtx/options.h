@@ -73,6 +73,8 @@ void add_view_options(CLI::App* command, experiment::ViewOptions& view);
 void add_views_option(CLI::App* command, experiment::ViewOptions& view);
 /// --machine, with the machines of the project as a hint.
 CLI::Option* add_machine_option(CLI::App* command, std::string& machine);
+/// The same for several, with commas.
+CLI::Option* add_machine_option(CLI::App* command, std::vector<std::string>& machines);
 /// experiment::choose_machine(); throws Error if the command would overwrite a file that was read.
 experiment::ChosenMachine choose_machine(const experiment::MachineChoice& choice, const CommonOptions& common,
                                          bool check = true);

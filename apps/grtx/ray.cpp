@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx ray: an HTML page that shows how one ray, or the rays of one warp, were traced.
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
@@ -8,6 +10,9 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/experiment/ray_study.h"
+#include "grtx/experiment/slow_rays.h"
+#include "grtx/traces/dump.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::apps {
 namespace {
@@ -15,12 +20,46 @@ namespace {
 struct RayArguments {
   experiment::RayPlan plan;
   std::string output;
+  std::size_t slowest = 0;  ///< rays to list in place of a page; 0: none
   CLI::App* command = nullptr;
 };
 
+int print_slowest(const RayArguments& options, const CommonOptions& common) {
+  const experiment::SlowRays slow = experiment::slowest_rays(traces::Reader(options.plan.trace), options.slowest);
+  if (common.json) {
+    nlohmann::ordered_json json = json_document("ray");
+    json["median_visits"] = slow.median;
+    json["slowest"] = nlohmann::ordered_json::array();
+    for (const experiment::SlowRay& ray : slow.rays) {
+      json["slowest"].push_back({{"pixel", {ray.x, ray.y}},
+                                 {"frame", ray.frame},
+                                 {"kind", name_of(ray.kind)},
+                                 {"warp", ray.warp},
+                                 {"visits", ray.visits},
+                                 {"rounds", ray.rounds}});
+    }
+    print_json(json);
+    return 0;
+  }
+  fmt::print("{:<12} {:>8} {:>10} {:>8} {:>8}  {}\n", "pixel", "visits", "of median", "rounds", "warp", "kind");
+  for (const experiment::SlowRay& ray : slow.rays) {
+    fmt::print("{:<12} {:>8} {:>9.1f}x {:>8} {:>8}  {}{}\n", fmt::format("{},{}", ray.x, ray.y), ray.visits,
+               static_cast<double>(ray.visits) / static_cast<double>(std::max<std::uint64_t>(1, slow.median)),
+               ray.rounds, ray.warp, name_of(ray.kind), ray.frame == 0 ? "" : fmt::format(", frame {}", ray.frame));
+  }
+  if (slow.rays.empty() || common.quiet) return 0;
+  const experiment::SlowRay& first = slow.rays.front();
+  fmt::print("next: grtx ray {} --pixel {},{}{} -o ray.html\n", options.plan.trace, first.x, first.y,
+             first.frame == 0 ? "" : fmt::format(" --frame {}", first.frame));
+  return 0;
+}
+
 int ray(const RayArguments& options, const CommonOptions& common) {
   experiment::RayPlan plan = options.plan;
-  if (plan.rays.pixel.empty() == !plan.rays.warp) throw Error("ray", "--pixel", "which ray? --pixel X,Y, or --warp W");
+  if (options.slowest != 0) return print_slowest(options, common);
+  if (options.output.empty()) throw Error("ray", "-o", "a page is needed, or --slowest N");
+  if (plan.rays.pixel.empty() == !plan.rays.warp)
+    throw Error("ray", "--pixel", "which ray? --pixel X,Y, or --warp W; --slowest 10 lists some");
   if (plan.scene.empty() != plan.view.cameras.empty()) {
     throw Error("ray", plan.scene.empty() ? "--cameras" : "--scene",
                 "a ray is traced again with both: --scene and --cameras");
@@ -87,9 +126,16 @@ void add_ray(CLI::App& app, CommonOptions& common) {
       ->add_option("--timeline", options->plan.timeline,
                    "File of 'grtx sim --timeline', for a time axis (default: none)")
       ->type_name(kInputFile);
-  command->add_option("-o,--output", options->output, "HTML file to write (no default)")
-      ->type_name(kOutputFile)
-      ->required();
+  CLI::Option* output =
+      command->add_option("-o,--output", options->output, "HTML file to write (no default)")->type_name(kOutputFile);
+  command
+      ->add_option("--slowest", options->slowest,
+                   "In place of a page: this many pixels whose rays visit the most nodes (default: none)")
+      ->default_str("")
+      ->check(in_range(1U, 1000000U))
+      ->excludes(pixel)
+      ->excludes("--warp")
+      ->excludes(output);
 }
 
 }  // namespace grtx::apps

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// grtx run: the main job. Traces one view with the designs, simulates each, and compares.
+// grtx run: the main job. Traces one view with the designs, simulates each on one machine or several, and compares.
 #include <fmt/format.h>
 
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/estimate_cli.h"
+#include "grtx/apps/grtx/help_format.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/tracer_cli.h"
@@ -14,6 +15,7 @@
 #include "grtx/experiment/picture_quality.h"
 #include "grtx/experiment/run_designs.h"
 #include "grtx/experiment/tracer_statistics.h"
+#include "grtx/explore/sweep/axis.h"
 
 namespace grtx::apps {
 namespace {
@@ -25,6 +27,7 @@ constexpr const char* kChargedMachine = "paper-charged";  ///< the default machi
 struct RunArguments {
   experiment::RunPlan plan;
   CLI::App* command = nullptr;
+  std::vector<std::string> machines = {experiment::kDefaultMachine};
   std::string config;
   std::vector<std::string> settings;
   sim::SimulationMode mode = sim::SimulationMode::cycle;
@@ -36,18 +39,31 @@ double value(const ordered_json& statistics, const std::string& name) {
   return statistics.at(name).at("value").get<double>();
 }
 
-void print_table(const ordered_json& designs, const experiment::DesignComparison& comparison) {
+/// Hits of a round of a design, as its trace has them.
+std::string k_of(const ordered_json& results, const std::string& design) {
+  return results.at("inputs").at(design).value("trace.k", "");
+}
+
+void print_table(const ordered_json& results, const experiment::DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
-  fmt::print("{:<9} {:>10} {:>8} {:>8} {:>9} {:>7} {:>6} {:>8} {:>7}\n", "design", "cycles", "speed-up", "visits M",
-             "fetches M", "latency", "L1 hit", "L2 M", "DRAM MB");
-  const double reference = value(designs.at(comparison.reference()), "gpu.cycles");
+  const ordered_json& designs = results.at("designs");
+  fmt::print("{:<9} {:>3} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", "design", "k", "cycles", "speed-up",
+             "visits M", "fetch M", "latency", "L1 hit", "L2 M", "DRAM MB");
+  const std::string& over = comparison.reference();
+  const double reference = value(designs.at(over), "gpu.cycles");
+  std::string other_k;
   for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
-    fmt::print("{:<9} {:>10.0f} {:>8.2f} {:>8.3f} {:>9.3f} {:>7.1f} {:>5.1f}% {:>8.3f} {:>7.1f}\n", name,
+    const std::string k = k_of(results, name);
+    if (k != k_of(results, over)) other_k += fmt::format("{}{} at {}", other_k.empty() ? "" : ", ", name, k);
+    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8.3f} {:>7.3f} {:>7.1f} {:>5.1f}% {:>7.3f} {:>7.1f}\n", name, k,
                value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits") * 1e-6,
                value(s, "gpu.rt.node_fetches") * 1e-6, value(s, "gpu.rt.node_fetch_latency"),
                100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses") * 1e-6,
                value(s, "gpu.dram.bytes") * 1e-6);
+  }
+  if (!other_k.empty()) {
+    say("speed-ups are over {} at k = {}; {} (--k sets one for all)", over, k_of(results, over), other_k);
   }
 }
 
@@ -93,15 +109,51 @@ void print_images(const experiment::DesignResults& run) {
   say("{}", text);
 }
 
-/// Prints a summary of the results.
-void print_summary(const RunArguments& options, const experiment::DesignResults& run) {
-  const ordered_json& results = run.json;
+/// "123.4 µs", "1.234 ms": of a time in µs.
+std::string time_text(double us) {
+  return us < 1e3   ? fmt::format("{:.1f} us", us)
+         : us < 1e6 ? fmt::format("{:.3f} ms", us * 1e-3)
+                    : fmt::format("{:.3f} s", us * 1e-6);
+}
+
+/// Times of each design on each machine, over the first, and the keys in which machines differ.
+void print_between(const ordered_json& results, const experiment::DesignComparison& comparison,
+                   const std::vector<std::string>& names) {
+  constexpr std::size_t kColumn = 22;
+  const ordered_json &machines = results.at("machines"), &between = results.at("between_machines");
+  fmt::print("\ntimes, in brackets how many times as fast as on {}\n{:<9}", names.front(), "design");
+  for (const std::string& name : names) fmt::print(" {:>{}}", name, kColumn);
+  fmt::print("\n");
+  for (const std::string& design : comparison.names()) {
+    fmt::print("{:<9}", design);
+    for (const ordered_json& machine : machines) {
+      std::string cell = time_text(value(machine.at("designs").at(design), "gpu.time_us"));
+      if (&machine != &machines.front()) {
+        const auto its = machine.at("machine").get<std::string>();
+        cell += fmt::format(" ({:.2f})", between.at("speedup").at(its).at(design).get<double>());
+      }
+      fmt::print(" {:>{}}", cell, kColumn);
+    }
+    fmt::print("\n");
+  }
+  const ordered_json& keys = between.at("keys");
+  fmt::print("\n{} keys and options of the tracer differ\n{:<31}", keys.size(), "key");
+  for (const std::string& name : names) fmt::print(" {:>15}", name);
+  fmt::print("\n");
+  for (const auto& [key, values] : keys.items()) {
+    fmt::print("{:<31}", key);
+    for (const ordered_json& one : values) fmt::print(" {:>15}", explore::text_of(one));
+    fmt::print("\n");
+  }
+}
+
+/// What was measured on a machine. machine: as it was asked for.
+void print_machine(const RunArguments& options, const std::string& machine, const ordered_json& results,
+                   const experiment::DesignResults& run) {
   const experiment::DesignComparison& comparison = run.comparison;
-  const std::string& machine = options.plan.machine;
-  const bool objects = results.contains("speedup_over");
   say("{}", experiment::describe_machine(machine, options.config, options.settings, run.mode));
-  print_table(results.at("designs"), comparison);
-  if (run.mode != sim::SimulationMode::cycle) print_intervals(results);
+  print_table(results, comparison);
+  if (run.mode != sim::SimulationMode::cycle && !comparison.others().empty()) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);
@@ -110,23 +162,49 @@ void print_summary(const RunArguments& options, const experiment::DesignResults&
     for (const auto& [name, speedup] : results.at(key).items()) fmt::print(" {} {:.2f}", name, speedup.get<double>());
     fmt::print("\n");
   }
+}
+
+/// Prints a summary of the results.
+void print_summary(const RunArguments& options, const experiment::DesignResults& run) {
+  const ordered_json& results = run.json;
+  const experiment::DesignComparison& comparison = run.comparison;
+  const std::vector<experiment::MachinePlan> machines = machines_of(options.plan);
+  std::vector<std::string> names;
+  for (std::size_t m = 0; m < machines.size(); ++m) {
+    names.push_back(experiment::machine_name(machines[m].machine));
+    if (m > 0) fmt::print("\n");
+    print_machine(options, machines[m].machine, machines.size() == 1 ? results : results.at("machines")[m], run);
+  }
+  if (machines.size() > 1) print_between(results, comparison, names);
   say("{}", experiment::describe_end(run.counters));
-  if (objects) fmt::print("speed-up over {}\n", comparison.reference());
+  if (comparison.reference() != explore::design_names().front()) {
+    fmt::print("speed-up over {}\n", comparison.reference());
+  }
   print_images(run);
-  if (options.plan.config.rt.checkpoint.traffic == modules::TrafficCharging::uncharged) {
-    fmt::print("checkpoint traffic is free on this machine ({} charges it)\n",
-               machine == experiment::kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
+  for (std::size_t m = 0; m < machines.size(); ++m) {
+    if (machines[m].config.rt.checkpoint.traffic != modules::TrafficCharging::uncharged) continue;
+    fmt::print("checkpoint traffic is free on {} ({} charges it)\n", machines.size() == 1 ? "this machine" : names[m],
+               machines[m].machine == experiment::kDefaultMachine ? kChargedMachine : "rt.checkpoint.traffic=charged");
   }
 }
 
 int run(RunArguments& options, const CommonOptions& common) {
   experiment::RunPlan& plan = options.plan;
-  experiment::ChosenMachine chosen =
-      choose_machine({.machine = plan.machine, .config = options.config, .settings = options.settings}, common, false);
-  apply_tracer(plan.tracer, chosen, *options.command);
-  plan.config = std::move(chosen.config);  // checked with the keys of each design
-  plan.chosen_tracer = std::move(chosen.tracer);
-  plan.machine_hash = std::move(chosen.machine_hash);
+  const experiment::TracerSettings asked = plan.tracer;
+  std::vector<experiment::MachinePlan> machines;
+  for (const std::string& machine : options.machines) {
+    experiment::ChosenMachine chosen =
+        choose_machine({.machine = machine, .config = options.config, .settings = options.settings}, common, false);
+    experiment::MachinePlan& own = machines.emplace_back();
+    own.machine = machine;
+    own.tracer = asked;
+    apply_tracer(own.tracer, chosen, *options.command);
+    own.config = std::move(chosen.config);  // checked with the keys of each design
+    own.chosen_tracer = std::move(chosen.tracer);
+    own.machine_hash = std::move(chosen.machine_hash);
+  }
+  static_cast<experiment::MachinePlan&>(plan) = machines.front();
+  plan.further.assign(machines.begin() + 1, machines.end());
   plan.named = explore::keys_of(options.settings);
   for (const experiment::TracerOptionName& option : experiment::tracer_option_names()) {
     if (options.command->count(experiment::flag_of(option.key)) > 0) plan.named.insert(option.key);
@@ -157,17 +235,17 @@ void add_run(CLI::App& app, CommonOptions& common) {
                    "Scene file, or object list .json: of the designs, sw and grtx alone (no default)")
       ->type_name(kInputFile)
       ->required();
+  add_flatten_option(command, options->plan.flatten);
+  add_view_options(command, options->plan.view);
+  add_views_option(command, options->plan.view);
   command
       ->add_option("--designs", options->plan.designs,
                    "Designs to compare, with commas; speed-ups are over the first of the table (default: all but walk)")
       ->delimiter(',')
       ->check(one_of(explore::design_names()));
-  add_flatten_option(command, options->plan.flatten);
-  add_view_options(command, options->plan.view);
-  add_views_option(command, options->plan.view);
   add_tracer_options(command, options->plan.tracer);
   options->command = command;
-  add_machine_option(command, options->plan.machine);
+  add_machine_option(command, options->machines);
   command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")
       ->type_name(kInputFile);
   command->add_option("--set", options->settings, "Configuration key=value; repeatable (default: none)");
@@ -182,6 +260,15 @@ void add_run(CLI::App& app, CommonOptions& common) {
                    "Folder for results.json, report.html, image.png and the traces (no default)")
       ->type_name(kOutputFile)
       ->required();
+  group_options(
+      command,
+      {{"Scene", {"--scene", "--flatten", "--secondary"}},
+       {"View", {"--cameras", "--view", "--views", "--width", "--height", "--fov-scale"}},
+       {"Structure", {"--designs", "--layout", "--bvh-width", "--instance-bounds"}},
+       {"Rounds",
+        {"--k", "--ert", "--sort-key", "--child-order", "--tmax-update", "--opacity-bound", "--checkpoint-bins"}},
+       {"Machine", {"--machine", "--config", "--set", "--mode", "--target-error", "--jobs"}},
+       {"Output", {"--output"}}});
 }
 
 }  // namespace grtx::apps

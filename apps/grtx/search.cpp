@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
@@ -24,6 +25,7 @@ struct SearchArguments {
   std::string plan;
   explore::SessionOptions session;
   std::string machine = experiment::kDefaultMachine;
+  CLI::Option* machine_option = nullptr;
 };
 
 int search(const SearchArguments& options, const CommonOptions& common) {
@@ -31,7 +33,8 @@ int search(const SearchArguments& options, const CommonOptions& common) {
   if (options.session.database.empty()) throw Error("search", "-o", "a database is needed");
   const experiment::SceneTracerRules tracer;
   explore::SearchPlan plan = explore::load_search_plan(options.plan, tracer);
-  for (const std::string& file : experiment::put_on_machine(plan.common, options.machine)) common.files.check(file);
+  const auto asked = options.machine_option->count() > 0 ? std::optional(options.machine) : std::nullopt;
+  for (const std::string& file : experiment::put_on_machine(plan.common, asked)) common.files.check(file);
   explore::SessionOptions with = options.session;
   with.quiet = quiet;
   with.modes = {plan.common.mode, plan.confirm};
@@ -41,8 +44,8 @@ int search(const SearchArguments& options, const CommonOptions& common) {
   if (common.json) {
     print_json(result);
   } else if (!quiet) {
-    fmt::print("{}", explore::search_text(result));
     if (session.trace_work().made != 0) fmt::print("{}\n", describe(session.trace_work()));
+    fmt::print("{}{}\n", explore::search_text(result), next_report(options.session.database));
   }
   return explore::search_succeeded(result) ? 0 : 1;
 }
@@ -58,7 +61,7 @@ void add_search(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile)
       ->required();
   add_session_options(command, options->session);
-  add_machine_option(command, options->machine);
+  options->machine_option = add_machine_option(command, options->machine)->default_str("the plan's, else paper");
 }
 
 }  // namespace grtx::apps

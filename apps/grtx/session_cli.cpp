@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "grtx/apps/grtx/options.h"
 
 namespace grtx::apps {
@@ -23,6 +25,11 @@ void add_session_options(CLI::App* command, explore::SessionOptions& options) {
   command->add_option("--program", options.program, "The grtx that traces and simulates (default: this one)");
   command->add_flag("--retry", options.retry,
                     "Run points again that failed, were killed or took too long (default: off)");
+}
+
+std::string next_report(const std::string& database) {
+  return fmt::format("next: grtx report {} -o {}", database,
+                     std::filesystem::path(database).replace_extension(".html").string());
 }
 
 std::string describe(const explore::TraceWork& work) {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx stalls: where the cycles of a run went.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/results_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
 #include "grtx/rtl_tlm/observe/stall_report.h"
@@ -19,7 +20,7 @@ namespace {
 
 struct StallsArguments {
   std::string statistics;
-  std::string design;
+  std::string design, machine;
   unsigned columns = 38;  ///< lines of 80 columns
 };
 
@@ -34,25 +35,16 @@ std::string stall_json(const std::vector<sim::StallSection>& sections) {
 }
 
 /// The statistics of a design in a document of `grtx run`; any other document as it is. Throws Error.
-nlohmann::ordered_json statistics_of(nlohmann::ordered_json document, const StallsArguments& options) {
-  const bool of_run = document.is_object() && document.value("schema", nlohmann::ordered_json()) == "grtx.run/1";
-  if (!of_run) {
-    if (!options.design.empty()) throw Error("stalls", "--design", "is for results.json of grtx run");
-    return document;
+nlohmann::ordered_json statistics_in(nlohmann::ordered_json document, const StallsArguments& options) {
+  if (is_results(document)) return statistics_of(document, options.statistics, options.design, options.machine);
+  for (const auto& [option, text] : {std::pair("--design", options.design), std::pair("--machine", options.machine)}) {
+    if (!text.empty()) throw Error("stalls", option, "is for results.json of grtx run");
   }
-  const nlohmann::ordered_json designs = document.value("designs", nlohmann::ordered_json::object());
-  std::vector<std::string> names;
-  for (const auto& [name, statistics] : designs.items()) names.push_back(name);
-  if (!designs.contains(options.design)) {
-    throw Error(options.statistics, "designs", fmt::format("--design must name one of {}", fmt::join(names, ", ")));
-  }
-  return {{"schema", "grtx.stats/1"},
-          {"config", document.value("config", nlohmann::ordered_json::object())},
-          {"stats", designs.at(options.design)}};
+  return document;
 }
 
 int print_stalls(const StallsArguments& options, bool json) {
-  const nlohmann::ordered_json document = statistics_of(read_json(options.statistics), options);
+  const nlohmann::ordered_json document = statistics_in(read_json(options.statistics), options);
   if (document.is_object() && document.contains("stats")) {
     sim::check_statistics(document.at("stats"), options.statistics, "");
   }
@@ -71,6 +63,7 @@ void add_stalls(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile)
       ->required();
   command->add_option("--design", options->design, "Design of results.json whose cycles are shown (default: none)");
+  command->add_option("--machine", options->machine, "Machine of results.json, where it has several (default: none)");
   command->add_option("--columns", options->columns, "Characters of a full bar")->check(in_range(1, 500));
 }
 

@@ -25,6 +25,7 @@
 #include "grtx/experiment/sweep_tracer_rules.h"
 #include "grtx/explore/sweep/session.h"
 #include "grtx/explore/sweep/stored_points.h"
+#include "grtx/report/page/sweep_answer.h"
 
 namespace grtx::apps {
 namespace {
@@ -35,6 +36,7 @@ struct SweepArguments {
   std::string plan;
   explore::SessionOptions session;
   std::string machine = experiment::kDefaultMachine;
+  CLI::Option* machine_option = nullptr;
   std::string mode, confirm;
   std::string scene, cameras;
   bool list = false;
@@ -79,7 +81,8 @@ explore::SweepPlan plan_of(const SweepArguments& options, const explore::TracerR
   explore::SweepPlan plan = explore::load_plan(options.plan, tracer);
   if (!options.mode.empty()) plan.mode = options.mode;
   if (!options.confirm.empty()) plan.confirm = options.confirm;
-  for (const std::string& file : experiment::put_on_machine(plan, options.machine)) common.files.check(file);
+  const auto asked = options.machine_option->count() > 0 ? std::optional(options.machine) : std::nullopt;
+  for (const std::string& file : experiment::put_on_machine(plan, asked)) common.files.check(file);
   if (!options.scene.empty() || !options.cameras.empty()) {
     if (plan.scenes.size() != 1 || !plan.scenes.front().preset.empty()) {
       throw Error("--scene", "", "needs a plan of one scene that is a file");
@@ -204,6 +207,7 @@ int print_summary(const std::vector<explore::SweepPoint>& points, explore::Sweep
     if (const std::size_t earlier = database.earlier_points(); earlier != 0) {
       fmt::print("{}\n", earlier_text(path, earlier));
     }
+    fmt::print("{}{}\n", report::sweep_answer_text(report::read_sweep_results(path)), next_report(path));
   }
   const auto done = counts.find("done");
   const std::size_t missing = points.size() - (done == counts.end() ? 0 : done->second);
@@ -259,7 +263,7 @@ void add_sweep(CLI::App& app, CommonOptions& common) {
                                    [options, &common] { return sweep(*options, common); });
   command->add_option("PLAN", options->plan, "Plan in TOML, docs/guide/sweep.md (no default)")->type_name(kInputFile);
   add_session_options(command, options->session);
-  add_machine_option(command, options->machine);
+  options->machine_option = add_machine_option(command, options->machine)->default_str("the plan's, else paper");
   command->add_option("--mode", options->mode, "Mode of grtx sim (default: the plan's, else cycle)");
   command->add_option(
       "--confirm", options->confirm,

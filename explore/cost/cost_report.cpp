@@ -232,6 +232,16 @@ ordered_json energy_json(const std::vector<EnergyPart>& parts) {
   return json;
 }
 
+std::string energy_csv(const std::vector<EnergyPart>& parts) {
+  std::string out = "part,actions,nj_low,nj_central,nj_high,action\n";
+  for (const EnergyPart& part : parts) {
+    if (part.actions == 0.0) continue;
+    out += fmt::format("{},{},{},{},{},\"{}\"\n", part.name, part.actions, part.nanojoules.low, part.nanojoules.central,
+                       part.nanojoules.high, part.basis);
+  }
+  return out;
+}
+
 std::string cost_csv(const MachineCost& cost) {
   std::string out =
       "path,copies,item,kind,bits,count,ge_low,ge_central,ge_high,mm2_low,mm2_central,mm2_high,delay_ns,estimator\n";

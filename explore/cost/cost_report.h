@@ -39,6 +39,8 @@ std::string cost_csv(const MachineCost& cost);
 /// Result of run_energy() as text and JSON, without parts that counted no action.
 std::string energy_text(const std::vector<EnergyPart>& parts);
 nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts);
+/// A line for each of these parts.
+std::string energy_csv(const std::vector<EnergyPart>& parts);
 /// Every coefficient with its source and confidence, in Markdown.
 std::string coefficient_reference();
 

@@ -351,7 +351,7 @@ class Search {
     return {
         {"schema", "grtx.search/1"},
         {"program", program_version()},
-        {"machine", plan_.common.base_machine.name},
+        {"machine", plan_.common.machines.empty() ? plan_.common.machine.name : ""},  // else each candidate's own
         {"seed", plan_.seed},
         {"population", plan_.population},
         {"margin", plan_.margin},

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "grtx/explore/search/search_plan.h"
@@ -18,8 +19,17 @@ nlohmann::ordered_json run_search(const SearchPlan& plan, const TracerRules& tra
 
 /// How a result's candidates were screened, in a few words: `cycle, images × 0.5`.
 std::string screening_words(const nlohmann::ordered_json& screening);
-/// A result as text tables.
+/// A result as text tables; last the front and the best of it.
 std::string search_text(const nlohmann::ordered_json& result);
+/// The candidate of the front that is best in each objective, and the constraints that all keep; "" without a front.
+std::string best_of_front(const nlohmann::ordered_json& result);
+/// A step of a result's path: "l1.bytes: 65536 → 131072".
+std::string step_words(const nlohmann::ordered_json& step);
+/// Whether a step of a path left each objective as it was.
+bool is_idle_step(const nlohmann::ordered_json& path, const nlohmann::ordered_json& step);
+/// Bound of a constraint on an objective, over the reference's value; nullopt if there is none, or if it is a number
+/// and views have several references.
+std::optional<double> limit_over_reference(const nlohmann::ordered_json& result, const std::string& objective);
 
 /// Whether a front was found and no simulation failed.
 bool search_succeeded(const nlohmann::ordered_json& result);

@@ -112,7 +112,9 @@ class SearchPlanReader {
       }
     }
     const std::string& key = parameter.key;
-    if (key.empty()) in_.fail(table, "parameter: key is needed: a configuration key, tracer.OPTION or design");
+    if (key.empty()) {
+      in_.fail(table, "parameter: key is needed: a configuration key, tracer.OPTION, design or machine");
+    }
     for (const SearchParameter& other : plan_.parameters) {
       if (other.key == key) in_.fail(table, fmt::format("parameter: two have the key '{}'", key));
     }

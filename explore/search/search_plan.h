@@ -10,7 +10,7 @@
 
 namespace grtx::explore {
 
-/// A parameter of the search: a configuration key, "tracer.OPTION" or "design".
+/// A parameter of the search: a configuration key, "tracer.OPTION", "design" or "machine".
 struct SearchParameter {
   std::string key;
   std::vector<SweepValue> values;  ///< at least two

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <regex>
 #include <vector>
 
 #include "grtx/base/wrapped.h"
@@ -51,7 +53,8 @@ std::string front_text(const ordered_json& result, const std::vector<std::string
     const ordered_json& candidate = result.at("candidates")[at.get<std::size_t>()];
     text += figures(candidate.at("confirming"), objectives);
     if (evaluated) text += "\n" + figures(candidate.at("evaluation"), objectives) + "   evaluation";
-    text += "\n" + wrapped("    " + words(candidate.at("coordinates")), 4) + "\n";
+    text +=
+        "\n" + wrapped(fmt::format("    #{} {}", at.get<std::size_t>(), words(candidate.at("coordinates"))), 4) + "\n";
   }
   if (front.empty()) text += "  none\n";
   return text;
@@ -62,14 +65,17 @@ std::string path_text(const ordered_json& result, const std::vector<std::string>
   if (path.empty()) return "";
   std::string text = fmt::format("\nfrom the reference to the first of the front, one change at a time\n{}   change\n",
                                  titles(objectives));
+  std::string idle;
   for (const ordered_json& step : path) {
-    const std::string from = step.at("from").is_null() ? "base" : text_of(step.at("from"));
-    std::string line = fmt::format("{}   {}: {} -> {}", figures(step, objectives), step.at("key").get<std::string>(),
-                                   from, text_of(step.at("to")));
+    if (is_idle_step(path, step)) {
+      idle += (idle.empty() ? "" : ", ") + step_words(step);
+      continue;
+    }
+    std::string line = fmt::format("{}   {}", figures(step, objectives), step_words(step));
     if (step.contains("reason")) line += fmt::format(" ({})", step.at("reason").get<std::string>());
     text += wrapped(line + (step.contains("together") ? ", only with the next" : ""), 6) + "\n";
   }
-  return text;
+  return text + (idle.empty() ? "" : wrapped("without effect, and left out: " + idle) + "\n");
 }
 
 std::string effects_text(const ordered_json& result) {
@@ -118,7 +124,7 @@ std::string search_text(const ordered_json& result) {
                          count("failed"), count("screened"), screening_words(result.at("screening")),
                          count("confirmed"), result.at("confirming").at("mode").get<std::string>(), count("front"))) +
                      "\n";
-  text += front_text(result, objectives) + path_text(result, objectives) + effects_text(result);
+  text += path_text(result, objectives) + effects_text(result);
   if (!result.at("invalid").empty()) text += "\nnot on the front by rule\n";
   for (const ordered_json& group : result.at("invalid")) {
     text += wrapped(fmt::format("{:>7}  {}: {}", group.at("candidates").get<std::size_t>(),
@@ -126,7 +132,62 @@ std::string search_text(const ordered_json& result) {
                     9) +
             "\n";
   }
-  return text;
+  text += front_text(result, objectives);
+  const std::string best = best_of_front(result);
+  return text + (best.empty() ? "" : wrapped(best) + "\n");
+}
+
+std::string best_of_front(const ordered_json& result) {
+  const ordered_json& front = result.at("front");
+  if (front.empty()) return "";
+  std::string text;
+  std::size_t o = 0;
+  for (const ordered_json& objective : result.at("objectives")) {
+    const auto ratio = [&](const ordered_json& at) {
+      return result.at("candidates")[at.get<std::size_t>()].at("confirming").at("ratios")[o].get<double>();
+    };
+    const ordered_json& best = *std::ranges::min_element(front, {}, ratio);
+    text += fmt::format("{}least {} #{} ({:.3f})", o == 0 ? "" : ", ", objective.get<std::string>(),
+                        best.get<std::size_t>(), ratio(best));
+    ++o;
+  }
+  std::string rules;
+  for (const ordered_json& rule : result.at("constraints")) {
+    rules += (rules.empty() ? "" : "; ") + rule.get<std::string>();
+  }
+  return text + (rules.empty() ? "" : "; all keep " + rules);
+}
+
+std::string step_words(const ordered_json& step) {
+  return fmt::format("{}: {} → {}", step.at("key").get<std::string>(),
+                     step.at("from").is_null() ? "base" : text_of(step.at("from")), text_of(step.at("to")));
+}
+
+bool is_idle_step(const ordered_json& path, const ordered_json& step) {
+  if (!step.contains("ratios") || step.contains("together")) return false;
+  std::vector<double> before(step.at("ratios").size(), 1.0);
+  for (const ordered_json& other : path) {
+    if (&other == &step) return step.at("ratios").get<std::vector<double>>() == before;
+    if (other.contains("ratios")) before = other.at("ratios").get<std::vector<double>>();
+  }
+  return false;
+}
+
+std::optional<double> limit_over_reference(const ordered_json& result, const std::string& objective) {
+  const ordered_json& views = result.at("reference").at("confirming");
+  for (const ordered_json& rule : result.at("constraints")) {
+    static const std::regex form(R"(\s*([\w.]+)\s*<=\s*(?:([0-9.eE+-]+)\s*(\*\s*reference)?|(reference))\s*)");
+    std::smatch parts;
+    const auto text = rule.get<std::string>();
+    if (!std::regex_match(text, parts, form) || parts[1].str() != objective) continue;
+    const double bound = parts[4].matched ? 1.0 : std::strtod(parts[2].str().c_str(), nullptr);
+    if (parts[3].matched || parts[4].matched) return bound;
+    if (views.size() != 1) return std::nullopt;
+    std::size_t o = 0;
+    while (result.at("objectives")[o] != objective) ++o;
+    return bound / views.front().at("values")[o].get<double>();
+  }
+  return std::nullopt;
 }
 
 }  // namespace grtx::explore

@@ -110,7 +110,9 @@ void SweepDatabase::set_meta(const std::string& key, const std::string& value) {
 void SweepDatabase::begin(const SweepPlan& plan, const std::string& program, const std::string& build, bool retry) {
   SqliteTransaction transaction(database_);
   set_meta("plan", plan.text);
-  set_meta("machine", plan.base_machine.name);
+  std::string machines;
+  for (const auto& [text, machine] : plan.machines) machines += (machines.empty() ? "" : ", ") + machine.name;
+  set_meta("machine", machines.empty() ? plan.machine.name : machines);
   set_meta("program", program);
   if (meta("build").empty()) set_meta("build", build);
   database_.execute("UPDATE point SET status = 'pending', reason = NULL WHERE status = 'running'");

@@ -33,11 +33,23 @@ struct PlanLimits {
   double memory_mb = 4096.0;  ///< memory of one process, 10^6 bytes
 };
 
-/// A machine given by --machine.
-struct NamedMachine {
-  std::string name;    ///< name in results; "" for none
-  std::string option;  ///< argument of `grtx sim --machine`; for a file its absolute path
+/// A machine, with the plan's configuration file over it.
+struct PlanMachine {
+  std::string name;                           ///< name in results; "" for none
+  std::string option;                         ///< argument of `grtx sim --machine`; for a file its absolute path
+  sim::GpuConfig config;                      ///< machine and configuration file combined
+  sim::RivalKeys rivals;                      ///< keys of the memory clock that they set
+  std::map<std::string, std::string> tracer;  ///< their tracer options, by name with _ for -; a design's lie over them
 };
+
+/// A machine among what a plan varies.
+struct VariedMachine {
+  std::string option;  ///< as --machine
+  std::string place;   ///< "line N" of the plan
+};
+
+/// What plans call a machine among what they vary, and the base of all points.
+inline constexpr const char* kMachine = "machine";
 
 struct SweepPlan {
   std::string path;
@@ -45,13 +57,13 @@ struct SweepPlan {
   std::vector<PlanScene> scenes;
   std::vector<std::string> designs = {"grtx"};  ///< empty if tracer.accel or tracer.checkpoint is set
   std::string mode = "cycle";
-  std::string confirm;                        ///< mode for simulating the front again; "" for none
-  NamedMachine base_machine;                  ///< base machine, overridden by `base`
-  std::string base;                           ///< configuration file; "" for the machine alone
-  sim::GpuConfig machine;                     ///< machine and configuration file combined
-  sim::RivalKeys rivals;                      ///< keys of the memory clock that they set
-  std::map<std::string, std::string> tracer;  ///< their tracer options, by name with _ for -; a design's lie over them
-  Coordinates settings;                       ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
+  std::string confirm;                                   ///< mode for simulating the front again; "" for none
+  PlanMachine machine;                                   ///< of points that name no other
+  std::string machine_asked;                             ///< `machine` of the plan, as --machine; "" for none
+  std::map<std::string, VariedMachine> varied_machines;  ///< that the plan varies, by their text there
+  std::map<std::string, PlanMachine> machines;           ///< what they are, by the same text
+  std::string base;                                      ///< configuration file over each machine; "" for none
+  Coordinates settings;  ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;
 };

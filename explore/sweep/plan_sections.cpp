@@ -35,7 +35,7 @@ std::vector<PlanSections::Entry> PlanSections::parse() {
 }
 
 const std::vector<std::string>& PlanSections::names() {
-  static const std::vector<std::string> names = {"scene", "mode", "base", "set", "tracer", "limits"};
+  static const std::vector<std::string> names = {"scene", "mode", "machine", "base", "set", "tracer", "limits"};
   return names;
 }
 
@@ -44,12 +44,14 @@ bool PlanSections::read(const std::string& name, const toml::node& node) {
     read_scenes(node);
   } else if (name == "mode") {
     plan.mode = text(node, name);
+  } else if (name == kMachine) {
+    plan.machine_asked = machine_text(text(node, name));
   } else if (name == "base") {
     plan.base = path_text(node, name);
     try {
       sim::LoadedConfig loaded = sim::load_machine({.file = plan.base});
-      plan.machine = std::move(loaded.config);
-      plan.rivals = loaded.rivals;
+      plan.machine.config = std::move(loaded.config);
+      plan.machine.rivals = loaded.rivals;
     } catch (const Error& error) {
       if (error.file() == plan.base && error.place().empty()) fail(node, "base: " + std::string(error.what()));
       throw;
@@ -89,8 +91,7 @@ void PlanSections::unknown(const toml::node& node, const std::string& name,
 
 void PlanSections::refuse_machine(const toml::node& node, const std::string& name) const {
   if (name != "machine" && !name.ends_with(".machine")) return;
-  fail(node,
-       fmt::format("machine: a plan has none, the command names it: --machine {}", node.value_or(std::string("NAME"))));
+  fail(node, "machine: stands at the top of a plan, for all points, or is varied, as the design is");
 }
 
 std::string PlanSections::text(const toml::node& node, const std::string& name) const {
@@ -164,6 +165,10 @@ std::vector<SweepValue> PlanSections::scalars(const toml::node& node, const std:
   return values;
 }
 
+std::string PlanSections::machine_text(const std::string& name) const {
+  return name.ends_with(".toml") ? (folder_ / name).lexically_normal().string() : name;
+}
+
 bool PlanSections::is_key(const std::string& name) const {
   return std::any_of(keys_.begin(), keys_.end(), [&](const modules::Parameter& key) { return key.name == name; });
 }
@@ -185,6 +190,11 @@ void PlanSections::check_value(const toml::node& node, const std::string& name, 
 }
 
 void PlanSections::check_varied(const toml::node& node, const std::string& name, const SweepValue& value) {
+  if (name == kMachine) {
+    if (!value.is_string() || text_of(value).empty()) fail(node, "machine: must be a name, or a file .toml");
+    plan.varied_machines.try_emplace(text_of(value), VariedMachine{machine_text(text_of(value)), place_of(node)});
+    return;
+  }
   if (name != kDesign) return check_value(node, name, value);
   const std::string word = text_of(value);
   if (std::ranges::find(design_names(), word) == design_names().end()) {

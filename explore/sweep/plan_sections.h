@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Common sections of sweep and search plans: scenes, mode, base, [set], [tracer], [limits], and functions that read and
-// check values. Internal to plan.cpp and search_plan.cpp; needs toml++.
+// Common sections of sweep and search plans: scenes, mode, machine, base, [set], [tracer], [limits], and functions that
+// read and check values. Internal to plan.cpp and search_plan.cpp; needs toml++.
 #pragma once
 
 #include <toml++/toml.h>
@@ -41,7 +41,7 @@ class PlanSections {
   [[noreturn]] void fail(const toml::node& node, const std::string& rule) const;
   [[noreturn]] void unknown(const toml::node& node, const std::string& name,
                             const std::vector<std::string>& known) const;
-  /// Throws Error if `name` says "machine", which many look for in a plan.
+  /// Throws Error if `name` says "machine" where a plan has none.
   void refuse_machine(const toml::node& node, const std::string& name) const;
   std::string text(const toml::node& node, const std::string& name) const;
   std::string one_of(const toml::node& node, const std::string& name, const std::vector<std::string>& known) const;
@@ -59,7 +59,7 @@ class PlanSections {
 
   /// Checks a value by setting it in a scratch configuration, or by TracerRules for a tracer option.
   void check_value(const toml::node& node, const std::string& name, const SweepValue& value);
-  /// The same for what a plan varies, which may also be the design.
+  /// The same for what a plan varies, which may also be the design or the machine.
   void check_varied(const toml::node& node, const std::string& name, const SweepValue& value);
   /// Calls `leaf` for each axis or setting in a table, whose names may be dotted or nested.
   void each_name(const toml::table& table, const std::string& prefix,
@@ -81,6 +81,8 @@ class PlanSections {
   void check_scene(const toml::table& table, const PlanScene& scene) const;
   void read_limits(const toml::node& node);
   bool is_key(const std::string& name) const;
+  /// The text of --machine for a machine of the plan: a file is relative to the plan's folder.
+  std::string machine_text(const std::string& name) const;
 
   const TracerRules& tracer_;
   Roles roles_;

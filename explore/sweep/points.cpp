@@ -166,7 +166,6 @@ PointMaker::PointMaker(const SweepPlan& plan, const TracerRules& tracer, std::st
     : plan_(plan),
       tracer_(tracer),
       program_(std::move(program)),
-      configs_(plan.machine, plan.rivals),
       resolved_(std::make_unique<std::map<TraceRequest, ResolvedTrace>>()) {
   for (const PlanScene& scene : plan.scenes) {
     for (const unsigned view : scene.views) places_.push_back({scenes_.size(), view});
@@ -189,14 +188,16 @@ const PointMaker::ResolvedTrace& PointMaker::traced(TraceRequest request) {
 
 PointMaker::TracedPoint PointMaker::make(const Place& place, const std::string& design, const Coordinates& varied) {
   const Design* from = design.empty() ? nullptr : &design_of(design);
+  const PlanMachine* machine = &plan_.machine;
   for (const auto& [name, value] : varied) {
     if (name == kDesign) from = &design_of(text_of(value));
+    if (name == kMachine) machine = &plan_.machines.at(text_of(value));
   }
   Structure structure{"tri20", false};
   std::map<std::string, std::string> options, named;
   PointConfigs::Settings settings;
   const auto take = [&](const std::string& name, const SweepValue& value) {
-    if (name == kDesign) return;
+    if (name == kDesign || name == kMachine) return;
     if (name == "tracer.accel") {
       structure.accel = text_of(value);
     } else if (name == "tracer.checkpoint") {
@@ -210,7 +211,7 @@ PointMaker::TracedPoint PointMaker::make(const Place& place, const std::string& 
   if (from != nullptr) structure = {from->accel, from->checkpoint};
   for (const auto& [name, value] : plan_.settings) take(name, value);
   for (const auto& [name, value] : varied) take(name, value);
-  options = tracer_of(from == nullptr ? Design() : *from, plan_.tracer, named);
+  options = tracer_of(from == nullptr ? Design() : *from, machine->tracer, named);
   if (from != nullptr) {  // below what the plan sets
     const Design::Texts own = keys_for(*from, k_of(*from, options.contains("k") ? options.at("k") : ""));
     settings.insert(settings.begin(), own.begin(), own.end());
@@ -226,13 +227,17 @@ PointMaker::TracedPoint PointMaker::make(const Place& place, const std::string& 
   point.broken = known.broken;
   point.use = known.use;
   point.trace_key = made.trace->key;
-  point.machine = plan_.base_machine.name;
+  point.machine = machine->name;
+  point.machine_option = machine->option;
   point.mode = plan_.mode;
   point.scene = scene.plan->name;
   point.coordinates = ordered_json::object();
   if (scene.plan->views.size() > 1) point.coordinates["view"] = place.view;
-  for (const auto& [name, value] : varied) point.coordinates[name] = value;
-  point.config = configs_.with(settings, point.broken);
+  for (const auto& [name, value] : varied) {
+    if (name != kMachine) point.coordinates[name] = value;  // which every point has
+  }
+  PointConfigs& configs = configs_.try_emplace(machine->name, machine->config, machine->rivals).first->second;
+  point.config = configs.with(settings, point.broken);
   point.key = key_in_mode(point, point.mode, program_);
   return made;
 }

@@ -28,7 +28,8 @@ struct SweepTrace {
 struct SweepPoint {
   std::string key;
   std::string trace_key;
-  std::string machine;  ///< name of the machine
+  std::string machine;         ///< name of the machine
+  std::string machine_option;  ///< PlanMachine::option
   std::string mode;
   std::string scene;
   std::string design;
@@ -65,7 +66,7 @@ class PointMaker {
   /// Scenes in the plan's order, each with its views.
   const std::vector<Place>& places() const { return places_; }
   /// design: "" if tracer.accel and tracer.checkpoint define it. varied: settings of this point in addition to the
-  /// plan's; an entry "design" overrides `design`.
+  /// plan's; an entry "design" overrides `design`, an entry "machine" the plan's.
   TracedPoint make(const Place& place, const std::string& design, const Coordinates& varied);
 
  private:
@@ -79,7 +80,7 @@ class PointMaker {
   std::string program_;
   std::vector<Scene> scenes_;
   std::vector<Place> places_;
-  PointConfigs configs_;
+  std::map<std::string, PointConfigs> configs_;                      ///< by PlanMachine::name
   std::unique_ptr<std::map<TraceRequest, ResolvedTrace>> resolved_;  ///< cache: resolving options is slow
 };
 

@@ -63,8 +63,7 @@ SweepSetting setting_of(const SessionOptions& options, const SweepPlan& plan, co
                         const std::string& self) {
   const std::string program = options.program.empty() ? self : fs::absolute(options.program).string();
   for (const std::string& mode : options.modes) check_mode(mode, program, plan.path);
-  return {program, fs::path(path).parent_path().string() + "/traces", plan.base_machine.option, plan.limits,
-          options.quiet};
+  return {program, fs::path(path).parent_path().string() + "/traces", plan.limits, options.quiet};
 }
 
 std::vector<std::string> words(const std::string& text) {

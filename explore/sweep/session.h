@@ -31,7 +31,7 @@ struct SessionOptions {
 class SweepSession {
  public:
   /// Locks and opens the database, records the plan, imports results of a killed session, and creates the launcher.
-  /// plan: only limits, machine, path and text are used. Throws Error if the database's folder does not exist, another
+  /// plan: only limits, machines, path and text are used. Throws Error if the database's folder does not exist, another
   /// sweep uses the database, or a mode is unknown.
   SweepSession(const SessionOptions& options, const SweepPlan& plan);
   /// Keeps the work folder, so that the next session can import complete results.

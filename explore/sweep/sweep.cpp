@@ -59,8 +59,7 @@ class TaskScheduler {
   std::vector<Job> take(std::size_t places, std::size_t most_tasks) {
     std::vector<Job> jobs;
     while (jobs.size() < places && !ready_.empty()) {
-      jobs.push_back(
-          {point_task(*ready_.front(), setting_.machine, setting_.program, setting_.traces, setting_.limits)});
+      jobs.push_back({point_task(*ready_.front(), setting_.program, setting_.traces, setting_.limits)});
       ready_.pop_front();
     }
     while (jobs.size() < places && !traces_to_make_.empty()) {

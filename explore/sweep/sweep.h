@@ -14,7 +14,6 @@ namespace grtx::explore {
 struct SweepSetting {
   std::string program;  ///< path of grtx that runs the tasks
   std::string traces;   ///< folder of the traces, absolute
-  std::string machine;  ///< NamedMachine::option, for all points
   PlanLimits limits;
   bool quiet = false;
   std::string what = "sweep";  ///< label of the progress bar

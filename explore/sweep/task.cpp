@@ -277,8 +277,8 @@ Task trace_task(const SweepTrace& trace, const std::string& program, const std::
            {"target", folder + "/" + trace_name(trace.key)}}};
 }
 
-Task point_task(const SweepPoint& point, const std::string& machine, const std::string& program,
-                const std::string& folder, const PlanLimits& limits) {
+Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
+                const PlanLimits& limits) {
   return {point.key,
           false,
           {{"kind", "point"},
@@ -288,7 +288,7 @@ Task point_task(const SweepPoint& point, const std::string& machine, const std::
            {"trace", folder + "/" + trace_name(point.trace_key)},
            {"config", point.config.json()},
            {"memory_files", point.config.memory_files()},
-           {"machine", machine},
+           {"machine", point.machine_option},
            {"mode", point.mode},
            {"cost", cost_arguments(point.use)}}};
 }

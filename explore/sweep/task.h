@@ -37,12 +37,11 @@ struct TaskOutcome {
   nlohmann::ordered_json cost;                    ///< grtx.cost/1 of a point
 };
 
-/// program: path of grtx. folder: absolute path of the traces' folder. limits: per command. machine:
-/// NamedMachine::option.
+/// program: path of grtx. folder: absolute path of the traces' folder. limits: per command.
 Task trace_task(const SweepTrace& trace, const std::string& program, const std::string& folder,
                 const PlanLimits& limits);
-Task point_task(const SweepPoint& point, const std::string& machine, const std::string& program,
-                const std::string& folder, const PlanLimits& limits);
+Task point_task(const SweepPoint& point, const std::string& program, const std::string& folder,
+                const PlanLimits& limits);
 
 /// File name of a trace.
 std::string trace_name(const std::string& key);

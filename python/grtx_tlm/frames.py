@@ -16,15 +16,16 @@ from .errors import StatisticsError, StrPath, unknown
 DESIGNS: tuple[str, ...] = ("baseline", "sw", "hw", "grtx", "gautracer", "walk")
 
 
-def _document(path: str, schema: str, made_by: str) -> dict[str, Any]:
+def _document(path: str, schemas: str | tuple[str, ...], made_by: str) -> dict[str, Any]:
     try:
         with open(path, encoding="utf-8") as file:
             document = json.load(file)
     except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise StatisticsError(path, "", f"is no JSON: {error}") from None
     found = document.get("schema") if isinstance(document, dict) else None
-    if found != schema:
-        raise StatisticsError(path, "schema", f"is {found!r}, must be {schema}: {made_by}")
+    known = (schemas,) if isinstance(schemas, str) else schemas
+    if found not in known:
+        raise StatisticsError(path, "schema", f"is {found!r}, must be {known[0]}: {made_by}")
     return document
 
 
@@ -133,6 +134,10 @@ class Results:
     - ``frames``: frame of one row per frame of a sequence, a column per design, in cycles; empty for one view.
     - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
+    - ``machines``: {machine: Results} where ``grtx run`` had several, this one (the first) included; else empty.
+    - ``times``: frame of one row per design, one column per machine: time of the frame in µs (``attrs["units"]``).
+    - ``keys``: frame of one row per configuration key or option of the tracer ("tracer.NAME") in which the machines differ, one
+      column per machine; empty for one machine.
     """
 
     statistics: pd.DataFrame
@@ -146,9 +151,14 @@ class Results:
     violations: list[str]
     notes: dict[str, list[dict[str, str]]]
     pictures: pd.DataFrame
+    machines: dict[str, "Results"]
+    times: pd.DataFrame
+    keys: pd.DataFrame
 
     def __repr__(self) -> str:
         times = ", ".join(f"{design} {value:.2f}" for design, value in self.speedup.items() if design != self.speedup_over)
+        if self.machines:
+            return f"<Results: machines {', '.join(self.machines)} of {', '.join(self.statistics.columns)}; times, keys, machines[...]>"
         return (f"<Results: machine {self.machine or 'unknown'}, {len(self.statistics)} statistics of "
                 f"{', '.join(self.statistics.columns)}; times as fast as {self.speedup_over}: {times or 'none'}>")
 
@@ -169,11 +179,32 @@ def _pictures(document: dict[str, Any], path: str) -> pd.DataFrame:
 
 
 def read_results(path: StrPath) -> Results:
-    """``results.json`` of ``grtx run`` (schema grtx.run/1), or its folder, as Results. Raises StatisticsError, OSError."""
+    """``results.json`` of ``grtx run`` (schema grtx.run/2 or 1), or its folder, as Results: of several machines the first, with
+    all of them in ``machines``. Raises StatisticsError, OSError."""
     path = os.fspath(path)
     if os.path.isdir(path):
         path = os.path.join(path, "results.json")
-    document = _document(path, "grtx.run/1", "write one with 'grtx run -o DIR'")
+    document = _document(path, ("grtx.run/2", "grtx.run/1"), "write one with 'grtx run -o DIR'")
+    machines = document.get("machines", [document])
+    if not isinstance(machines, list) or not machines or not all(isinstance(one, dict) for one in machines):
+        raise StatisticsError(path, "machines", "must be a list of objects")
+    of_all = {name: value for name, value in document.items() if name not in ("machines", "between_machines")}
+    results = [_results({**of_all, **one}, path) for one in machines]
+    if len(results) > 1:
+        between = _part(document, "between_machines", path)
+        names = [one.machine for one in results]
+        times = pd.concat([one.times for one in results], axis=1)
+        times.attrs["units"] = dict.fromkeys(names, "us")
+        differing = _part(between, "keys", path)
+        keys = pd.DataFrame(list(differing.values()), index=pd.Index(list(differing), name="key"), columns=names, dtype=object)
+        for one in results:
+            one.machines, one.times, one.keys = dict(zip(names, results)), times, keys
+            suffix = f" on {one.machine.split(',')[0]}: "
+            one.violations = [text for text in one.violations if suffix in text]
+    return results[0]
+
+
+def _results(document: dict[str, Any], path: str) -> Results:
     designs = {name: _quantities(stats, path, f"designs.{name}") for name, stats in _part(document, "designs", path).items()}
     if not designs:
         raise StatisticsError(path, "designs", "must name a design")
@@ -181,18 +212,26 @@ def read_results(path: StrPath) -> Results:
     faster = _part(document, "speedup", path) if "speedup" in document else {}  # of one design there is none
     speedup = pd.Series({over: 1.0, **faster}, name="speedup", dtype=float)
     quantities = pd.concat([frame[["unit", "description"]] for frame in designs.values()])
+    statistics = pd.DataFrame({name: frame["value"] for name, frame in designs.items()})
+    statistics.attrs["units"] = quantities["unit"].to_dict()
+    machine = document.get("machine", "")
+    times = statistics.reindex(["gpu.time_us"]).T.set_axis([machine], axis=1).rename_axis("design")
+    times.attrs["units"] = {machine: "us"}
     return Results(
-        statistics=pd.DataFrame({name: frame["value"] for name, frame in designs.items()}),
+        statistics=statistics,
         quantities=quantities[~quantities.index.duplicated()],
         speedup=speedup.reindex([d for d in DESIGNS if d in speedup] + [d for d in speedup.index if d not in DESIGNS]),
         speedup_over=over,
         frames=table(document.get("frames", {}).get("cycles", {})).rename_axis("frame"),
-        machine=document.get("machine", ""),
+        machine=machine,
         config=_part(document, "config", path),
         images_identical=document.get("images_identical"),
         violations=document.get("violations", []),
         notes={name: _notes(notes, path, f"notes.{name}") for name, notes in document.get("notes", {}).items()},
         pictures=_pictures(document, path),
+        machines={},
+        times=times,
+        keys=pd.DataFrame(columns=[machine], index=pd.Index([], name="key")),
     )
 
 
@@ -239,7 +278,8 @@ def _sweep(database: sqlite3.Connection, path: str, values: str | Iterable[str] 
     found.columns.name = None
     varied = varied.drop(columns=[name for name in varied if name in points])
     frame = pd.concat([points, varied, found], axis=1)
-    frame.attrs.update(units=quantities["unit"].to_dict(), descriptions=quantities["description"].to_dict(),
+    asked = quantities.loc[[name for name in names if name in quantities.index]]
+    frame.attrs.update(units=asked["unit"].to_dict(), descriptions=asked["description"].to_dict(),
                        plan=meta.get("plan", ""), shared=shared)
     return frame
 

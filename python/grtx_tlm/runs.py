@@ -52,7 +52,8 @@ def simulate(trace: StrPath, settings: Settings | None = None, *, machine: StrPa
 
 
 def run(scene: StrPath, cameras: StrPath, settings: Settings | None = None, *,
-        output: StrPath | None = None, designs: str | Sequence[str] | None = None, machine: StrPath | None = None,
+        output: StrPath | None = None, designs: str | Sequence[str] | None = None,
+        machine: StrPath | Sequence[StrPath] | None = None,
         config: StrPath | None = None, mode: Mode | None = None, target_error: str | None = None,
         share: float | None = None, seed: int | None = None, jobs: int | None = None, threads: int | None = None,
         flatten: bool = False, view: int | None = None, views: str | None = None, width: int | None = None,
@@ -70,7 +71,7 @@ def run(scene: StrPath, cameras: StrPath, settings: Settings | None = None, *,
         secondary_seed: int | None = None, secondary_bounces: int | None = None, tracing: str | None = None,
         list_capacity: int | None = None, triangle_test: str | None = None, box_bits: int | None = None,
         response_precision: str | None = None, program: StrPath | None = None) -> Results:
-    """``grtx run``: the designs on a view, as Results.
+    """``grtx run``: the designs on a view, as Results; ``machine``: one, or several, which Results.machines has.
 
     ``settings``: {key: value} of the configuration. ``output``: the folder; without it the files are dropped. The others are
     the command's options, with _ for -; None takes the program's default. Raises ProgramError.

@@ -10,6 +10,8 @@ namespace grtx::report {
 std::string_view chart_library();
 std::string_view page_style();
 std::string_view page_script();
+/// Additional script for pages with charts, to be loaded first.
+std::string_view export_script();
 /// Additional scripts for explorers of points, to be loaded in this order.
 std::string_view explore_charts_script();
 std::string_view explore_script();

@@ -130,7 +130,8 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
                        {"tooltip",
                         {{{"field", "label"}, {"title", "figure"}},
                          {{"field", "value"}, {"type", "quantitative"}, {"title", "paper"}, {"format", ".2f"}}}}};
-  spec["layer"] = ordered_json::array({bars, ticks});
+  spec["layer"] = ordered_json::array({bars});
+  if (!paper.empty()) spec["layer"].push_back(ticks);
   return spec;
 }
 

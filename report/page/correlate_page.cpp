@@ -25,7 +25,7 @@ std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share
 }  // namespace
 
 std::string correlation_page(const Correlation& c, const std::string& measured, const SweepResults& sweep) {
-  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n" + subject_html(sweep);
+  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n" + subject_html(sweep, "sweep", true);
   body += headline(percent(c.mean_error), "mean error", "of simulated against measured");
   body += headline(times(c.factor), "common factor", percent(c.scaled_error) + " mean error beyond it");
   if (std::isfinite(c.spearman)) {

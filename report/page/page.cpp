@@ -45,6 +45,8 @@ std::string html_page(const std::string& title, const std::string& command, cons
   if (!chart_library().empty()) {
     page += "<script>\n";
     page += chart_library();
+    page += "</script>\n<script>\n";
+    page += export_script();
     page += "</script>\n";
   }
   if (body.find("<div class=\"explorer\"") != std::string::npos) {

@@ -97,15 +97,16 @@ Inputs read_inputs(const std::vector<std::string>& paths) {
       price_machines(sweep);
       continue;
     }
-    RunResults results = read_run_results(path);
-    ReportRun* same = nullptr;
-    for (ReportRun& run : inputs.runs) {
-      if (joins(run.results, results)) same = &run;
-    }
-    if (same == nullptr) {
-      inputs.runs.emplace_back().results = std::move(results);
-    } else {
-      join(same->results, std::move(results));
+    for (RunResults& results : read_run_results(path)) {
+      ReportRun* same = nullptr;
+      for (ReportRun& run : inputs.runs) {
+        if (joins(run.results, results)) same = &run;
+      }
+      if (same == nullptr) {
+        inputs.runs.emplace_back().results = std::move(results);
+      } else {
+        join(same->results, std::move(results));
+      }
     }
   }
   name_runs(inputs.runs);
@@ -166,8 +167,13 @@ std::string run_inputs(const ReportRun& run) {
 std::string inputs_section(const Inputs& inputs, const std::vector<std::string>& images) {
   Table files("What this page was made of", {{"file", false}, {"kind", false}, {"XXH3", false}, {"of program", false}});
   std::string more;
+  const RunResults* before = nullptr;  // the machines of a file follow each other
   for (const ReportRun& run : inputs.runs) {
-    files.row({escape(run.results.file), "run", escape(run.results.hash), escape(run.results.program)});
+    if (before == nullptr || before->file != run.results.file || before->hash != run.results.hash ||
+        before->subject.setting("machine") == run.results.subject.setting("machine")) {
+      files.row({escape(run.results.file), "run", escape(run.results.hash), escape(run.results.program)});
+    }
+    before = &run.results;
     more += run_inputs(run);
   }
   for (const ReportSweep& sweep : inputs.sweeps) {
@@ -197,7 +203,7 @@ std::string pictures_section(const std::vector<std::string>& images) {
 
 std::string report_page(const ReportOptions& options) {
   const Inputs inputs = read_inputs(options.inputs);
-  std::string body = "<section id=\"headline\"><h2>The answer</h2>\n";
+  std::string body = "<section id=\"headline\"><h2>The answer</h2>\n" + side_by_side_html(inputs.runs);
   for (std::size_t r = 0; r < inputs.runs.size(); ++r) body += run_headline(inputs.runs[r], r + 1);
   body += apart_table(inputs.runs);
   for (const ReportSweep& sweep : inputs.sweeps) body += search_headline(sweep) + sweep_headline(sweep);

@@ -78,7 +78,7 @@ std::string speedups_html(const ReportRun& run) {
   const double reference_cycles = (reference == nullptr ? fastest(run.results) : *reference).value("gpu.cycles");
   double most = 0.0;
   for (const DesignResult& d : run.results.designs) most = std::max(most, reference_cycles / d.value("gpu.cycles"));
-  bool any_paper = false, any_picture = false;
+  bool any_paper = false, any_picture = false, any_other_k = false;
   for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
   std::string rows;
   for (const DesignResult& d : run.results.designs) {
@@ -88,20 +88,28 @@ std::string speedups_html(const ReportRun& run) {
                                   : speedup_text(run, d);
     const bool with_paper = reference != nullptr && std::isfinite(paper);
     any_paper = any_paper || with_paper;
+    const std::string k = d.subject.setting("k");
+    const bool other_k = reference != nullptr && !k.empty() && k != reference->subject.setting("k");
+    any_other_k = any_other_k || other_k;
     rows += fmt::format(
         "<tr><th scope=\"row\">{}</th><td><span class=\"speed\" style=\"--share:{:.4f};--own:{}\"></span><span "
         "class=\"figure\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
-        escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name), shown,
+        escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name),
+        shown + (other_k ? " <span class=\"interval\">at k = " + escape(k) + "</span>" : ""),
         with_paper ? times(paper) : "", any_picture ? picture_cells(d, run.results.speedup_over) : "",
         escape(binding_text(d)));
   }
+  const std::string column =
+      reference == nullptr ? "cycles"
+      : any_other_k        ? fmt::format("speed-up over {} at k = {}", reference->name, reference->subject.setting("k"))
+                           : "speed-up";
   const std::string caption = (reference == nullptr ? "Cycles" : "Speed-up over " + reference->name) +
                               " by design, and what binds it; " + run.results.subject.machine_text();
   return fmt::format(
       "<table class=\"speeds\"><caption><span>{}</span></caption>\n<thead><tr><th scope=\"col\">design</th><th "
       "scope=\"col\">{}</th><th scope=\"col\" class=\"n\">{}</th>{}<th scope=\"col\">what binds it: its largest lower "
       "bound, of its cycles</th></tr></thead>\n<tbody>\n{}</tbody></table>\n{}",
-      escape(caption), reference == nullptr ? "cycles" : "speed-up", any_paper ? "paper's mean" : "",
+      escape(caption), escape(column), any_paper ? "paper's mean" : "",
       any_picture ? "<th scope=\"col\">picture against that of " + escape(run.results.speedup_over) +
                         "</th><th scope=\"col\">picture against the reference in its order</th>"
                   : "",

@@ -108,6 +108,24 @@ std::vector<double> frame_speedups(const ordered_json& document, const std::stri
   return list;
 }
 
+/// Whether a schema is that of results.json: grtx.run/1 had no machines beside each other.
+bool is_of_run(const std::string& schema) { return schema == "grtx.run/2" || schema == "grtx.run/1"; }
+
+/// What a run on this machine alone would have written. machine: a member of `machines`.
+ordered_json document_of(const ordered_json& results, const ordered_json& machine) {
+  ordered_json own = results;
+  for (const char* of_all : {"machines", "between_machines", "violations"}) own.erase(of_all);
+  own.update(machine);
+  const std::string name = text(machine, "machine"), whose = " on " + name.substr(0, name.find(',')) + ": ";
+  own["violations"] = ordered_json::array();
+  for (const ordered_json& violation : results.value("violations", ordered_json::array())) {
+    const bool of_it =
+        violation.is_string() && violation.get_ref<const std::string&>().find(whose) != std::string::npos;
+    if (of_it) own["violations"].push_back(violation);
+  }
+  return own;
+}
+
 void read_run(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json all_inputs =
       document.contains("inputs") ? object(document, "inputs", path) : ordered_json::object();
@@ -204,26 +222,23 @@ std::string label_of(const RunResults& run) {
   return label;
 }
 
-RunResults read_run_results(const std::string& path) {
+namespace {
+
+RunResults results_of(const ordered_json& document, const std::string& path, const std::string& bytes) {
   RunResults run;
-  const std::string bytes = read_file(path);
-  const ordered_json document = parse_json(bytes, path);
-  const std::string schema = document.is_object() ? text(document, "schema") : "";
-  if (schema != "grtx.run/1" && schema != "grtx.stats/1") {
-    throw Error(path, "schema", "must be grtx.run/1 (results.json of grtx run) or grtx.stats/1 (grtx sim --stats)");
-  }
+  const bool of_run = is_of_run(text(document, "schema"));
   run.file = std::filesystem::path(path).filename().string();
   run.hash = hex(xxh3(bytes));
   run.bytes = bytes.size();
   run.config = object(document, "config", path);
-  if (schema == "grtx.run/1") {
+  if (of_run) {
     read_run(document, path, run);
   } else {
     read_simulation(document, path, run);
   }
   if (run.designs.empty()) throw Error(path, "designs", "must not be empty");
   std::map<std::string, std::string> more;  // recorded once for all designs of a run
-  if (schema == "grtx.run/1") more["machine"] = text(document, "machine");
+  if (of_run) more["machine"] = text(document, "machine");
   if (const auto version = document.find("model_version"); version != document.end()) {
     more["model_version"] = version->dump();
   }
@@ -231,6 +246,27 @@ RunResults read_run_results(const std::string& path) {
   run.subject = run.designs.front().subject;
   run.label = label_of(run);
   return run;
+}
+
+}  // namespace
+
+std::vector<RunResults> read_run_results(const std::string& path) {
+  const std::string bytes = read_file(path);
+  const ordered_json document = parse_json(bytes, path);
+  const std::string schema = document.is_object() ? text(document, "schema") : "";
+  if (!is_of_run(schema) && schema != "grtx.stats/1") {
+    throw Error(path, "schema",
+                "must be grtx.run/2 or grtx.run/1 (results.json of grtx run) or grtx.stats/1 (grtx sim --stats)");
+  }
+  if (!is_of_run(schema) || !document.contains("machines")) return {results_of(document, path, bytes)};
+  const ordered_json& machines = document.at("machines");
+  if (!machines.is_array() || machines.empty()) throw Error(path, "machines", "must be a list of machines");
+  std::vector<RunResults> runs;
+  for (const ordered_json& machine : machines) {
+    if (!machine.is_object()) throw Error(path, "machines", "must be a list of objects");
+    runs.push_back(results_of(document_of(document, machine), path, bytes));
+  }
+  return runs;
 }
 
 }  // namespace grtx::report

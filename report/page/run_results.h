@@ -80,7 +80,7 @@ struct RunResults {
 /// Describes the run in one line by its first design, with the k of those that have another.
 std::string label_of(const RunResults& run);
 
-/// Throws Error if the file is neither grtx.run/1 nor grtx.stats/1, or is incomplete.
-RunResults read_run_results(const std::string& path);
+/// One for each machine. Throws Error if the file is neither grtx.run/2 or /1 nor grtx.stats/1, or is incomplete.
+std::vector<RunResults> read_run_results(const std::string& path);
 
 }  // namespace grtx::report

@@ -89,7 +89,17 @@ std::string designs_table(const ReportRun& run) {
   row("cycles", [&](std::size_t i) {
     return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
   });
-  row("time", [&](std::size_t i) { return with_unit(designs[i].value("gpu.time_us") * 1e-6, "s"); });
+  const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
+  const auto mm2 = [&](std::size_t i) {
+    const ordered_json& cost = run.machines[i].cost;
+    return cost.is_null() ? std::nan("") : cost.at("tree").at("area_mm2").at("central").get<double>();
+  };
+  row("time of the frame", [&](std::size_t i) { return with_unit(seconds(i), "s"); });
+  row("rays a second",
+      [&](std::size_t i) { return with_unit(designs[i].value("tracer.rays") / seconds(i), "rays/s"); });
+  row("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
+  row("rays a second and mm²",
+      [&](std::size_t i) { return with_unit(designs[i].value("tracer.rays") / seconds(i) / mm2(i), "rays/s"); });
   row("largest bound", [&](std::size_t i) {
     const std::string bound = binding_text(designs[i]);
     return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";

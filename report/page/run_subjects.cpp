@@ -83,6 +83,11 @@ std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes
   return out;
 }
 
+std::string notes_chip(std::size_t notes, const std::string& html, const std::string& id) {
+  return fmt::format("<details class=\"chip\"{}><summary>What limits these figures: {} {}</summary>\n{}</details>\n",
+                     id.empty() ? "" : " id=\"" + id + "\"", notes, notes == 1 ? "note" : "notes", html);
+}
+
 std::string subject_html(const ReportRun& run, bool limits) {
   const std::string name = run.name.empty() ? "" : "<strong>" + escape(run.name) + "</strong>: ";
   std::string out = "<p class=\"subject\">" + name + escape(run.results.label) + ".";
@@ -97,7 +102,8 @@ std::string subject_html(const ReportRun& run, bool limits) {
   for (const DesignResult& design : run.results.designs) notes.emplace_back(design.name, design.notes);
   const std::string text = notes_html(notes);
   if (text.empty()) return out;
-  if (limits) return out + details("What limits these figures", text, true);
+  const std::size_t count = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+  if (limits) return out + notes_chip(count, text);
   return out + "<p class=\"note\"><a href=\"#headline\">What limits these figures</a> stands with the answer.</p>\n";
 }
 
@@ -120,7 +126,11 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
   }
   std::vector<Table::Column> columns = {{"fact", false}};
   for (const ReportRun& run : runs) columns.push_back({run.name, false});
-  Table table("In what the runs differ: they are not compared with each other", columns);
+  const auto beside = [&](const ReportRun& run) { return &run == runs.data() || are_side_by_side(runs.front(), run); };
+  Table table(std::all_of(runs.begin(), runs.end(), beside)
+                  ? "In what the runs differ, but for keys: their times stand side by side above"
+                  : "In what the runs differ: they are not compared with each other",
+              columns);
   for (const std::string& fact : facts) {
     std::vector<std::string> cells = {escape(fact)};
     for (const Subject& subject : subjects) cells.push_back(escape(subject.fact(fact)));

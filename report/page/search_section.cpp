@@ -49,7 +49,7 @@ class SearchPage {
       }
     }
     return fmt::format("<h3>Search {}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(sweep_.results.file),
-                       subject_html(sweep_.results), cards);
+                       front_table() + best_html(), cards);
   }
 
   std::string html() const {
@@ -62,14 +62,14 @@ class SearchPage {
                "<section id=\"{}_search\" class=\"sweep\"><h2>Search {}</h2>\n{}"
                "<p>{} candidates of {} in {} generations: {} broken, {} too dear, {} failed, {} screened ({}), {} "
                "confirmed ({}), {} on the front. Reference: {}.{}</p>\n",
-               sweep_.id, escape(sweep_.results.file), subject_html(sweep_.results), cell(counts.at("candidates")),
-               cell(counts.at("space")), counts.at("generations").get<std::size_t>() + 1, cell(counts.at("broken")),
-               cell(counts.at("too_dear")), cell(counts.at("failed")), cell(counts.at("screened")),
-               escape(explore::screening_words(search_.at("screening"))), cell(counts.at("confirmed")),
-               cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
+               sweep_.id, escape(sweep_.results.file), subject_html(sweep_.results, sweep_.id),
+               cell(counts.at("candidates")), cell(counts.at("space")), counts.at("generations").get<std::size_t>() + 1,
+               cell(counts.at("broken")), cell(counts.at("too_dear")), cell(counts.at("failed")),
+               cell(counts.at("screened")), escape(explore::screening_words(search_.at("screening"))),
+               cell(counts.at("confirmed")), cell(search_.at("confirming").at("mode")), cell(counts.at("front")),
                escape(words(search_.at("reference").at("coordinates"))),
                constraints.empty() ? "" : " Constraints: " + escape(constraints) + ".") +
-           candidates_html() + front_table() + path_html() + effects_html() + invalid_table() + "</section>\n";
+           candidates_html() + path_html() + effects_html() + invalid_table() + "</section>\n";
   }
 
  private:
@@ -100,6 +100,8 @@ class SearchPage {
     for (const std::string& parameter : parameters_) data["fields"].push_back(parameter);
     for (const std::string& objective : objectives_) {
       data["metrics"].push_back({{"title", objective + " / reference"}, {"unit", "×"}, {"more", false}});
+      if (const auto limit = explore::limit_over_reference(search_, objective))
+        data["metrics"].back()["limit"] = *limit;
     }
     data["points"] = ordered_json::array();
     const ordered_json& front = search_.at("front");
@@ -119,8 +121,14 @@ class SearchPage {
     return explorer(sweep_.id + "_search", data);
   }
 
+  /// The best of the front in each objective, under the constraints.
+  std::string best_html() const {
+    const std::string text = explore::best_of_front(search_);
+    return text.empty() ? "" : "<p class=\"note\">" + escape(text) + ".</p>\n";
+  }
+
   std::string front_table() const {
-    std::vector<Table::Column> columns = {{"design"}};
+    std::vector<Table::Column> columns = {{"candidate"}};
     for (const std::string& objective : objectives_) columns.push_back({objective});
     if (is_evaluated()) {
       for (const std::string& objective : objectives_) columns.push_back({objective + ", evaluation"});
@@ -152,10 +160,13 @@ class SearchPage {
     Table table("From the reference to the best design, one change at a time; figures after each change" + of_,
                 columns);
     double before = 1.0;
+    std::string idle;
     for (const ordered_json& step : path) {
-      const std::string label = fmt::format("{}: {} → {}", step.at("key").get<std::string>(),
-                                            step.at("from").is_null() ? "base" : explore::text_of(step.at("from")),
-                                            explore::text_of(step.at("to")));
+      if (explore::is_idle_step(path, step)) {
+        idle += (idle.empty() ? "" : ", ") + explore::step_words(step);
+        continue;
+      }
+      const std::string label = explore::step_words(step);
       std::vector<std::string> cells = {escape(label)};
       for (std::size_t o = 0; o < objectives_.size(); ++o) {
         cells.push_back(step.contains("ratios") ? times(ratio(step, o)) : "");
@@ -177,7 +188,8 @@ class SearchPage {
                      " over the reference, from the reference to the best design: of the changes left, the "
                      "one that gains most comes next.",
                  waterfall(rows, objectives_[0] + " / reference")) +
-           table.html();
+           table.html() +
+           (idle.empty() ? "" : "<p class=\"note\">Without effect, and left out: " + escape(idle) + ".</p>\n");
   }
 
   std::string effects_html() const {

@@ -42,10 +42,16 @@ void name_runs(std::vector<ReportRun>& runs);
 /// Describes a run (machine, view, mode). limits: with the limitations of its results, which a page says once; else a
 /// link to them.
 std::string subject_html(const ReportRun& run, bool limits = false);
-/// The same for a sweep's points: machines, modes, and the number of points that each note applies to.
-std::string subject_html(const SweepResults& sweep);
+/// The same for a sweep's points: machines, modes, and the number of points that each note applies to. id: of the sweep
+/// in the page.
+std::string subject_html(const SweepResults& sweep, const std::string& id, bool limits = false);
 /// The same for each run.
 std::string subjects_html(const std::vector<ReportRun>& runs);
+/// Whether runs are of one view and one way to draw it, on machines of different names: then times are compared.
+bool are_side_by_side(const ReportRun& a, const ReportRun& b);
+/// Times of each design on each machine, where runs differ in their machine alone, and in what machines differ; ""
+/// if no runs do.
+std::string side_by_side_html(const std::vector<ReportRun>& runs);
 /// Table of the facts in which runs differ, one column per run, and why some cannot be compared; "" for a single run.
 std::string apart_table(const std::vector<ReportRun>& runs);
 /// machines_text() of runs, for captions.
@@ -58,6 +64,8 @@ std::optional<Interval> interval_of(const RunTarget& target, const RunResults& r
 std::string interval_text(const std::optional<Interval>& interval, std::string (*shown)(double));
 /// The same in brackets and small print, to append to the value.
 std::string interval_html(const std::optional<Interval>& interval, std::string (*shown)(double));
+/// A chip that opens: the notes on a result. id: of the element, "" for none.
+std::string notes_chip(std::size_t notes, const std::string& html, const std::string& id = "");
 /// One paragraph per kind of note; a text shared by several designs appears once.
 std::string notes_html(const std::vector<std::pair<std::string, sim::ResultNotes>>& by_name);
 

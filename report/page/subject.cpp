@@ -37,6 +37,13 @@ bool is_of_the_view(std::string_view name) {
   return is_one_of(name, {"scene_hash", "camera_hash", "glass", "mirror"}) || name.starts_with("object_hash.");
 }
 
+/// Options of the tracer that a machine chooses: the same picture, traced in another way.
+bool is_of_the_machine(std::string_view name) {
+  return is_one_of(name, {"machine", "child_order", "pop_test", "any_hit", "ahead", "bvh_width", "instance_bounds",
+                          "layout", "mapping", "warp_size"}) ||
+         is_of_checkpoints(name) || name.starts_with("memory.");
+}
+
 /// The most important facts, listed first and in this order.
 constexpr std::array<const char*, 4> kMachineFacts = {"machine", "mode", "warm.camera_hash", "model_version"};
 
@@ -184,7 +191,7 @@ std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) cons
     add_differences(own, its, keys);
     std::erase_if(keys, brought);
   }
-  if (may == MayDiffer::designs) {
+  if (may != MayDiffer::views) {
     // Reports the name if names differ, else the hash (an edited file, or two cameras of one name).
     const auto add = [&](const char* name, const std::string& own, const std::string& its, const char* hash) {
       facts.push_back(own != its ? Fact{name, own} : Fact{hash, value_of(view_, hash)});
@@ -214,6 +221,10 @@ std::vector<Fact> Subject::differences(const Subject& other, MayDiffer may) cons
   std::stable_partition(facts.begin() + static_cast<std::ptrdiff_t>(before), facts.end(), [](const Fact& fact) {
     return std::find(kMachineFacts.begin(), kMachineFacts.end(), fact.name) != kMachineFacts.end();
   });
+  if (may == MayDiffer::machines) {
+    std::erase_if(facts, [](const Fact& fact) { return is_of_the_machine(fact.name); });
+    return facts;
+  }
   if (checkpoint_ && other.checkpoint_) add_differences(checkpoint_settings_, other.checkpoint_settings_, facts);
   // If the machines' names differ, their keys are not listed.
   if (machine == its_machine) facts.insert(facts.end(), keys.begin(), keys.end());

@@ -15,7 +15,8 @@ namespace grtx::report {
 /// Differences that are allowed between two results.
 enum class MayDiffer {
   designs,  ///< acceleration structure, checkpointing, and what a design brings; ratios are speed-ups
-  views     ///< scene and camera at the same resolution; means are over views
+  views,    ///< scene and camera at the same resolution; means are over views
+  machines  ///< the machine, its keys, and options of the tracer that follow from a machine; times are compared
 };
 
 /// Name of the design of these inputs (of grtx.stats/1) and this configuration: its structure, checkpointing, and those

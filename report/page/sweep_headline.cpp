@@ -7,6 +7,7 @@
 
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/sections.h"
+#include "grtx/report/page/sweep_answer.h"
 #include "grtx/report/page/sweep_views.h"
 
 namespace grtx::report {
@@ -26,7 +27,7 @@ std::string largest_speedup(const SweepViews& shown) {
       times(shown.speedup(*best, reference)) + interval_html(shown.speedup_interval(*best, reference), times);
   return headline(value, "Largest speed-up",
                   fmt::format("{} over {}{}", shown.full_label(*best), shown.full_label(*shown.over(*best, reference)),
-                              reference.design.empty() ? "" : ", the same keys"));
+                              reference.design.empty() && reference.on.empty() ? "" : ", the same keys"));
 }
 
 }  // namespace
@@ -39,7 +40,7 @@ std::string machines_of(const SweepResults& results) {
   return machines_text(subjects);
 }
 
-std::string subject_html(const SweepResults& results) {
+std::string subject_html(const SweepResults& results, const std::string& id, bool limits) {
   std::string out;
   if (const std::string machines = machines_of(results); !machines.empty())
     out = "<p class=\"subject\">" + escape(machines) + ".</p>\n";
@@ -53,11 +54,15 @@ std::string subject_html(const SweepResults& results) {
       (known == notes.end() ? notes.emplace_back(note, std::vector<std::int64_t>()) : *known).second.push_back(p.id);
     }
   }
+  if (notes.empty()) return out;
+  const std::string chip = id + "_limits";
+  if (!limits) return out + fmt::format("<p class=\"note\"><a href=\"#{}\">What limits these figures</a></p>\n", chip);
+  std::string all;
   for (const auto& [note, points] : notes) {
     const std::string whose = fmt::format("{}: {} of {} points; #{}", note.id, points.size(), done, points.front());
-    out += notes_html({{whose, {note}}});
+    all += notes_html({{whose, {note}}});
   }
-  return out;
+  return out + notes_chip(notes.size(), all, chip);
 }
 
 std::string sweep_headline(const ReportSweep& sweep) {
@@ -92,8 +97,8 @@ std::string sweep_headline(const ReportSweep& sweep) {
   const std::string views = mean ? fmt::format(": {}, geometric means", shown.views().front().title)
                             : shown.views().size() > 1 ? ": " + shown.views().front().title
                                                        : "";
-  return fmt::format("<h3>{}{}</h3>\n{}<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(views),
-                     subject_html(results), cards);
+  return fmt::format("<h3>{}{}</h3>\n{}{}<dl class=\"cards\">\n{}</dl>\n", escape(results.file), escape(views),
+                     subject_html(results, sweep.id, true), sweep_answer_html(results), cards);
 }
 
 }  // namespace grtx::report

@@ -293,7 +293,7 @@ std::string sweep_section(const ReportSweep& sweep) {
   const SweepViews shown(results);
   const std::vector<Describing> columns = describing(results, shown);
   std::string out = fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n{}", sweep.id,
-                                escape(results.file), subject_html(results));
+                                escape(results.file), subject_html(results, sweep.id));
   if (shown.views().size() > 1) {
     out +=
         shown.views().front().is_mean()

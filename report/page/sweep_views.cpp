@@ -76,6 +76,17 @@ std::string keys_of(const ReportedPoint& p, const Subject& subject) {
   return text + "\n" + subject.settings_text(brought_by_designs());
 }
 
+/// Design and coordinates of a point, without machine, view and mode.
+std::string varied_of(const ReportedPoint& p) {
+  std::map<std::string, std::string> sorted;
+  for (const auto& [name, value] : p.coordinates.items()) {
+    if (!is_view(name)) sorted[name] = json_text(value);
+  }
+  std::string text = p.design;
+  for (const auto& [name, value] : sorted) text.append("\n").append(name).append("=").append(value);
+  return text;
+}
+
 template <typename T>
 std::size_t position_in(std::vector<T>& list, const T& value) {
   const auto found = std::find(list.begin(), list.end(), value);
@@ -102,7 +113,7 @@ std::string but_for_mode(const SweepResults& results, const ReportedPoint& point
 
 SweepViews::SweepViews(const SweepResults& results) : results_(results) {
   find_varying();
-  std::map<std::string, std::size_t> keys, machines;  // numbered in order of appearance
+  std::map<std::string, std::size_t> keys, machines, varied;  // numbered in order of appearance
   std::vector<std::string> modes;
   for (const ReportedPoint& p : results.points) {
     if (p.done()) position_in(modes, p.mode);
@@ -121,6 +132,7 @@ SweepViews::SweepViews(const SweepResults& results) : results_(results) {
                        .label = fmt::format("#{}", p.id),
                        .view = position_in(names, view_of(p, subject)),
                        .setting = keys.try_emplace(keys_of(p, subject), keys.size()).first->second,
+                       .varied = varied.try_emplace(varied_of(p), varied.size()).first->second,
                        .points = {i}};
       const std::string machine = fmt::format("{} {}", point.setting, p.design);
       point.machine = machines.try_emplace(machine, machines.size()).first->second;
@@ -210,7 +222,7 @@ double SweepViews::sum(const ShownPoint& point, const std::string& name) const {
   return sum;
 }
 
-std::string SweepViews::name(const ReportedPoint& point) const {
+std::string SweepViews::name(const ReportedPoint& point, Named named) const {
   std::vector<std::string> parts;
   if (results_.several(&ReportedPoint::machine)) parts.push_back(point.machine);
   if (results_.several(&ReportedPoint::design)) parts.push_back(point.design);
@@ -218,7 +230,7 @@ std::string SweepViews::name(const ReportedPoint& point) const {
   for (std::size_t i = 0; i < varying_.size(); ++i) {
     const ordered_json own = coordinate(point, varying_[i]);
     if (own.is_null() || (varying_.size() > kFew && own == commonest_[i])) continue;
-    if (listed == kFew) {
+    if (named == Named::briefly && listed == kFew) {
       ++more;
       continue;
     }
@@ -241,6 +253,9 @@ SpeedupOver SweepViews::reference() const {
   if (points_.empty()) return {};
   std::vector<std::string> designs;
   for (const ShownPoint& point : points_) position_in(designs, first(point).design);
+  if (designs.size() == 1 && results_.several(&ReportedPoint::machine)) {
+    return {"", 0, results_.points.front().machine};
+  }
   if (designs.size() == 1) return {"", points_.front().machine};
   const bool has_baseline = std::find(designs.begin(), designs.end(), "baseline") != designs.end();
   return {has_baseline ? "baseline" : designs.front(), 0};
@@ -250,7 +265,8 @@ const ShownPoint* SweepViews::over(const ShownPoint& point, const SpeedupOver& r
   for (const ShownPoint& other : points_) {
     if (other.view != point.view) continue;
     const ReportedPoint &own = first(point), &its = first(other);
-    const bool fits = reference.design.empty()
+    const bool fits = !reference.on.empty() ? its.machine == reference.on && other.varied == point.varied
+                      : reference.design.empty()
                           ? other.machine == reference.machine && its.design == own.design && its.machine == own.machine
                           : other.setting == point.setting && its.design == reference.design;
     if (fits) return &other;

@@ -3,6 +3,7 @@
 // different views trace different rays, so they must not share a front.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ struct ShownPoint {
   std::size_t view = 0;     ///< index in SweepViews::views()
   std::size_t setting = 0;  ///< number of the combination of machine, options and coordinates; the same in all views
   std::size_t machine = 0;  ///< number of the combination of `setting` and design
+  std::size_t varied = 0;   ///< number of the combination of design and coordinates; the same on all machines
   std::vector<std::size_t> points;  ///< indices in SweepResults::points: one, or one per view for a mean
   bool on_area = false;             ///< on its view's Pareto front of area and time
   bool on_energy = false;           ///< on its view's Pareto front of energy and time
@@ -32,10 +34,11 @@ struct ShownPoint {
 };
 
 /// The reference of speed-ups. Compares either designs with the same keys on one machine, or keys within one design on
-/// one machine, never both at once.
+/// one machine, or machines at one design and the same varied keys, never two of them at once.
 struct SpeedupOver {
   std::string design;       ///< reference design, with the keys of each point; "": the point `machine`
   std::size_t machine = 0;  ///< ShownPoint::machine of the reference, if design is ""
+  std::string on = "";      ///< reference machine by name, with design and varied keys of each point; "": not machines
 
   bool operator==(const SpeedupOver&) const = default;
 };
@@ -66,12 +69,14 @@ class SweepViews {
   /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;
   const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.points.front()]; }
-  /// Short name that distinguishes a point: all varying coordinates if there are few, else at most four that differ
-  /// from the most common values.
-  std::string name(const ReportedPoint& point) const;
+  enum class Named : std::uint8_t { briefly, all };
+  /// Name that distinguishes a point: all varying coordinates if there are few, else those that differ from the most
+  /// common values, briefly at most four.
+  std::string name(const ReportedPoint& point, Named named = Named::briefly) const;
   /// Label of a bar or mark: "#12 grtx, l1.bytes = 65536".
   std::string full_label(const ShownPoint& point) const;
-  /// Initial reference. With several designs: baseline, or else the first design. With one design: the first point.
+  /// Initial reference. With several designs: baseline, or else the first design. With one design: the first machine
+  /// of several, or else the first point.
   SpeedupOver reference() const;
   /// The reference point for `point`; nullptr if its view has none that is comparable.
   const ShownPoint* over(const ShownPoint& point, const SpeedupOver& reference) const;

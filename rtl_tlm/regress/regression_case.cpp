@@ -24,7 +24,8 @@ class CaseReader {
  public:
   explicit CaseReader(std::string path) : path_(std::move(path)), folder_(fs::path(path_).parent_path()) {}
 
-  RegressionCase read() {
+  /// One case, or one for each machine of a list.
+  std::vector<RegressionCase> read() {
     toml::table table;
     try {
       table = toml::parse(read_file(path_), path_);
@@ -43,7 +44,16 @@ class CaseReader {
     if (case_.mode != SimulationMode::windows && windows_key_ != nullptr) {
       fail(*windows_key_, "needs mode = \"windows\"");
     }
-    return case_;
+    std::vector<RegressionCase> cases;
+    for (const std::string& machine : machines_) {
+      RegressionCase& own = cases.emplace_back(case_);
+      own.machine = machine;
+      own.column += "@" + (machine.ends_with(".toml") ? fs::path(machine).stem().string() : machine);
+      const auto same = [&](const RegressionCase& other) { return &other != &own && other.column == own.column; };
+      if (std::ranges::any_of(cases, same)) throw Error(path_, "machine", "two are called '" + own.column + "'");
+    }
+    if (cases.empty()) cases.push_back(case_);
+    return cases;
   }
 
  private:
@@ -84,12 +94,19 @@ class CaseReader {
     return (folder_ / text(node, name)).lexically_normal().string();
   }
 
+  std::string machine(const toml::node& node, const std::string& name) const {
+    const std::string given = text(node, name);
+    return given.ends_with(".toml") ? path(node, name) : given;
+  }
+
   void read_key(const std::string& name, const toml::node& node) {
     if (name == "trace") {
       case_.trace = path(node, name);
+    } else if (name == "machine" && node.is_array()) {
+      if (node.as_array()->empty()) fail(node, "machine: the list is empty");
+      for (const toml::node& item : *node.as_array()) machines_.push_back(machine(item, name));
     } else if (name == "machine") {
-      case_.machine = text(node, name);
-      if (case_.machine.ends_with(".toml")) case_.machine = path(node, name);
+      case_.machine = machine(node, name);
     } else if (name == "config") {
       case_.config = path(node, name);
     } else if (name == "set") {
@@ -146,6 +163,7 @@ class CaseReader {
   std::string path_;
   fs::path folder_;
   RegressionCase case_;
+  std::vector<std::string> machines_;  ///< of a list
   const toml::node* windows_key_ = nullptr;
 };
 
@@ -178,9 +196,11 @@ std::vector<RegressionCase> load_regression(const std::string& folder) {
   std::sort(files.begin(), files.end());
   std::vector<RegressionCase> cases;
   for (const fs::path& file : files) {
-    cases.push_back(CaseReader(file.string()).read());
-    const std::string name = file.lexically_relative(folder).generic_string();
-    cases.back().name = name.substr(0, name.size() - kEnding.size());
+    for (RegressionCase& own : CaseReader(file.string()).read()) {
+      const std::string below = file.parent_path().lexically_relative(folder).generic_string();
+      own.name = (below == "." || below.empty() ? "" : below + "/") + own.column;
+      cases.push_back(std::move(own));
+    }
   }
   return cases;
 }
@@ -206,8 +226,9 @@ double tolerance_of(const RegressionCase& regression_case, const std::string& st
 void note_update(const RegressionCase& regression_case, const std::string& program, const std::string& reason) {
   std::string text = read_file(regression_case.file);
   if (!text.empty() && text.back() != '\n') text += '\n';
-  text += fmt::format("\n[[update]]\ndate = {}\nprogram = {}\nreason = {}\n", today(), quoted(program), quoted(reason));
-  write_file(regression_case.file, text);
+  const std::string update =
+      fmt::format("\n[[update]]\ndate = {}\nprogram = {}\nreason = {}\n", today(), quoted(program), quoted(reason));
+  if (!text.ends_with(update)) write_file(regression_case.file, text + update);  // of another machine of its list
 }
 
 }  // namespace grtx::sim

@@ -40,8 +40,9 @@ struct RegressionCase {
   std::vector<RegressionTolerance> tolerances;  ///< the last matching one holds; none: exact
 };
 
-/// The cases in a folder and those below, by name. Throws Error when there are none, and Error{file, "line N", rule}
-/// for whatever is unknown, missing, of the wrong type or out of range.
+/// The cases in a folder and those below, by name; a file that lists machines is a case NAME@MACHINE for each. Throws
+/// Error when there are none, and Error{file, "line N", rule} for whatever is unknown, missing, of the wrong type or
+/// out of range.
 std::vector<RegressionCase> load_regression(const std::string& folder);
 
 /// Whether a name matches a shell pattern.

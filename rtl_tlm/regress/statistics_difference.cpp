@@ -60,6 +60,8 @@ std::optional<std::size_t> place_of(const std::string& name, std::vector<std::st
   return place;
 }
 
+constexpr const char* kCycles = "gpu.cycles";  ///< asked for first, of any difference
+
 /// Units whose configuration differs.
 std::set<std::size_t> changed_units(const StatisticsComparison& comparison) {
   std::set<std::size_t> places;
@@ -125,6 +127,7 @@ StatisticsComparison compare_statistics(const RegressionCase& regression_case, c
     const auto statistic = recorded.find(name);
     if (!is_compared(regression_case, name) || statistic == recorded.end()) continue;
     ++comparison.compared;
+    if (name == kCycles) comparison.cycles = text_of_value(now);
     const ordered_json &old_value = statistic->at("value"), &new_value = now.at("value");
     if (old_value == new_value) continue;
     StatisticDifference difference{name,
@@ -220,6 +223,12 @@ std::string largest_changes(const std::vector<StatisticDifference>& all) {
 
 std::string text_of(const StatisticsComparison& comparison, std::optional<std::size_t> each) {
   std::string text;
+  const auto cycles = std::ranges::find(comparison.differences, kCycles, &StatisticDifference::name);
+  if (cycles != comparison.differences.end()) {
+    text += fmt::format("  {}\n", line_of(*cycles));
+  } else if (!comparison.cycles.empty() && !comparison.equal()) {
+    text += fmt::format("  {} {}, as on record\n", kCycles, comparison.cycles);
+  }
   for (const std::string& input : comparison.inputs) text += fmt::format("  input {}\n", input);
   for (const std::string& key : comparison.configuration) text += fmt::format("  configuration {}\n", key);
   if (const StatisticDifference* first = likely_origin(comparison)) {

@@ -35,6 +35,7 @@ struct StatisticsComparison {
   std::vector<std::string> unrecorded;           ///< new statistics; do not count as differences
   std::vector<std::string> configuration;        ///< differing keys, "key: old -> new"; alone no difference
   std::vector<std::string> inputs;               ///< differing inputs (trace_hash, ...), in the same form
+  std::string cycles;                            ///< gpu.cycles of the run, as JSON; "" if it is not compared
   bool equal() const { return differences.empty(); }
 };
 

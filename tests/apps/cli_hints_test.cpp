@@ -37,14 +37,32 @@ TEST_F(CliHints, AMachinesFileWithoutItsEnding) {
   EXPECT_EQ(folder_.run("machine mine.toml").code, 0);
 }
 
-TEST_F(CliHints, AMachineInAPlanIsTheCommands) {
+// Any machine in a plan was refused.
+TEST_F(CliHints, AMachineInAPlanStandsAtItsTopOrIsVaried) {
   const std::string scene = "[[scene]]\npreset = \"object\"\ncount = 50\nwidth = 8\nheight = 8\n";
   const std::string line = "machine = \"ada\"\n";
-  for (const std::string& plan : {line + scene, scene + line, scene + "[set]\n" + line, scene + "[tracer]\n" + line}) {
+  for (const std::string& plan : {scene + line, scene + "[set]\n" + line, scene + "[tracer]\n" + line}) {
     folder_.write("plan.toml", plan);
-    EXPECT_THAT(refused("sweep plan.toml -o s.sqlite"),
-                HasSubstr("machine: a plan has none, the command names it: --machine ada"))
-        << plan;
+    EXPECT_THAT(refused("sweep plan.toml -o s.sqlite"), HasSubstr("machine: stands at the top of a plan")) << plan;
+  }
+  const auto listed = [&](const std::string& plan, const std::string& more = "") {
+    folder_.write("plan.toml", plan);
+    const Outcome outcome = folder_.run("sweep plan.toml --list " + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_THAT(listed(line + scene), HasSubstr(" new      ada cycle "));
+  EXPECT_THAT(listed(line + scene, "--machine rdna4"), HasSubstr(" new      rdna4 cycle "));
+  folder_.write("half.toml", "[l2]\nbytes = 2097152\n");
+  EXPECT_THAT(listed(scene + "[grid]\nmachine = [\"paper\", \"paper-charged\", \"rdna4\", \"half.toml\"]\n"),
+              AllOf(HasSubstr(" paper cycle "), HasSubstr(" paper-charged cycle "), HasSubstr(" rdna4 cycle "),
+                    HasSubstr(" half cycle "), HasSubstr("4 points, 2 traces")));  // two orders of children
+  for (const auto& [machines, rule] :
+       {std::pair("[\"adda\"]", "plan.toml: line 7: machine: --machine"),
+        std::pair("[\"half.toml\", \"./half.toml\"]", "plan.toml: line 7: machine: two are called 'half'"),
+        std::pair("[8]", "plan.toml: line 7: machine: must be a name, or a file .toml")}) {
+    folder_.write("plan.toml", scene + "[grid]\nmachine = " + machines + "\n");
+    EXPECT_THAT(refused("sweep plan.toml -o s.sqlite"), HasSubstr(rule));
   }
   folder_.write("own.toml", line);
   EXPECT_THAT(refused("machine own.toml"), HasSubstr("--machine names it, or the file's include = \"FILE.toml\""));

@@ -120,6 +120,12 @@ TEST_F(CliObserve, StallsReadsADesignOfARun) {
     EXPECT_EQ(outcome.code, 2);
     EXPECT_EQ(outcome.err, std::string("grtx: ") + what);
   }
+  run["machine"] = "ada, changed";
+  const nlohmann::ordered_json several = {{"schema", "grtx.run/2"}, {"machines", {run, {{"machine", "paper"}}}}};
+  folder_.write("results.json", several.dump());
+  EXPECT_EQ(folder_.run("stalls results.json --design hw --machine ada").out, folder_.run("stalls s.json").out);
+  EXPECT_EQ(folder_.run("stalls results.json --design hw").err,
+            "grtx: results.json: machines: --machine must name one of ada, paper\n");
 }
 
 TEST_F(CliObserve, BadInputIsOneLine) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -14,7 +15,9 @@
 namespace grtx::e2e {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const std::vector<std::string> kCommands = {"synth",       "info",       "trace", "reference", "compare",
                                             "trace-check", "trace-dump", "ray",   "sim",       "stalls",
@@ -32,7 +35,7 @@ bool states_default(const std::string& text) {
 TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
   const Folder folder;
   for (const std::string& command : kCommands) {
-    const Outcome help = folder.run(command + " --help");
+    const Outcome help = folder.run(command + (command == "run" ? " --help-all" : " --help"));
     EXPECT_EQ(help.code, 0) << command;
     EXPECT_EQ(help.err, "") << command;
     // Entries of the list of options; a description may continue on the next line.
@@ -53,6 +56,22 @@ TEST(CliUsage, EveryCommandHasHelpWithADefaultForEveryOption) {
     }
     EXPECT_GE(found, 2U) << command;
   }
+}
+
+// 70 options stood in one row.
+TEST(CliUsage, OptionsOfRunStandInGroupsAndThoseForExpertsBehindHelpAll) {
+  const Folder folder;
+  const Outcome help = folder.run("run --help"), all = folder.run("run --help-all");
+  std::size_t at = 0;
+  for (const std::string group : {"Scene", "View", "Structure", "Rounds", "Machine", "Output"}) {
+    const std::size_t next = help.out.find("\n" + group + ":\n");
+    ASSERT_NE(next, std::string::npos) << group;
+    EXPECT_GT(next, at) << group;
+    at = next;
+  }
+  EXPECT_LT(std::count(help.out.begin(), help.out.end(), '\n'), 90);
+  EXPECT_THAT(help.out, AllOf(HasSubstr(" more for experts: --help-all\n"), Not(HasSubstr("--response-precision"))));
+  EXPECT_THAT(all.out, AllOf(HasSubstr("\nExpert:\n"), HasSubstr("--response-precision"), HasSubstr("--machine")));
 }
 
 TEST(CliUsage, VersionIsPrinted) {

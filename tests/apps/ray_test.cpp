@@ -50,6 +50,27 @@ class Ray : public ::testing::Test {
   Folder folder_;
 };
 
+// "Which pixel is slow?" had no command.
+TEST_F(Ray, TheSlowestAreListedWithTheirVisitsAndTheNextCommand) {
+  make("--accel tlas-tri20 --checkpoint on --stats s.json");
+  const json all = json::parse(folder_.run("ray t.grtx --slowest 1000000 --json").out);
+  std::uint64_t visits = 0, before = ~std::uint64_t{0};
+  for (const json& ray : all.at("slowest")) {
+    visits += ray.at("visits").get<std::uint64_t>();
+    EXPECT_LE(ray.at("visits"), before);
+    before = ray.at("visits");
+  }
+  EXPECT_EQ(all.at("slowest").size(), 256U);
+  EXPECT_EQ(visits, json::parse(folder_.read("s.json")).at("stats").at("tracer.visits.total").at("value"));
+  const json first = all.at("slowest").front();
+  const std::string pixel = first.at("pixel")[0].dump() + "," + first.at("pixel")[1].dump();
+  const Outcome listed = folder_.run("ray t.grtx --slowest 3");
+  EXPECT_EQ(std::count(listed.out.begin(), listed.out.end(), '\n'), 5) << listed.out;  // title, three, next
+  EXPECT_THAT(listed.out, HasSubstr("\n" + pixel + " "));
+  EXPECT_THAT(listed.out, HasSubstr("next: grtx ray t.grtx --pixel " + pixel + " -o ray.html\n"));
+  expect_refused("t.grtx --pixel 3,3", "a page is needed, or --slowest N");
+}
+
 struct RayCase {
   const char* name;
   const char* options;

@@ -92,6 +92,42 @@ TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
   EXPECT_EQ(folder_.run("regress d").code, 0);
 }
 
+// Cycles stood among the statistics of the whole machine, behind 200 others.
+TEST_F(Regress, CyclesStandFirst) {
+  write_case("a");
+  ASSERT_EQ(record().code, 0);
+  settings_ = ", 'simt.cost.trace_call=999'";
+  write_case("a");
+  for (const char* how : {"", " --each 1"}) {
+    const std::string text = folder_.run("regress d" + std::string(how)).out;
+    const std::size_t second = text.find('\n') + 1;
+    EXPECT_EQ(text.substr(second, 13), "  gpu.cycles ") << text;
+    EXPECT_NE(text.substr(second, text.find('\n', second) - second).find(" -> "), std::string::npos) << text;
+  }
+  settings_.clear();  // cycles as on record, and a record that is wrong elsewhere
+  write_case("a");
+  replace_record("gpu.l2.accesses", "gpu.l2.accesses\t1\n");
+  EXPECT_THAT(folder_.run("regress d").out, HasSubstr(", as on record\n  moved first: "));
+}
+
+TEST_F(Regress, AListOfMachinesIsACaseForEach) {
+  folder_.write("d/half.toml", "include = 'paper'\n[l2]\nbytes = 2097152\n");
+  write_case("a", "machine = ['paper', 'half.toml']\n");
+  EXPECT_THAT(record().out, AllOf(HasSubstr("a@paper: recorded"), HasSubstr("a@half: recorded"), HasSubstr("2 cases")));
+  EXPECT_THAT(folder_.read("d/records.tsv"), HasSubstr("\ta@paper\ta@half\n"));
+  const std::string file = folder_.read("d/a.case.toml");
+  EXPECT_EQ(file.find("[[update]]"), file.rfind("[[update]]")) << file;  // one reason for both
+  EXPECT_THAT(folder_.run("regress d").out, AllOf(HasSubstr("a@paper: equal"), HasSubstr("a@half: equal")));
+  EXPECT_THAT(folder_.run("regress d --cases a@half").out, HasSubstr("1 cases: 1 equal"));
+  for (const auto& [machines, rule] :
+       {std::pair("[]", "machine: the list is empty"), std::pair("['paper', 'paper']", "two are called 'a@paper'")}) {
+    write_case("a", "machine = " + std::string(machines) + "\n");
+    const Outcome refused = folder_.run("regress d");
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.err, HasSubstr(rule));
+  }
+}
+
 TEST_F(Regress, ToleranceAndChoiceOfStatistics) {
   const auto with_cycles = [&](double factor) {
     const double cycles = std::stod(record_of("gpu.cycles").substr(std::string("gpu.cycles\t").size()));

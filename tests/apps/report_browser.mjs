@@ -2,7 +2,7 @@
 // Opens a report in Chromium without a screen and prints, as JSON, what a reader would find: drawn marks, the tooltip,
 // what a box chooses, messages, requests, overflow. The test that runs it says what must hold.
 //   node report_browser.mjs PAGE FOLDER_WITH_NODE_MODULES CHROMIUM [SCREENSHOT_PREFIX]
-import { rmSync } from 'node:fs';
+import { readFileSync, rmSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 
 import { emptyBrowser } from './empty_browser.mjs';
@@ -227,6 +227,42 @@ const look_at_views = async (page) => {
   await settle(page);
 };
 
+// The three files of the first chart.
+const take_exports = async (page) => {
+  found.exports = {};
+  const place = page.locator('.export').first();
+  for (const name of ['SVG', 'PNG', 'CSV']) {
+    const [download] = await Promise.all([page.waitForEvent('download'), place.locator('button', { hasText: name }).click()]);
+    const bytes = readFileSync(await download.path());
+    found.exports[name] = {
+      file: download.suggestedFilename(),
+      begin: bytes.subarray(0, 4).toString('latin1'),
+      bytes: bytes.length,
+      variables: bytes.toString('latin1').includes('var('),
+      first_line: name === 'CSV' ? bytes.toString('utf8').split('\n')[0] : '',
+    };
+  }
+};
+
+// Words of tables that stand on two lines.
+const broken_words = (page) =>
+  page.evaluate(() => {
+    const broken = [];
+    for (const cell of document.querySelectorAll('th, td')) {
+      const walker = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
+      for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        for (const { 0: word, index } of node.textContent.matchAll(/[\p{L}\p{N}_.]+/gu)) {
+          const range = document.createRange();
+          range.setStart(node, index);
+          range.setEnd(node, index + word.length);
+          const tops = new Set([...range.getClientRects()].map((box) => Math.round(box.top)));
+          if (tops.size > 1) broken.push(word);
+        }
+      }
+    }
+    return broken;
+  });
+
 const { context, profile } = await emptyBrowser(folder, chromium_path);
 try {
   const page = await visit(context);
@@ -248,6 +284,10 @@ try {
         (t) => t.caption && t.caption.textContent && [...t.querySelectorAll('th')].every((th) => th.hasAttribute('scope')),
       ).length,
   );
+  found.cut = await page.evaluate(() =>
+    [...document.querySelectorAll('.card dd')].filter((d) => d.scrollHeight > d.clientHeight + 1).map((d) => d.textContent),
+  );
+  if ((await page.locator('.export').count()) > 0) await take_exports(page);
   if ((await page.locator('.explorer .view').count()) === 1) await look_at_views(page);
   else if ((await page.locator('#sweep1_explore').count()) === 1) await look_at_sweep(page);
   if (prefix) await page.screenshot({ path: `${prefix}_1280.png`, fullPage: true });
@@ -272,6 +312,7 @@ try {
       })
       .map((f) => f.id),
   );
+  found.broken_words = await broken_words(small);
   if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
 
   const background = () => small.evaluate(() => getComputedStyle(document.body).backgroundColor);

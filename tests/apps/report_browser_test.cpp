@@ -32,6 +32,14 @@ class ReportInBrowser : public InBrowser {
     EXPECT_LE(found.at("overflow").at("390").get<int>(), 0);
     EXPECT_THAT(found.at("wide_drawings"), IsEmpty()) << found.at("wide_drawings");
     EXPECT_EQ(found.at("charts"), found.at("drawings"));
+    EXPECT_THAT(found.at("cut"), IsEmpty()) << found.at("cut");                    // cards show all that they say
+    EXPECT_THAT(found.at("broken_words"), IsEmpty()) << found.at("broken_words");  // on a phone, into letters
+    for (const auto& [name, begin] : {std::pair("SVG", "<svg"), std::pair("PNG", "PNG")}) {
+      EXPECT_THAT(found.at("exports").at(name).at("begin").get<std::string>(), testing::EndsWith(begin));
+      EXPECT_GT(found.at("exports").at(name).at("bytes").get<int>(), 2000);
+      EXPECT_FALSE(found.at("exports").at(name).at("variables").get<bool>());  // colours that no file knows
+    }
+    EXPECT_THAT(found.at("exports").at("CSV").at("first_line").get<std::string>(), testing::HasSubstr(","));
     EXPECT_TRUE(found.at("labelled").get<bool>());
     EXPECT_EQ(found.at("tables"), found.at("described_tables"));
     EXPECT_THAT(found.at("repeated_ids"), IsEmpty()) << found.at("repeated_ids");

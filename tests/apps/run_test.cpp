@@ -43,7 +43,7 @@ TEST_F(RunTest, DesignsEndToEnd) {
   must("synth --preset object --count 3000 --seed 7 -o " + folder + "/s.ply --quiet");
   must("run " + scene_arguments() + config() + "--quiet -o " + folder + "/out");
   const nlohmann::json results = json("out/results.json");
-  EXPECT_EQ(results.at("schema"), "grtx.run/1");
+  EXPECT_EQ(results.at("schema"), "grtx.run/2");
   EXPECT_TRUE(results.at("images_identical").get<bool>());
   EXPECT_TRUE(results.at("violations").empty());
   const auto stat = [&](const char* design, const char* name) {
@@ -95,6 +95,72 @@ TEST_F(RunTest, EachDesignAndFrameSaysHowFarItsPictureIs) {
   }
   EXPECT_EQ(pictures.at("gautracer").at("order"), "peak");
   EXPECT_EQ(pictures.at("walk").at("order"), "entry into spheres of quantised Gaussians");
+}
+
+// A run took one machine; two results in one report were "not compared with each other".
+TEST_F(RunTest, MachinesStandSideBySideAndShareTraces) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/half.toml", "include = 'paper'\n[gpu]\nsms = 4\n");
+  const std::string view = scene_arguments() + "--set gpu.resident_warps=4 --designs baseline,grtx,walk --quiet ";
+  must("run " + view + "--machine paper," + folder + "/half.toml,paper-lean -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  ASSERT_EQ(results.at("machines").size(), 3U);
+  EXPECT_FALSE(results.contains("designs"));
+  EXPECT_EQ(results.at("pictures").size(), 3U);
+  EXPECT_TRUE(results.at("images_identical").get<bool>());
+  const nlohmann::json& between = results.at("between_machines");
+  EXPECT_EQ(between.at("over"), "paper, changed");
+  EXPECT_EQ(between.at("keys").at("gpu.sms"), (nlohmann::json{8, 4, 8}));
+  EXPECT_EQ(between.at("keys").at("tracer.checkpoint_bins"), (nlohmann::json{"0", "0", "4"}));
+  EXPECT_FALSE(between.at("keys").contains("gpu.resident_warps"));  // set for all
+  const auto time = [&](std::size_t machine, const char* design) {
+    return results.at("machines")[machine].at("designs").at(design).at("gpu.time_us").at("value").get<double>();
+  };
+  EXPECT_DOUBLE_EQ(between.at("speedup").at("half, changed").at("grtx").get<double>(),
+                   time(0, "grtx") / time(1, "grtx"));
+  // Each is what it is alone, and a trace that several machines ask for is made once.
+  std::size_t place = 0;
+  for (const std::string machine : {"paper", "half", "paper-lean"}) {
+    const std::string name = machine == "half" ? folder + "/half.toml" : machine;
+    must("run " + view + "--machine " + name + " -o " + folder + "/alone");
+    const nlohmann::json alone = json("alone/results.json"), &beside = results.at("machines")[place++];
+    EXPECT_EQ(beside.at("machine"), machine + ", changed");
+    for (const char* design : {"baseline", "grtx", "walk"}) {
+      EXPECT_EQ(beside.at("designs").at(design).at("gpu.cycles"), alone.at("designs").at(design).at("gpu.cycles"));
+      EXPECT_EQ(beside.at("speedup"), alone.at("speedup"));
+    }
+  }
+  const auto has = [&](const std::string& file) { return std::filesystem::exists(folder + "/out/" + file); };
+  EXPECT_TRUE(has("grtx.grtx") && has("grtx.paper-lean.grtx") && has("baseline.grtx"));
+  EXPECT_FALSE(has("grtx.half.grtx") || has("baseline.paper-lean.grtx") || has("walk.paper-lean.grtx"));
+  const std::string page = read_file(folder + "/out/report.html");
+  EXPECT_NE(page.find("<h3>Machines side by side</h3>"), std::string::npos);
+  EXPECT_EQ(page.find("they are not compared with each other"), std::string::npos);
+  const std::string price = "cost --stats " + folder + "/out/results.json --design grtx --machine half ";
+  must(price + "--csv " + folder + "/energy.csv");
+  EXPECT_NE(read_file(folder + "/energy.csv").find("\nrt.ray_box,"), std::string::npos);
+  const Outcome energy = grtx(price + "--json");
+  EXPECT_EQ(nlohmann::json::parse(energy.output).at("frame_nanojoules").at("central"),
+            results.at("machines")[1].at("designs").at("grtx").at("gpu.energy_nj").at("value"));
+  // Traces of machines that are not compared now go.
+  must("run " + view + "--machine paper -o " + folder + "/out");
+  EXPECT_TRUE(has("grtx.grtx"));
+  EXPECT_FALSE(has("grtx.paper-lean.grtx"));
+}
+
+TEST_F(RunTest, MachinesOfARunHaveNamesOfTheirOwnAndDrawOnePicture) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/early.toml", "include = 'paper'\n[tracer]\nert = 0.1\n");
+  const auto refused = [&](const std::string& machines) {
+    const Outcome outcome = grtx("run " + scene_arguments() + "--quiet -o " + folder + "/out --machine " + machines);
+    EXPECT_EQ(outcome.code, 2) << machines;
+    EXPECT_FALSE(std::filesystem::exists(folder + "/out"));
+    return outcome.output;
+  };
+  EXPECT_NE(refused("paper,paper").find("--machine: paper: is there twice"), std::string::npos);
+  EXPECT_NE(refused("paper," + folder + "/early.toml").find("early: has ert = 0.1, paper has 0.001"),
+            std::string::npos);
+  EXPECT_NE(refused("paper,adda").find("adda"), std::string::npos);
 }
 
 TEST_F(RunTest, WhatYouSetADesignLeavesAsItIs) {

@@ -359,6 +359,30 @@ class Frames(unittest.TestCase):
             json.dump(document, file)
         self.assertTrue(grtx_tlm.read_results(self.path("older.json")).pictures.empty)
 
+    def test_several_machines_have_results_times_and_the_keys_that_differ(self):
+        document = self.document("run/results.json")
+        of_all = ("schema", "version", "model_version", "images", "images_identical", "pictures", "other_orders", "violations")
+        first = {name: value for name, value in document.items() if name not in of_all}
+        second = json.loads(json.dumps({**first, "machine": "ada"}))
+        second["config"]["gpu.sms"] = 142
+        second["designs"]["grtx"]["gpu.time_us"]["value"] = 0.5 * first["designs"]["grtx"]["gpu.time_us"]["value"]
+        several = {**{name: document[name] for name in of_all if name in document}, "machines": [first, second],
+                   "between_machines": {"over": first["machine"], "keys": {"gpu.sms": [first["config"]["gpu.sms"], 142]}},
+                   "violations": ["grtx on ada: a law"]}
+        with open(self.path("several.json"), "w", encoding="utf-8") as file:
+            json.dump(several, file)
+        results = grtx_tlm.read_results(self.path("several.json"))
+        self.assertEqual(list(results.machines), [first["machine"], "ada"])
+        self.assertIs(results.machines[first["machine"]], results)
+        self.assertEqual(list(results.times.columns), [first["machine"], "ada"])
+        self.assertAlmostEqual(results.times.loc["grtx", "ada"], 0.5 * results.times.loc["grtx", first["machine"]])
+        self.assertEqual(results.times.attrs["units"]["ada"], "us")
+        self.assertEqual(results.keys.loc["gpu.sms", "ada"], 142)
+        self.assertEqual(results.machines["ada"].config["gpu.sms"], 142)
+        self.assertEqual((results.violations, results.machines["ada"].violations), ([], ["grtx on ada: a law"]))
+        self.assertIn("machines " + first["machine"] + ", ada", repr(results))
+        self.assertEqual(list(grtx_tlm.read_results(self.path("run")).times.columns), [first["machine"]])
+
     def test_the_front_holds_what_nothing_beats(self):
         frame = pd.DataFrame({"a": [1, 2, 2, 3, 4, None], "b": [9, 5, 6, 5, 1, 0]})
         self.assertEqual(list(plots.pareto_front(frame, "a", "b").index), [0, 1, 4])
@@ -367,7 +391,7 @@ class Frames(unittest.TestCase):
         stats = self.document("stats.json")
         stats["stats"]["gpu.cycles"] = 3
         cases = [(grtx_tlm.read_statistics, "{", "is no JSON"), (grtx_tlm.read_statistics, "[1]", "must be grtx.stats/1"),
-                 (grtx_tlm.read_results, '{"schema": "grtx.stats/1"}', "must be grtx.run/1"),
+                 (grtx_tlm.read_results, '{"schema": "grtx.stats/1"}', "must be grtx.run/2"),
                  (grtx_tlm.read_results, '{"schema": "grtx.run/1"}', "designs: must be an object"),
                  (grtx_tlm.read_results, '{"schema": "grtx.run/1", "designs": {}}', "must name a design"),
                  (grtx_tlm.read_statistics, json.dumps(stats), "stats.gpu.cycles: must have value"),

@@ -72,21 +72,30 @@ const grtx_explore = (() => {
 
     first_reference() {
       const { designs } = this.data;
+      if (designs.length === 1 && this.machines().length > 1) return `machine:${this.machines()[0]}`;
       if (designs.length > 1) return `design:${designs.includes('baseline') ? 'baseline' : designs[0]}`;
       return this.points.length > 0 ? `point:${this.points[0].machine}` : '';
     }
 
-    /// Speed-ups over "design:NAME", of the same keys, or "point:NUMBER", of the same design and machine.
+    machines() {
+      return [...new Set(this.points.map((p) => p.base))];
+    }
+    /// Design and varied keys of a point: the same on all machines.
+    but_for_machine(p) {
+      return JSON.stringify([p.design, ...p.fields.map((value, at) => (this.data.fields[at] === 'machine' ? null : value))]);
+    }
+
+    /// Speed-ups over "design:NAME", of the same keys on the same machine, "machine:NAME", of the same design and keys,
+    /// or "point:NUMBER", of the same design and machine.
     over(reference) {
       this.reference = reference;
       const [kind, wanted] = [reference.slice(0, reference.indexOf(':')), reference.slice(reference.indexOf(':') + 1)];
-      const place = (p) => (kind === 'design' ? `${p.view} ${p.keys}` : String(p.view));
-      const others = new Map(
-        this.points.filter((p) => (kind === 'design' ? p.design : String(p.machine)) === wanted).map((p) => [place(p), p]),
-      );
+      const own = { design: (p) => p.design, machine: (p) => p.base, point: (p) => String(p.machine) }[kind];
+      const place = (p) => `${p.view} ${kind === 'design' ? p.keys : kind === 'machine' ? this.but_for_machine(p) : ''}`;
+      const others = new Map(this.points.filter((p) => own(p) === wanted).map((p) => [place(p), p]));
       for (const p of this.points) {
         const other = others.get(place(p));
-        const alike = other && (kind === 'design' || (other.design === p.design && other.base === p.base));
+        const alike = other && (kind !== 'point' || (other.design === p.design && other.base === p.base));
         p.reference = alike ? other : null;
         p.metrics[this.speedup.at] = alike ? other.metrics[0] / p.metrics[0] : NaN;
       }
@@ -121,6 +130,8 @@ const grtx_explore = (() => {
     build() {
       const title = (p) => `${p.label} ${p.name}`.trim();
       const references = this.data.designs.length > 1 ? this.data.designs.map((d) => [`design:${d}`, `${d} with the same keys`]) : [];
+      if (this.machines().length > 1)
+        references.push(...this.machines().map((m) => [`machine:${m}`, `machine ${m}, the same design and keys`]));
       const known = new Set();
       for (const p of this.points) {
         if (this.speedup && !known.has(p.machine)) references.push([`point:${p.machine}`, title(p)]);
@@ -264,13 +275,17 @@ const grtx_explore = (() => {
       const made = this.figure(
         'explore',
         [...selects, ...buttons],
-        `A mark is a point; those on the front are large, on the dashed line.${subject}` +
+        `A mark is a point; those on the front are large, named, on the dashed line; a ring is a further point in the same place.${this.limits_text()}${subject}` +
           ' Drag a box to choose points; Shift and drag moves, Ctrl and the wheel zooms, a double click ends the box.' +
           ' Keys: arrows go from point to point, Enter chooses, + - 0 zoom, Escape shows all.',
       );
       this.read_out = element('p', { className: 'cursor', role: 'status' });
       made.querySelector('.drawing').after(this.read_out);
       made.querySelector('.drawing').addEventListener('keydown', (event) => this.key(event));
+    }
+
+    limits_text() {
+      return this.metrics.some((m) => Number.isFinite(m.limit)) ? ' A red line is a limit of the plan.' : '';
     }
 
     build_key_figures() {
@@ -335,6 +350,7 @@ const grtx_explore = (() => {
       figure.querySelector('.drawing').replaceChildren();
       if (spec === null) return;
       const result = await this.embed(figure.querySelector('.drawing'), spec);
+      grtx_export(figure, spec);
       if (this.runs.get(name) !== run) {
         result.finalize();
         return;

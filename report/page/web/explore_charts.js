@@ -28,6 +28,22 @@ const grtx_explore_charts = (() => {
     return "abs(datum.value) < 1000 ? format(datum.value, '.4~r') : format(datum.value, '.3~s')";
   };
   const mean = (values) => Math.exp(values.reduce((sum, v) => sum + Math.log(v), 0) / values.length);
+  /// Labels of the front that do not cover each other: the first of points that are equal stands for all of them.
+  const apart = (rows, scales) => {
+    const place = (scale, value) => {
+      const [low, high] = scale.domain.map(scale.type === 'log' ? Math.log : Number);
+      return ((scale.type === 'log' ? Math.log(value) : value) - low) / (high - low);
+    };
+    const taken = [];
+    return rows
+      .filter((row) => row.front && row.rank === 0)
+      .filter((row) => {
+        const at = [place(scales[0], row.px), place(scales[1], row.py)];
+        if (taken.some((other) => Math.abs(other[0] - at[0]) < 0.09 && Math.abs(other[1] - at[1]) < 0.06)) return false;
+        taken.push(at);
+        return true;
+      });
+  };
   const by_size = (a, b) => (typeof a === 'number' && typeof b === 'number' ? a - b : 0);
 
   /// Scale fitted to the values; how: "fitted", "zero" or "log".
@@ -152,9 +168,23 @@ const grtx_explore_charts = (() => {
         const row = { id: p.id, label: p.label, px: x.of(p), py: y.of(p), colour: this.colour_of(p), front: this.front_ids.has(p.id) };
         return { ...row, ...this.tip_row(p, titles) };
       });
+      // Of points in one place the first is a mark, the others are rings around it.
+      const places = new Map();
+      for (const row of rows) {
+        const same = places.get(`${row.px} ${row.py}`) || [];
+        row.rank = same.length;
+        row.size = (row.front ? 120 : 45) * (1 + 0.9 * Math.min(row.rank, 6));
+        places.set(`${row.px} ${row.py}`, [...same, row.label]);
+      }
+      for (const row of rows) {
+        const same = places.get(`${row.px} ${row.py}`);
+        row.words = same.slice(0, 3).join(' = ') + (same.length > 3 ? ` and ${same.length - 3} more` : '');
+      }
+      const limits = [x.limit, y.limit];
+      const scales = [x, y].map((q, i) => scale_of([...points.map(q.of), ...(Number.isFinite(limits[i]) ? [limits[i]] : [])], how));
       const place = {
-        x: axis_of('px', x.title, x.unit, scale_of(points.map(x.of), how)),
-        y: axis_of('py', y.title, y.unit, scale_of(points.map(y.of), how)),
+        x: axis_of('px', x.title, x.unit, scales[0]),
+        y: axis_of('py', y.title, y.unit, scales[1]),
       };
       const steps = {
         type: 'line',
@@ -164,8 +194,24 @@ const grtx_explore_charts = (() => {
         clip: true,
       };
       const line = { transform: [{ filter: 'datum.front' }], encoding: { ...place, order: { field: 'px' } }, mark: steps };
-      const marks = this.explore_marks(place, titles),
-        layer = this.front_ids.size > 0 ? [line, marks] : [marks];
+      const limit = (channel, value) => [
+        {
+          data: { values: [{ [`p${channel}`]: value }] },
+          mark: { type: 'rule', color: 'var(--bad)', strokeWidth: 1.5, clip: true },
+          encoding: { [channel]: place[channel] },
+        },
+      ];
+      const names = {
+        data: { values: apart(rows, scales) },
+        mark: { type: 'text', align: 'left', dx: 8, dy: -8, fontSize: 11, clip: true },
+        encoding: { ...place, text: { field: 'words' } },
+      };
+      const layer = [
+        ...(this.front_ids.size > 0 ? [line] : []),
+        ...['x', 'y'].flatMap((channel, i) => (Number.isFinite(limits[i]) ? limit(channel, limits[i]) : [])),
+        this.explore_marks(place, titles),
+        ...(this.front_ids.size > 0 ? [names] : []),
+      ];
       return {
         ...frame(rows, 360),
         params: [
@@ -192,9 +238,10 @@ const grtx_explore_charts = (() => {
         encoding: {
           ...place,
           color: this.colour_encoding(),
-          size: { condition: [at_cursor(220), { test: 'datum.front', value: 120 }], value: 45 },
-          stroke: { condition: at_cursor('var(--ink)'), value: 'var(--card)' },
-          strokeWidth: { condition: at_cursor(3), value: 0.5 },
+          size: { condition: at_cursor(220), field: 'size', type: 'quantitative', scale: null, legend: null },
+          fillOpacity: { condition: { test: 'datum.rank > 0', value: 0 }, value: 1 },
+          stroke: { condition: [at_cursor('var(--ink)'), { test: 'datum.rank > 0', value: 'var(--ink)' }], value: 'var(--card)' },
+          strokeWidth: { condition: [at_cursor(3), { test: 'datum.rank > 0', value: 1.2 }], value: 0.5 },
           opacity: { condition: { test: 'picked === null || indexof(picked, datum.id) >= 0', value: 0.9 }, value: 0.1 },
           tooltip: titles.map((title, i) => ({ field: `t${i}`, title })),
         },

@@ -57,7 +57,11 @@
       tooltip: { theme: 'custom', formatTooltip: tooltip_html },
     });
   };
-  const draw = (figure) => embed(figure.querySelector('.drawing'), JSON.parse(figure.querySelector('.spec').textContent));
+  const draw = async (figure) => {
+    const spec = JSON.parse(figure.querySelector('.spec').textContent);
+    await embed(figure.querySelector('.drawing'), spec);
+    grtx_export(figure, spec);
+  };
 
   // A click on a column's title sorts by it.
   const sortable = (table) => {

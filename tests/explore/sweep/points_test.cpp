@@ -82,7 +82,7 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
          p.points = {{{"l1.latency", 21}}};
        }},
       {"mode", false, [](SweepPlan& p) { p.mode = "windows"; }},
-      {"machine", false, [](SweepPlan& p) { p.base_machine.name = "paper-charged"; }},
+      {"machine", false, [](SweepPlan& p) { p.machine.name = "paper-charged"; }},
   };
   for (const auto& c : cases) {
     SweepPlan changed = plan();
@@ -94,6 +94,29 @@ TEST_F(SweepPointsTest, EveryInputChangesTheKeyOfThePoint) {
     write_file(folder + "/c.json", "cameras");
   }
   EXPECT_NE(points(plan(), "grtx 2").points.at(0).key, base.points.at(0).key);
+}
+
+TEST_F(SweepPointsTest, AMachineIsAnAxisAndItsTraceIsSharedWhereTheTracerIsTheSame) {
+  SweepPlan p = plan();
+  p.machine.name = "base";
+  sim::GpuConfig many;
+  many.sms = 99;
+  p.machines = {{"a", {"a", "a", {}, {}, {{"k", "4"}}}},
+                {"b", {"b", "b", many, {}, {{"k", "4"}}}},
+                {"folder/c.toml", {"c", "/folder/c.toml", {}, {}, {{"k", "16"}}}}};
+  p.points = {{{"machine", "a"}}, {{"machine", "b"}}, {{"machine", "folder/c.toml"}}, {{"l1.latency", 21}}};
+  const SweepPoints all = points(p);
+  ASSERT_EQ(all.points.size(), 4U);
+  EXPECT_EQ(all.traces.size(), 3U);  // a and b share one
+  const std::vector<std::string> names = {"a", "b", "c", "base"}, options = {"a", "b", "/folder/c.toml", ""};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(all.points[i].machine, names[i]);
+    EXPECT_EQ(all.points[i].machine_option, options[i]);
+    EXPECT_FALSE(all.points[i].coordinates.contains("machine"));  // which each point says itself
+  }
+  EXPECT_EQ(all.points[0].trace_key, all.points[1].trace_key);
+  EXPECT_EQ(all.points[1].config.json().at("gpu.sms"), 99);
+  EXPECT_NE(all.points[0].config.json().at("gpu.sms"), 99);
 }
 
 TEST_F(SweepPointsTest, AChangedFileThatConfiguresTheMemoryIsAnotherPoint) {
@@ -196,7 +219,7 @@ TEST_F(SweepPointsTest, AConfigurationGoesThroughItsFile) {
 TEST_F(SweepPointsTest, AKeyIsTheHashOfTheInputsAsOneDocument) {
   SweepPlan p = plan();
   p.mode = "windows";
-  p.base_machine.name = "own";
+  p.machine.name = "own";
   p.points = {{{"rt.scheduler.policy", "round_robin"}, {"gpu.core_mhz", 999.5}, {"tracer.k", 16}}};
   const SweepPoint point = points(p, "grtx \"1\"").points.at(0);
   sim::GpuConfig config;
@@ -275,7 +298,7 @@ TEST_F(SweepPointsTest, WaitsInTheDatabaseWithoutAConfiguration) {
   EXPECT_LT(std::filesystem::file_size(path) / all.points.size(), 1000U) << "bytes per point";
   EXPECT_EQ(database.statuses_of(all.points), std::vector<std::string>(2000, "pending"));
 
-  database.set_running({point_task(all.points[7], "", "grtx", folder, {})});
+  database.set_running({point_task(all.points[7], "grtx", folder, {})});
   database.refuse({{&all.points[8], "no such machine"}, {&all.points[9], "no trace"}});
   Sqlite read(path, Sqlite::Open::read_only);
   SqliteStatement row(read, "SELECT id, status, config, reason FROM point WHERE config IS NOT NULL ORDER BY id");

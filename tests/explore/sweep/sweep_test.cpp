@@ -69,6 +69,23 @@ TEST_F(Sweep, FillsItsDatabaseOnce) {
   EXPECT_EQ(rows("a.sqlite", "SELECT seconds FROM point ORDER BY id"), before);
 }
 
+// It ended with the number of its points.
+TEST_F(Sweep, ItEndsWithTheFrontAndTheNextCommand) {
+  write_plan("machine = ['paper', 'paper-charged']\n");
+  const Outcome outcome = sweep("a.sqlite", "2>/dev/null");
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  EXPECT_EQ(rows("a.sqlite", "SELECT machine || count(*) FROM point GROUP BY machine"),
+            (Texts{"paper8", "paper-charged8"}));
+  EXPECT_EQ(rows("a.sqlite", "SELECT count(*) FROM trace"), (Texts{"2"}));  // which both machines share
+  const std::size_t front = outcome.output.find("\nfront of time against area\n");
+  ASSERT_NE(front, std::string::npos) << outcome.output;
+  const std::string end = outcome.output.substr(front);
+  EXPECT_THAT(
+      end, testing::AllOf(HasSubstr(" mm2 "), HasSubstr("rt.warp_buffer.entries = "),
+                          HasSubstr("each is the fastest of its area or less; least time #"),
+                          testing::EndsWith("next: grtx report " + folder + "/a.sqlite -o " + folder + "/a.html\n")));
+}
+
 TEST_F(Sweep, KilledTwiceAndResumedEqualsAnUndisturbedOne) {
   write_plan();
   ASSERT_EQ(sweep("undisturbed.sqlite").code, 0);

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grtx/experiment/slow_rays.h"
+
+#include <algorithm>
+#include <functional>
+
+namespace grtx::experiment {
+namespace {
+
+std::uint64_t visits_of(const traces::Ray& ray) {
+  return static_cast<std::uint64_t>(std::ranges::count_if(
+      ray.events, [](const traces::Event& event) { return event.kind() <= traces::EventKind::visit_leaf; }));
+}
+
+}  // namespace
+
+SlowRays slowest_rays(const traces::Reader& reader, std::size_t count) {
+  SlowRays slow;
+  std::vector<std::uint64_t> all;
+  traces::RayGroup group;
+  const std::uint32_t width = reader.header().width;
+  const auto keep = [&](std::size_t most) {
+    std::ranges::stable_sort(slow.rays, std::greater(), &SlowRay::visits);
+    if (slow.rays.size() > most) slow.rays.resize(most);
+  };
+  for (std::uint64_t warp = 0; warp < reader.group_count(); ++warp) {
+    reader.read(warp, group);
+    for (const traces::Ray& ray : group.rays) {
+      if (ray.rounds.empty()) continue;
+      all.push_back(visits_of(ray));
+      slow.rays.push_back(
+          {ray.pixel % width, ray.pixel / width, group.frame, group.kind, warp, all.back(), ray.rounds.size()});
+    }
+    if (slow.rays.size() > 2 * count + 4096) keep(count);
+  }
+  keep(count);
+  if (!all.empty()) {
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    std::ranges::nth_element(all, middle);
+    slow.median = *middle;
+  }
+  return slow;
+}
+
+}  // namespace grtx::experiment

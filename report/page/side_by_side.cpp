@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machines side by side: times of each design on each machine, and the keys and options in which machines differ.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grtx/explore/sweep/axis.h"
+#include "grtx/report/page/charts.h"
+#include "grtx/report/page/html.h"
+#include "grtx/report/page/sections.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+using Machines = std::vector<const ReportRun*>;  // of runs side by side, in the order of the page
+
+std::string machine_of(const ReportRun& run) { return run.results.subject.setting("machine"); }
+
+/// Designs that all of the machines ran, in the order of tables.
+std::vector<std::string> designs_of(const Machines& machines) {
+  std::vector<std::string> names;
+  for (const DesignResult& design : machines.front()->results.designs) {
+    const auto has = [&](const ReportRun* run) { return run->results.design(design.name) != nullptr; };
+    if (std::all_of(machines.begin(), machines.end(), has)) names.push_back(design.name);
+  }
+  return names;
+}
+
+double time_of(const ReportRun& run, const std::string& design) {
+  const DesignResult& own = *run.results.design(design);
+  const double us = own.value("gpu.time_us"), mhz = run.results.config.value("gpu.core_mhz", std::nan(""));
+  return 1e-6 * (std::isfinite(us) ? us : own.value("gpu.cycles") / mhz);
+}
+
+std::string times_table(const Machines& machines, const std::vector<std::string>& designs) {
+  const std::string first = machine_of(*machines.front());
+  std::vector<Table::Column> columns = {{"design", false}};
+  for (const ReportRun* run : machines) {
+    columns.push_back({machine_of(*run) + ": time"});
+    if (run != machines.front()) columns.push_back({"times as fast as on " + first});
+    columns.push_back({"speed-up over " + run->results.speedup_over + " there"});
+  }
+  Table table("Machines side by side: time of the frame, against " + first + ", and speed-ups on each machine",
+              columns);
+  for (const std::string& design : designs) {
+    std::vector<std::string> cells = {escape(design)};
+    for (const ReportRun* run : machines) {
+      const double own = time_of(*run, design);
+      cells.push_back(with_unit(own, "s"));
+      if (run != machines.front()) cells.push_back(times(time_of(*machines.front(), design) / own));
+      cells.push_back(speedup_text(*run, *run->results.design(design)));
+    }
+    table.row(cells);
+  }
+  return table.html();
+}
+
+std::string times_chart(const Machines& machines, const std::vector<std::string>& designs, std::size_t group) {
+  ordered_json rows = ordered_json::array();
+  std::vector<std::string> names;
+  double most = 0.0;
+  for (const ReportRun* run : machines) {
+    for (const std::string& design : designs) most = std::max(most, time_of(*run, design));
+  }
+  const bool in_ms = most >= 1e-3;
+  for (const ReportRun* run : machines) {
+    names.push_back(machine_of(*run));
+    for (const std::string& design : designs) {
+      const double value = time_of(*run, design) * (in_ms ? 1e3 : 1e6);
+      if (std::isfinite(value)) rows.push_back({{"label", design}, {"series", names.back()}, {"value", value}});
+    }
+  }
+  const std::string caption = "Time of the frame by design and machine; shorter is better.";
+  return chart(fmt::format("machines{}_times", group), caption, caption,
+               ratio_bars(rows, ordered_json::array(), designs, names, in_ms ? "time, ms" : "time, µs"));
+}
+
+/// Keys of machines, and options of the tracer, that are not the same on all.
+std::string differing_keys(const Machines& machines) {
+  std::vector<Table::Column> columns = {{"key", false}};
+  std::vector<std::string> keys;
+  for (const ReportRun* run : machines) {
+    columns.push_back({machine_of(*run), false});
+    for (const auto& [key, value] : run->results.config.items()) {
+      if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.push_back(key);
+    }
+  }
+  Table table("Keys and options of the tracer in which the machines differ", columns);
+  const auto add = [&](const std::string& name, const std::vector<std::string>& values) {
+    if (std::any_of(values.begin(), values.end(), [&](const std::string& own) { return own != values.front(); })) {
+      std::vector<std::string> cells = {escape(name)};
+      for (const std::string& value : values) cells.push_back(escape(value));
+      table.row(cells);
+    }
+  };
+  for (const std::string& key : keys) {
+    std::vector<std::string> values;
+    for (const ReportRun* run : machines) {
+      const ordered_json& config = run->results.config;
+      values.push_back(config.contains(key) ? explore::text_of(config.at(key)) : "");
+    }
+    add(key, values);
+  }
+  std::vector<std::string> options;
+  for (const std::string& design : designs_of(machines)) {
+    const Subject& first = machines.front()->results.design(design)->subject;
+    for (const ReportRun* run : machines) {
+      for (const Fact& fact : run->results.design(design)->subject.differences(first, MayDiffer::designs)) {
+        const bool known = std::find(options.begin(), options.end(), fact.name) != options.end();
+        if (known || fact.name == "machine" || run->results.config.contains(fact.name)) continue;
+        options.push_back(fact.name);
+        std::vector<std::string> values;
+        for (const ReportRun* one : machines) values.push_back(one->results.design(design)->subject.fact(fact.name));
+        add(fact.name + " (tracer)", values);
+      }
+    }
+  }
+  return details(fmt::format("{} keys and options differ", table.rows()), table.html());
+}
+
+}  // namespace
+
+bool are_side_by_side(const ReportRun& a, const ReportRun& b) {
+  if (machine_of(a) == machine_of(b)) return false;
+  for (const DesignResult& design : a.results.designs) {
+    const DesignResult* other = b.results.design(design.name);
+    if (other == nullptr) continue;
+    return design.subject.unknown().empty() && other->subject.unknown().empty() &&
+           design.subject.differences(other->subject, MayDiffer::machines).empty();
+  }
+  return false;  // no design in common
+}
+
+std::string side_by_side_html(const std::vector<ReportRun>& runs) {
+  std::vector<Machines> groups;
+  for (const ReportRun& run : runs) {
+    const auto fits = [&](const Machines& group) {
+      return std::all_of(group.begin(), group.end(), [&](const ReportRun* one) { return are_side_by_side(*one, run); });
+    };
+    const auto group = std::find_if(groups.begin(), groups.end(), fits);
+    if (group == groups.end()) {
+      groups.push_back({&run});
+    } else {
+      group->push_back(&run);
+    }
+  }
+  std::erase_if(groups, [](const Machines& group) { return group.size() < 2; });
+  std::string out;
+  for (const Machines& group : groups) {
+    const std::vector<std::string> designs = designs_of(group);
+    if (designs.empty()) continue;
+    const Subject& subject = group.front()->results.subject;
+    const std::string view = subject.scene() + (subject.camera().empty() ? "" : ", view " + subject.camera());
+    out += fmt::format("<h3>Machines side by side{}</h3>\n", groups.size() > 1 ? ": " + escape(view) : "") +
+           times_chart(group, designs, static_cast<std::size_t>(&group - groups.data()) + 1) +
+           times_table(group, designs) + differing_keys(group);
+  }
+  return out;
+}
+
+}  // namespace grtx::report

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Machines side by side on a page: whose times are compared, and in what machines differ.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "grtx/report/page/report.h"
+#include "grtx/report/page/run_results.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "temporary_folder.h"
+
+namespace grtx::report {
+namespace {
+
+using nlohmann::ordered_json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// The members of results.json that belong to a machine.
+ordered_json machine(const std::string& name, double baseline, double grtx, unsigned sms) {
+  ordered_json document = {{"machine", name}, {"config", sim::config_json(sim::load_config("", {}))}};
+  document["config"]["gpu.sms"] = sms;
+  for (const auto& [design, us] : {std::pair("baseline", baseline), std::pair("grtx", grtx)}) {
+    for (const auto& [statistic, value] : {std::pair("gpu.cycles", us * 1365), std::pair("gpu.time_us", us)}) {
+      document["designs"][design][statistic] = {{"value", value}, {"unit", ""}, {"description", ""}};
+    }
+    document["inputs"][design] = {{"trace.scene", "hall.ply"},
+                                  {"trace.scene_hash", "1"},
+                                  {"trace.camera", "0"},
+                                  {"trace.camera_hash", "2"},
+                                  {"accel", design == std::string("grtx") ? "tlas-tri20" : "tri20"},
+                                  {"checkpoint", design == std::string("grtx") ? "on" : "off"},
+                                  {"trace.k", "8"},
+                                  {"trace.child_order", name == "ada" ? "near_first" : "slot"},
+                                  {"width", "64"},
+                                  {"height", "64"},
+                                  {"mode", "cycle"}};
+  }
+  return document;
+}
+
+ordered_json one(const std::string& name, double baseline, double grtx, unsigned sms) {
+  ordered_json document = {{"schema", "grtx.run/1"}, {"version", "1"}, {"model_version", 7}};
+  document.update(machine(name, baseline, grtx, sms));
+  return document;
+}
+
+ordered_json several() {
+  return {{"schema", "grtx.run/2"},
+          {"version", "1"},
+          {"model_version", 7},
+          {"machines", {machine("paper", 4000, 1000, 8), machine("ada", 200, 100, 142)}},
+          {"between_machines", {{"over", "paper"}}},
+          {"images_identical", true},
+          {"violations", {"grtx on ada: a law is broken"}}};
+}
+
+class SideBySide : public testing::Test {
+ protected:
+  std::string page(const std::vector<ordered_json>& documents) {
+    ReportOptions options;
+    for (const ordered_json& document : documents) {
+      options.inputs.push_back(folder.path(std::to_string(options.inputs.size()) + ".json"));
+      folder.write(std::to_string(options.inputs.size() - 1) + ".json", document.dump());
+    }
+    const std::string whole = report_page(options);
+    const std::size_t begin = whole.find("<main");
+    return whole.substr(begin, whole.find("</main>") - begin);
+  }
+  const grtx::test::TemporaryFolder folder;
+};
+
+TEST_F(SideBySide, MachinesOfARunHaveTimesRatiosAndTheKeysThatDiffer) {
+  const std::string html = page({several()});
+  EXPECT_THAT(html, AllOf(HasSubstr("<h3>Machines side by side</h3>"),
+                          HasSubstr("<th scope=\"row\">baseline</th><td class=\"n\">4.00 ms</td>"),
+                          HasSubstr("<td class=\"n\">200 µs</td><td class=\"n\">20.00×</td>"),  // ada over paper
+                          HasSubstr("<td class=\"n\">100 µs</td><td class=\"n\">10.00×</td><td class=\"n\">2.00×</td>"),
+                          HasSubstr("2 keys and options differ"),
+                          HasSubstr("<th scope=\"row\">gpu.sms</th><td>8</td><td>142</td>")));
+  EXPECT_THAT(html,
+              AllOf(HasSubstr("<th scope=\"row\">child_order (tracer)</th><td>slot</td><td>near_first</td>"),
+                    HasSubstr("<h3>paper</h3>"), HasSubstr("<h3>ada</h3>"), Not(HasSubstr("they are not compared"))));
+  EXPECT_LT(html.find("Machines side by side"), html.find("<h3>paper</h3>"));
+  EXPECT_EQ(html.find("Violated: grtx on ada"), html.rfind("Violated: grtx on ada"));  // once, with its machine
+}
+
+// Two results of one view stood in a table "they are not compared with each other".
+TEST_F(SideBySide, RunsOfTwoFilesOnTwoMachinesAreCompared) {
+  EXPECT_THAT(page({one("paper", 4000, 1000, 8), one("ada", 200, 100, 142)}),
+              AllOf(HasSubstr("Machines side by side"), HasSubstr("20.00×"), Not(HasSubstr("they are not compared"))));
+}
+
+TEST_F(SideBySide, OtherViewsAndOtherRoundsAreNotCompared) {
+  ordered_json other_view = one("ada", 200, 100, 142), other_k = other_view;
+  for (const char* design : {"baseline", "grtx"}) {
+    other_view["inputs"][design]["trace.camera_hash"] = "3";
+    other_k["inputs"][design]["trace.k"] = "16";
+  }
+  for (const ordered_json& other : {other_view, other_k}) {
+    EXPECT_THAT(page({one("paper", 4000, 1000, 8), other}),
+                AllOf(Not(HasSubstr("Machines side by side")), HasSubstr("they are not compared with each other")));
+  }
+}
+
+TEST_F(SideBySide, AMachineThatIsNoObjectIsRefused) {
+  ordered_json wrong = several();
+  wrong["machines"][1] = 3;
+  EXPECT_THROW(page({wrong}), Error);
+  wrong["machines"] = ordered_json::array();
+  EXPECT_THROW(page({wrong}), Error);
+}
+
+}  // namespace
+}  // namespace grtx::report
