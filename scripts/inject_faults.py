@@ -54,7 +54,7 @@ seed = 7
 width = 4
 height = 4
 [grid]
-rt.warp_buffer.entries = [2, 4]
+rt.warp_buffer.entries = [2]
 """
 SEARCH = f"""base = '{ROOT}/configs/small.toml'
 [[scene]]
