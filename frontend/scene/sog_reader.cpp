@@ -57,7 +57,8 @@ std::uint64_t whole(const json& value, std::uint64_t most, const std::string& pl
   return value.get<std::uint64_t>();
 }
 
-std::vector<double> numbers_of(const json& value, std::size_t count, const std::string& place, const std::string& file) {
+std::vector<double> numbers_of(const json& value, std::size_t count, const std::string& place,
+                               const std::string& file) {
   const std::string rule = "must be a list of " + std::to_string(count) + " finite numbers";
   if (!value.is_array() || value.size() != count) throw Error(file, place, rule);
   std::vector<double> list;
