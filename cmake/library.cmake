@@ -12,12 +12,6 @@ function(grtx_sources variable pattern)
   set(${variable} ${found} PARENT_SCOPE)
 endfunction()
 
-# Headers of others that most files include, compiled once for all targets of the same flags
-# (target_precompile_headers(... REUSE_FROM)). Headers of ours are not among them: an edit would compile everything.
-set(grtx_common_headers <algorithm> <array> <cstdint> <filesystem> <functional> <map> <memory> <optional> <string>
-                        <string_view> <utility> <vector> <fmt/format.h> <fmt/ranges.h> <nlohmann/json.hpp>)
-set(grtx_systemc_headers <systemc> <tlm> ${grtx_common_headers})
-
 # grtx_library(NAME [SOURCES file...] [PUBLIC library...] [PRIVATE library...]): the target grtx_NAME, for others
 # grtx::NAME. SOURCES: those in place of all .cpp files of the folder. Own libraries come before those of others, and the
 # project's own warnings and flags stay inside. What is installed of its headers: install_headers.cmake.

@@ -39,9 +39,9 @@ bool is_declared(const std::string& name) {
   return names.contains(name);
 }
 
-class ActionPrices {
+class Prices {
  public:
-  ActionPrices(const std::vector<Inventory>& inventories, const CostOptions& options)
+  Prices(const std::vector<Inventory>& inventories, const CostOptions& options)
       : inventories_(inventories), options_(options), technology_(technology(options.nm)) {}
 
   /// Energy of one test: all operators of one pipeline once, and a register per stage. The inventory is the sum over
@@ -97,7 +97,7 @@ Range in_whole_picojoules(const Range& nanojoules) {
 struct Account {
   const RunStatistics& counted;
   const std::string& statistics;
-  ActionPrices prices;
+  Prices prices;
   std::vector<EnergyPart> parts;
 
   double value(const std::string& name) const {
@@ -126,7 +126,7 @@ void add_action(Account& account, const modules::EnergyAction& action) {
 }
 
 void add_shaders(Account& account) {
-  const ActionPrices& prices = account.prices;
+  const Prices& prices = account.prices;
   // 32 lanes compute and access their registers whether or not they are masked: an upper bound for masked lanes.
   account.add("simt", account.value("gpu.simt.instructions.total"),
               prices.operation("fp_fma", 32) * 32.0 + prices.access(".simt", "register_file", false) * 3.0 +
@@ -154,7 +154,7 @@ void add_rt_unit_and_shaders(Account& account, const sim::GpuConfig& config) {
 }
 
 void add_memory(Account& account, const CostOptions& options, const EnergyOptions& energy) {
-  const ActionPrices& prices = account.prices;
+  const Prices& prices = account.prices;
   const double l1_reads = account.value("gpu.l1.all.reads");
   const double l1_writes = account.value("gpu.l1.all.writes") + account.value("gpu.l1.fills");
   account.add("l1.reads", l1_reads, prices.access(".l1d", "data", false), "sectors");
@@ -176,7 +176,7 @@ void add_memory(Account& account, const CostOptions& options, const EnergyOption
 std::vector<EnergyPart> run_energy(const RunStatistics& counted, const sim::GpuConfig& config,
                                    const std::vector<modules::Inventory>& inventories, const CostOptions& options,
                                    const EnergyOptions& energy, const std::string& statistics) {
-  Account account{counted, statistics, ActionPrices(inventories, options), {}};
+  Account account{counted, statistics, Prices(inventories, options), {}};
   add_rt_unit_and_shaders(account, config);
   add_memory(account, options, energy);
   // User-defined units compute their own energy; the run's statistics hold the sum.

@@ -62,7 +62,7 @@ ordered_json json_of(const std::vector<Stage::View>& views) {
   return json;
 }
 
-const SweepValue* value_at(const Coordinates& coordinates, const std::string& key) {
+const SweepValue* value_of(const Coordinates& coordinates, const std::string& key) {
   for (const auto& [name, value] : coordinates) {
     if (name == key) return &value;
   }
@@ -105,7 +105,7 @@ class Search {
   std::vector<Choices> first() const {
     Choices choices;
     for (const SearchParameter& parameter : plan_.parameters) {
-      const SweepValue* value = value_at(plan_.reference, parameter.key);
+      const SweepValue* value = value_of(plan_.reference, parameter.key);
       const auto found = value == nullptr ? parameter.values.end()
                                           : std::find(parameter.values.begin(), parameter.values.end(), *value);
       if (found == parameter.values.end()) return {};
@@ -217,7 +217,7 @@ class Search {
     const Coordinates& best = candidates_[front_.front()].coordinates;
     std::vector<std::string> remaining;
     for (const auto& [key, value] : best) {
-      const SweepValue* before = value_at(plan_.reference, key);
+      const SweepValue* before = value_of(plan_.reference, key);
       if (before == nullptr || *before != value) remaining.push_back(key);
     }
     Coordinates current = plan_.reference;
@@ -234,9 +234,9 @@ class Search {
       const bool none_runs = chosen == remaining.size();  // no change runs alone: the first is combined with the next
       if (none_runs) chosen = 0;
       const std::string key = remaining[chosen];
-      const SweepValue* before = value_at(current, key);
+      const SweepValue* before = value_of(current, key);
       path_.push_back(
-          {key, before == nullptr ? ordered_json() : *before, *value_at(best, key), verdicts[chosen], none_runs});
+          {key, before == nullptr ? ordered_json() : *before, *value_of(best, key), verdicts[chosen], none_runs});
       current = designs[chosen];
       remaining.erase(remaining.begin() + static_cast<std::ptrdiff_t>(chosen));
     }
@@ -246,7 +246,7 @@ class Search {
   Coordinates with(const Coordinates& design, const Coordinates& other, const std::string& key) const {
     Coordinates changed;
     for (const SearchParameter& parameter : plan_.parameters) {
-      const SweepValue* value = value_at(parameter.key == key ? other : design, parameter.key);
+      const SweepValue* value = value_of(parameter.key == key ? other : design, parameter.key);
       if (value != nullptr) changed.emplace_back(parameter.key, *value);
     }
     return changed;

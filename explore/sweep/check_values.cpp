@@ -61,14 +61,14 @@ class ValueReader final : public nlohmann::json_sax<nlohmann::json> {
 };
 
 /// Document and values of a point, read in one transaction: a sweep may be writing to the database.
-struct CheckedPoint {
+struct Point {
   std::string document;
   Values values;
 };
 
-CheckedPoint read_point(Sqlite& database, const std::string& place, std::int64_t id) {
+Point read_point(Sqlite& database, const std::string& place, std::int64_t id) {
   const SqliteTransaction together(database, SqliteTransaction::Kind::read);
-  CheckedPoint point;
+  Point point;
   SqliteStatement document(database, "SELECT document FROM point WHERE id = ?1");
   if (document.bind(1, id).step()) point.document = document.text(0);
   SqliteStatement value(database, "SELECT name, value FROM value WHERE point_id = ?1");
@@ -87,7 +87,7 @@ void check_values(Sqlite& database) {
   SqliteStatement done(database, "SELECT id, key FROM point WHERE status = 'done' ORDER BY id");
   while (done.step()) points.emplace_back(done.integer(0), fmt::format("point {} ({})", done.integer(0), done.text(1)));
   for (const auto& [id, place] : points) {
-    const CheckedPoint point = read_point(database, place, id);
+    const Point point = read_point(database, place, id);
     Values truth;
     ValueReader reader(truth);
     if (!nlohmann::json::sax_parse(point.document, &reader)) {

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Converts "8" to 8: options of a trace are stored as text, values of an axis are typed.
-ordered_json json_value(const ordered_json& option) {
+ordered_json value_of(const ordered_json& option) {
   if (!option.is_string() || option.get_ref<const std::string&>().empty()) return option;
   const auto& text = option.get_ref<const std::string&>();
   const char *const begin = text.data(), *const end = begin + text.size();
@@ -96,7 +96,7 @@ ordered_json trace_inputs(const ordered_json& options) {
       continue;
     }
     for (const auto& [option, text] : value.items()) {
-      if (option != "accel" && option != "checkpoint") inputs["tracer." + option] = json_value(text);
+      if (option != "accel" && option != "checkpoint") inputs["tracer." + option] = value_of(text);
     }
   }
   return inputs;

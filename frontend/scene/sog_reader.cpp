@@ -33,7 +33,7 @@ constexpr std::size_t kMostPaletteTexels = std::size_t{65536} * 15;  // 16-bit l
 constexpr std::size_t kPaletteColumns = 64;                          // SH centroids per row of their picture
 constexpr std::uint64_t kMostRows = 1U << 28;                        // 16384 x 16384 texels, the most that WebP holds
 constexpr std::uint64_t kMostMetaBytes = std::uint64_t{256} << 20;
-constexpr int kMostTreeDepth = 64;  // depth of a lod-meta.json's tree
+constexpr int kMostDepth = 64;  // depth of a lod-meta.json's tree
 
 /// Returns the bytes of a file that a meta.json names.
 using Load = std::function<std::string(const std::string& name)>;
@@ -57,8 +57,7 @@ std::uint64_t whole(const json& value, std::uint64_t most, const std::string& pl
   return value.get<std::uint64_t>();
 }
 
-std::vector<double> numbers_of(const json& value, std::size_t count, const std::string& place,
-                               const std::string& file) {
+std::vector<double> numbers(const json& value, std::size_t count, const std::string& place, const std::string& file) {
   const std::string rule = "must be a list of " + std::to_string(count) + " finite numbers";
   if (!value.is_array() || value.size() != count) throw Error(file, place, rule);
   std::vector<double> list;
@@ -157,8 +156,8 @@ std::array<float, 4> rotation(const std::uint8_t* texel) {
 }
 
 void read_means(const json& means, const Load& load, const std::string& file, RawRows& rows, std::size_t count) {
-  const std::vector<double> low = numbers_of(member(means, "means.", "mins", file), 3, "means.mins", file);
-  const std::vector<double> high = numbers_of(member(means, "means.", "maxs", file), 3, "means.maxs", file);
+  const std::vector<double> low = numbers(member(means, "means.", "mins", file), 3, "means.mins", file);
+  const std::vector<double> high = numbers(member(means, "means.", "maxs", file), 3, "means.maxs", file);
   const std::vector<std::string> files = names(means, "means", 2, file);
   Picture lower = undecoded(load, files[0], count, file, most_texels(count)),
           upper = undecoded(load, files[1], count, file, most_texels(count));
@@ -191,7 +190,7 @@ std::vector<Codebook> codebooks(const json& part, const char* key, std::size_t c
                                 const std::string& file) {
   const std::string place = std::string(key) + ".";
   const auto list = [&](const char* name, std::size_t count) {
-    return numbers_of(member(part, place, name, file), count, place + name, file);
+    return numbers(member(part, place, name, file), count, place + name, file);
   };
   if (version == 2) return std::vector<Codebook>(channels, list("codebook", 256));
   const std::vector<double> low = list("mins", channels), high = list("maxs", channels);
@@ -217,7 +216,7 @@ void read_palette_of_version_1(const json& part, const Load& load, const std::st
                                Harmonics& harmonics) {
   if (part.value("quantization", json(8)) != 8) throw Error(file, "shN.quantization", "must be 8");
   const auto number = [&](const char* key) {
-    return numbers_of(json::array({member(part, "shN.", key, file)}), 1, std::string("shN.") + key, file).front();
+    return numbers(json::array({member(part, "shN.", key, file)}), 1, std::string("shN.") + key, file).front();
   };
   harmonics.codebook = steps(number("mins"), number("maxs"));
   harmonics.palette = picture(load, name, 1, file, kMostPaletteTexels);
@@ -381,7 +380,7 @@ void read_archive(std::string_view bytes, const std::string& file, RawRows& rows
 /// Units that hold a level, with their number of Gaussians in it: file -> count.
 void collect_level(const json& node, const std::string& level, std::size_t files, int depth, const std::string& file,
                    std::map<std::size_t, std::uint64_t>& units) {
-  if (!node.is_object() || depth > kMostTreeDepth) throw Error(file, "tree", "must be nodes, at most 64 deep");
+  if (!node.is_object() || depth > kMostDepth) throw Error(file, "tree", "must be nodes, at most 64 deep");
   if (const json lods = node.value("lods", json()); lods.is_object() && lods.contains(level)) {
     const json& reference = lods.at(level);
     const std::size_t unit =

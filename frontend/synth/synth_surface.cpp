@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 #include "grtx/frontend/numbers/portable_math.h"
 
 namespace grtx::frontend {
 namespace {
 
+constexpr double kPi = 3.141592653589793;
 // Contrast that a Gaussian loses if its footprint is as large as the pattern. Less than a box filter removes:
 // neighbours blur again, and a fit compensates for that.
 constexpr double kBlur = 0.25;
@@ -254,7 +254,7 @@ void SynthLayout::ellipsoid(glm::dvec3 centre, glm::dvec3 radii) {
   patch.b = {0, radii.y, 0};
   patch.c = {0, 0, radii.z};
   // The mean of the three products is within a few per cent of the surface for the shapes used here.
-  add(patch, 4.0 * std::numbers::pi / 3.0 * (radii.x * radii.y + radii.y * radii.z + radii.z * radii.x));
+  add(patch, 4.0 * kPi / 3.0 * (radii.x * radii.y + radii.y * radii.z + radii.z * radii.x));
 }
 
 void SynthLayout::cylinder(glm::dvec3 from, glm::dvec3 to, double radius) {
@@ -267,7 +267,7 @@ void SynthLayout::cylinder(glm::dvec3 from, glm::dvec3 to, double radius) {
   frame_of(glm::normalize(patch.c), u, v);
   patch.a = radius * u;
   patch.b = radius * v;
-  add(patch, 2.0 * std::numbers::pi * radius * glm::length(patch.c));
+  add(patch, 2.0 * kPi * radius * glm::length(patch.c));
 }
 
 void SynthLayout::leaves(glm::dvec3 centre, glm::dvec3 radii, double leaf_radius) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kFlushBytes = 1 << 20;
 
-std::string quoted(std::string_view text) { return json_text(nlohmann::json(text)); }
+std::string json_text(std::string_view text) { return grtx::json_text(nlohmann::json(text)); }
 
 }  // namespace
 
@@ -21,7 +21,7 @@ TraceEventWriter::TraceEventWriter(const std::string& path,
                                    const std::vector<std::pair<std::string, std::string>>& metadata)
     : file_(path) {
   buffer_ = "{\"displayTimeUnit\": \"ns\", \"otherData\": {\"time\": \"1 us is 1 core cycle\"";
-  for (const auto& [name, value] : metadata) buffer_ += ", " + quoted(name) + ": " + quoted(value);
+  for (const auto& [name, value] : metadata) buffer_ += ", " + json_text(name) + ": " + json_text(value);
   buffer_ +=
       "},\n\"traceEvents\": [\n{\"ph\": \"M\", \"pid\": 0, \"tid\": 0, \"ts\": 0, \"name\": \"process_name\", "
       "\"args\": {\"name\": \"gpu\"}}";
@@ -39,7 +39,7 @@ void TraceEventWriter::line(const std::string& event) {
 unsigned TraceEventWriter::process(const std::string& name) {
   const unsigned pid = ++processes_;
   line(fmt::format(R"({{"ph": "M", "pid": {}, "tid": 0, "ts": 0, "name": "process_name", "args": {{"name": {}}}}})",
-                   pid, quoted(name)));
+                   pid, json_text(name)));
   line(fmt::format(R"({{"ph": "M", "pid": {}, "tid": 0, "ts": 0, "name": "process_sort_index", "args": )"
                    R"({{"sort_index": {}}}}})",
                    pid, pid));
@@ -50,7 +50,7 @@ TraceEventWriter::Track TraceEventWriter::track(unsigned process, const std::str
   const auto tid = static_cast<unsigned>(tracks_.size() + 1);
   tracks_.push_back({process, tid, 0});
   line(fmt::format(R"({{"ph": "M", "pid": {}, "tid": {}, "ts": 0, "name": "thread_name", "args": {{"name": {}}}}})",
-                   process, tid, quoted(name)));
+                   process, tid, json_text(name)));
   line(fmt::format(R"({{"ph": "M", "pid": {}, "tid": {}, "ts": 0, "name": "thread_sort_index", "args": )"
                    R"({{"sort_index": {}}}}})",
                    process, tid, tid));
@@ -61,11 +61,11 @@ void TraceEventWriter::begin(Track track, std::uint64_t cycle, std::string_view 
   TrackState& state = tracks_[track];
   ++state.depth;
   std::string event = fmt::format(R"({{"ph": "B", "pid": {}, "tid": {}, "ts": {}, "name": {})", state.process,
-                                  state.number, cycle, quoted(name));
+                                  state.number, cycle, json_text(name));
   if (!arguments.empty()) {
     event += R"(, "args": {)";
     for (const auto& [key, value] : arguments) {
-      event += fmt::format("{}{}: {}", &key == &arguments.front().first ? "" : ", ", quoted(key), value);
+      event += fmt::format("{}{}: {}", &key == &arguments.front().first ? "" : ", ", json_text(key), value);
     }
     event += '}';
   }
@@ -83,9 +83,9 @@ void TraceEventWriter::counter(unsigned process, std::uint64_t cycle, std::strin
                                const std::vector<std::pair<std::string_view, double>>& series) {
   std::string values;
   for (const auto& [key, value] : series)
-    values += fmt::format("{}{}: {}", values.empty() ? "" : ", ", quoted(key), value);
+    values += fmt::format("{}{}: {}", values.empty() ? "" : ", ", json_text(key), value);
   line(fmt::format(R"({{"ph": "C", "pid": {}, "tid": 0, "ts": {}, "name": {}, "args": {{{}}}}})", process, cycle,
-                   quoted(name), values));
+                   json_text(name), values));
 }
 
 void TraceEventWriter::finish(std::uint64_t cycle) {

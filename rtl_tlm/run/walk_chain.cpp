@@ -22,7 +22,7 @@ using traces::NodeKind;
 
 namespace {
 
-std::uint64_t cycles_for(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
+std::uint64_t divide_up(std::uint64_t work, std::uint64_t rate) { return (work + rate - 1) / rate; }
 
 }  // namespace
 
@@ -98,7 +98,7 @@ WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle st
   NodeTimes times;
   times.sectors = modules::NodeSectors({entry.kind, traffic_.address(entry.address), false}, traffic_).count();
   const Cycle fetched =
-      start + fetch_ + (config_.memory.by_shader ? 0 : cycles_for(times.sectors, config_.memory.sectors_per_cycle) - 1);
+      start + fetch_ + (config_.memory.by_shader ? 0 : divide_up(times.sectors, config_.memory.sectors_per_cycle) - 1);
   const Stage& test = internal ? box_ : leaf_;
   const Cycle transformed = internal ? 0 : transform_.latency;
   times.first_result = fetched + transformed + test.latency;
@@ -108,10 +108,10 @@ WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle st
 }
 
 Cycle WalkChain::least_cycles(const UnitLoad& load) const {
-  Cycle least = std::max({load.root_done + cycles_for(load.under_way, config_.warp_stack.ahead),
+  Cycle least = std::max({load.root_done + divide_up(load.under_way, config_.warp_stack.ahead),
                           box_.busy(load.box_tests), leaf_.busy(load.leaf_tests), transform_.busy(load.leaf_tests)});
   if (!config_.memory.by_shader) {
-    least = std::max(least, Cycle{cycles_for(load.sectors, config_.memory.sectors_per_cycle)});
+    least = std::max(least, Cycle{divide_up(load.sectors, config_.memory.sectors_per_cycle)});
   }
   return least;
 }
