@@ -379,7 +379,7 @@ class GroupChecker {
 
   // Something lies beyond t_max: the k-buffer has been filled, or the ray ends where its hits let no light through.
   void check_beyond_t_max() {
-    if (!in_order_ || rules_.may_checkpoint(occupied_)) return;
+    if (!in_order_ || occupied_ == rules_.k()) return;
     require(bounded_, "t_max only shrinks, and nodes only lie beyond it, once the k-buffer is full");
     ends_early_ = true;
   }
