@@ -68,6 +68,10 @@ void L1Cache::restart(Caches caches) {
   counters_ = {};
 }
 
+void L1Cache::preload(std::uint64_t address) {
+  counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(tags_.preload(address).unused_prefetch));
+}
+
 void L1Cache::save(StateWriter& state) const {
   assert(idle());
   tags_.save(state);

@@ -50,6 +50,7 @@ class L1Cache final : public L1CacheModule {
   std::uint64_t writes_pending() const { return writes_pending_; }  ///< not acknowledged yet
   const L1Counters& raw_counters() const { return counters_; }      ///< without the resident unused prefetches
   void dump_state(std::ostream& out) const override;
+  void preload(std::uint64_t address) override;
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
   ReadAtOnce read_at_once(Cycle now, const MemoryRequest& sector) override;

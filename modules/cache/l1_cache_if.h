@@ -31,6 +31,9 @@ class L1CacheModule : public ClockedModule, public read_at_once_if {
   virtual bool idle() const = 0;
   virtual Inventory inventory() const = 0;
   virtual void dump_state(std::ostream& out) const = 0;
+  /// Makes the sector present as one read before, without traffic and uncounted, in place of a clean line if there is
+  /// one. A cache that ignores it is colder than the run it stands for.
+  virtual void preload(std::uint64_t /*address*/) {}
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// cache, load() a newly constructed one.
   virtual void save(StateWriter& state) const;

@@ -58,6 +58,8 @@ void L2Slice::load(StateReader& state) {
   load_regions(written_by_, state);
 }
 
+void L2Slice::preload(std::uint64_t address) { tags_.preload(config_.interleave.local(address)); }
+
 bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
          (!dram_queue_.empty() && dram.can_send(now));

@@ -52,6 +52,7 @@ class L2Slice final : public L2SliceModule {
   void dump_state(std::ostream& out) const override;
   void hold_requests() override { dram.hold(); }
   void on_refusal(const AtInitiator::Refused& refused) override { dram.on_refusal(refused); }
+  void preload(std::uint64_t address) override;
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
   const Config& config() const { return config_; }

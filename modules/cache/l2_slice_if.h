@@ -39,6 +39,9 @@ class L2SliceModule : public ClockedModule {
   /// `refused` hears of each request that the memory answers with an error, with its address on the bus, in place of an
   /// error report; the slice takes it as answered. By default it is never called.
   virtual void on_refusal(const std::function<void(std::uint64_t address, const std::string& what)>& /*refused*/) {}
+  /// Makes the sector present as one read before, without traffic and uncounted, in place of a clean line if there is
+  /// one. A slice that ignores it is colder than the run it stands for.
+  virtual void preload(std::uint64_t /*address*/) {}
   /// Save and restore what restart(Caches::warm) keeps, for a run that another process continues. save() needs an idle
   /// slice, load() a newly constructed one.
   virtual void save(StateWriter& state) const;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace grtx::sim {
 namespace {
@@ -22,38 +21,40 @@ double student_cumulative(double t, double degrees) {
   return 0.5 + norm * sum * h / 3.0;
 }
 
-double log_half_width(double variance, double degrees) {
-  return variance > 0.0 ? student_quantile(0.5 + 0.5 * kConfidence, degrees) * std::sqrt(variance) : 0.0;
-}
+/// A variance and its degrees of freedom.
+struct Spread {
+  double variance = 0.0, degrees = 1e9;
+};
 
-ConfidenceInterval interval(double log_value, double variance, double half_width) {
+ConfidenceInterval interval(double log_value, const Spread& spread) {
+  const double half_width = spread.variance > 0.0
+                                ? student_quantile(0.5 + 0.5 * kConfidence, spread.degrees) * std::sqrt(spread.variance)
+                                : 0.0;
   ConfidenceInterval result;
   result.value = std::exp(log_value);
-  result.deviation = std::sqrt(variance);
+  result.deviation = std::sqrt(spread.variance);
   result.low = std::exp(log_value - half_width);
   result.high = std::exp(log_value + half_width);
   result.half_width = std::expm1(half_width);
   return result;
 }
 
-/// Sampling variance of the logarithm: sandwich estimator with its correction for few subsamples.
-double variance_of(const std::vector<GroupEvidence>& evidence, double degrees) {
-  double influence = 0.0;
-  for (const GroupEvidence& e : evidence) influence += e.influence * e.influence;
-  return (degrees + 2.0) / degrees * influence;
+/// Most of what a window takes beyond its costs changes slowly along the frame; strata take that in. So the variance is
+/// that of the differences between neighbours (Wolter, Introduction to Variance Estimation, chapter 8), which has two
+/// thirds of the degrees of freedom.
+Spread spread_of(const CycleEstimate& e) {
+  if (e.whole) return {};
+  double squares = 0.0;
+  for (std::size_t i = 1; i < e.evidence.size(); ++i) {
+    const double step = e.evidence[i].influence - e.evidence[i - 1].influence;
+    squares += step * step;
+  }
+  const double windows = static_cast<double>(e.evidence.size()), pairs = std::max(1.0, windows - 1.0);
+  return {windows / (2.0 * pairs) * squares + e.drift * e.drift, std::max(2.0, 2.0 / 3.0 * pairs)};
 }
 
-/// Sampling variance and squared bias have different degrees of freedom, which are combined after Welch and
-/// Satterthwaite. A small sampling variance can lower Student's quantile faster than it raises the deviation, so no
-/// interval is narrower than that of the bias alone.
-ConfidenceInterval interval_with_bias(double log_value, double variance, double degrees, double bias,
-                                      double bias_degrees) {
-  const double squared_bias = bias * bias, all = variance + squared_bias;
-  if (all == 0.0) return interval(log_value, 0.0, 0.0);
-  const double combined_degrees =
-      all * all / (variance * variance / degrees + squared_bias * squared_bias / bias_degrees);
-  return interval(log_value, all,
-                  std::max(log_half_width(all, combined_degrees), log_half_width(squared_bias, bias_degrees)));
+bool same_windows(const CycleEstimate& a, const CycleEstimate& b) {
+  return std::ranges::equal(a.evidence, b.evidence, {}, &GroupEvidence::group, &GroupEvidence::group);
 }
 
 }  // namespace
@@ -69,36 +70,25 @@ double student_quantile(double p, double degrees) {
   return 0.5 * (low + high);
 }
 
-ConfidenceInterval cycles_interval(const CycleEstimate& e) {
-  if (e.whole) return interval(e.log_cycles, 0.0, 0.0);
-  return interval_with_bias(e.log_cycles, variance_of(e.evidence, e.degrees_of_freedom), e.degrees_of_freedom,
-                            e.bias.cycles, e.bias.degrees);
-}
+ConfidenceInterval cycles_interval(const CycleEstimate& e) { return interval(e.log_cycles, spread_of(e)); }
 
 ConfidenceInterval ratio_interval(const CycleEstimate& base, const CycleEstimate& other) {
-  const double log_ratio = base.log_cycles - other.log_cycles;
-  if (base.whole && other.whole) return interval(log_ratio, 0.0, 0.0);
-  std::map<std::uint64_t, GroupEvidence> differences;
-  for (const GroupEvidence& e : base.evidence) differences[e.group].influence += e.influence;
-  for (const GroupEvidence& e : other.evidence) differences[e.group].influence -= e.influence;
-  std::vector<GroupEvidence> evidence;
-  for (const auto& [group, e] : differences) evidence.push_back(e);
-  double degrees = 1e9;
-  for (const CycleEstimate* e : {&base, &other}) {
-    if (!e->whole) degrees = std::min(degrees, e->degrees_of_freedom);
+  CycleEstimate ratio = base;
+  ratio.log_cycles -= other.log_cycles;
+  if (!same_windows(base, other)) {
+    const Spread a = spread_of(base), b = spread_of(other);
+    return interval(ratio.log_cycles, {a.variance + b.variance, std::min(a.degrees, b.degrees)});
   }
-  // A design that was simulated completely has no bias: only the other's counts.
-  const double bias = base.whole ? other.bias.cycles : other.whole ? base.bias.cycles : base.bias.ratio;
-  return interval_with_bias(log_ratio, variance_of(evidence, degrees), degrees, bias,
-                            base.whole ? other.bias.degrees : base.bias.degrees);
+  ratio.drift -= other.drift;
+  for (std::size_t i = 0; i < ratio.evidence.size(); ++i) ratio.evidence[i].influence -= other.evidence[i].influence;
+  return cycles_interval(ratio);
 }
 
 nlohmann::ordered_json to_json(const CycleEstimate& estimate) {
   nlohmann::ordered_json json;
   json["log_cycles"] = estimate.log_cycles;
   json["whole"] = estimate.whole;
-  json["degrees_of_freedom"] = estimate.degrees_of_freedom;
-  json["bias"] = {estimate.bias.cycles, estimate.bias.ratio, estimate.bias.degrees};
+  json["drift"] = estimate.drift;
   json["evidence"] = nlohmann::ordered_json::array();
   for (const GroupEvidence& e : estimate.evidence) {
     json["evidence"].push_back({e.group, e.residual, e.influence});
@@ -110,9 +100,7 @@ CycleEstimate estimate_from_json(const nlohmann::ordered_json& json) {
   CycleEstimate estimate;
   estimate.log_cycles = json.at("log_cycles").get<double>();
   estimate.whole = json.at("whole").get<bool>();
-  estimate.degrees_of_freedom = json.at("degrees_of_freedom").get<double>();
-  estimate.bias = {json.at("bias").at(0).get<double>(), json.at("bias").at(1).get<double>(),
-                   json.at("bias").at(2).get<double>()};
+  estimate.drift = json.at("drift").get<double>();
   for (const auto& e : json.at("evidence")) {
     estimate.evidence.push_back({e.at(0).get<std::uint64_t>(), e.at(1).get<double>(), e.at(2).get<double>()});
   }

@@ -9,31 +9,25 @@
 namespace grtx::sim {
 
 inline constexpr double kConfidence = 0.95;
-/// Error that remains however large the sample is, as standard deviation of the logarithm: of the cycles, and of the
-/// ratio of two designs' cycles.
-struct ModelBias {
-  double cycles = 0.0, ratio = 0.0;
-  double degrees = 4.0;  ///< of freedom: number of independent scenes that it was measured on, minus one
-};
-
 /// Contribution of one window to the estimate.
 struct GroupEvidence {
   std::uint64_t group = 0;  ///< first group of the window
   double residual = 0.0;    ///< relative deviation from the expected value
-  double influence = 0.0;   ///< on the logarithm of the cycles; the sum of squares estimates its variance
+  double influence = 0.0;   ///< on the logarithm of the cycles
 };
 
 struct CycleEstimate {
   double log_cycles = 0.0;
   bool whole = false;  ///< everything was simulated: exact
-  double degrees_of_freedom = 1.0;
-  ModelBias bias;
-  std::vector<GroupEvidence> evidence;
+  /// What the first halves of the windows took more than the second, over the cycles: state that has not settled. A
+  /// window is off by no more than it still changes by.
+  double drift = 0.0;
+  std::vector<GroupEvidence> evidence;  ///< in the order of the trace
 };
 
 struct ConfidenceInterval {
   double value = 0.0, low = 0.0, high = 0.0;
-  double deviation = 0.0;   ///< standard deviation of the logarithm, sampling error and bias
+  double deviation = 0.0;   ///< standard deviation of the logarithm, sampling error and drift
   double half_width = 0.0;  ///< max(value / low, high / value) - 1
 };
 
@@ -46,7 +40,7 @@ struct StatisticInterval {
 double student_quantile(double p, double degrees);
 
 ConfidenceInterval cycles_interval(const CycleEstimate& estimate);
-/// Interval of cycles(base) / cycles(other). Subsamples of the same group are paired: errors that both have cancel.
+/// Interval of cycles(base) / cycles(other). If both have the same windows, errors that both have cancel.
 ConfidenceInterval ratio_interval(const CycleEstimate& base, const CycleEstimate& other);
 
 nlohmann::ordered_json to_json(const CycleEstimate& estimate);

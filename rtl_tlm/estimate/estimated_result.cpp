@@ -16,15 +16,13 @@ void describe_interval(const EstimatedResult& r, modules::StatisticList& list) {
   const auto add = [&list](const char* name, double value, const char* unit, const char* description) {
     list.add(std::string("gpu.windows.") + name, value, unit, description);
   };
-  const bool whole = r.estimate.whole;
   add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
   add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");
   add("cycles_high", r.cycles.high, "cycles", "upper end of the interval on gpu.cycles");
   add("half_width", r.cycles.half_width, "ratio", "relative half-width of the interval on gpu.cycles");
   add("deviation", r.cycles.deviation, "ratio", "standard deviation of the logarithm of gpu.cycles, all terms");
-  add("bias", whole ? 0.0 : r.estimate.bias.cycles, "ratio",
-      "of it, what is left over however much is sampled; a measured constant");
-  add("degrees_of_freedom", whole ? 0.0 : r.estimate.degrees_of_freedom, "1", "of that deviation");
+  add("drift", r.estimate.drift, "ratio",
+      "of it: what the first halves of the windows took more than the second, over gpu.cycles");
 }
 
 void make_whole(EstimatedResult& r) {

@@ -17,7 +17,7 @@ struct EstimatedResult {
   std::map<std::string, StatisticInterval> intervals;  ///< of the statistics that are not exact; "windows.intervals"
 };
 
-/// Adds gpu.windows.*: the interval on gpu.cycles, its deviation, bias, degrees of freedom and confidence.
+/// Adds gpu.windows.*: the interval on gpu.cycles, its deviation, drift and confidence.
 void describe_interval(const EstimatedResult& result, modules::StatisticList& list);
 /// Fills estimate and interval of a run that was simulated completely: exact, an interval of zero width.
 void make_whole(EstimatedResult& result);

@@ -21,7 +21,7 @@ Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
     return {key, "must be tlm with --mode windows: RTL is compared on whole traces"};
   }
   if (config.dram_model != kBuiltInMemory) {
-    return {"dram.model", "must be built_in with --mode windows: the windows' bias was measured with it"};
+    return {"dram.model", "must be built_in with --mode windows: the windows' intervals were tried with it"};
   }
   return {};
 }

@@ -304,6 +304,7 @@ FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   const std::unique_ptr<MemorySystem> memory = make_memory(options.memory, gpu, build);
   finished.memory_bytes = gpu.memory_bytes();  // includes the need of the warming trace
   Observers observers(gpu, *memory, work);
+  if (options.built) options.built(gpu);
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
   if (work.state != nullptr) load_caches(gpu, *memory, work);
   OccupancySeries series(gpu, *memory);

@@ -40,6 +40,7 @@ struct SimulationOptions {
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; ignored with pixel_cycles
   std::vector<std::uint64_t> read_at;  ///< places in `groups`, ascending: counters are read when they are launched
+  std::function<void(Gpu&)> built;     ///< is called when the machine stands, before anything runs; empty: nothing
   EnergyPricing price;                 ///< empty: no energy statistics
   BuildOptions build;
   MemorySystemFactory memory;  ///< replaces the one that dram.model names

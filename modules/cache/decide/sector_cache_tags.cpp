@@ -55,6 +55,19 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
   }
 }
 
+SectorCacheTags::Victim SectorCacheTags::preload(std::uint64_t address) {
+  Victim gone;
+  Slot slot = find(address);
+  if (slot == kNone) {
+    slot = victim(address).dirty == 0 ? victim_slot(address) : clean_victim(address);
+    if (slot == kNone) return gone;
+    slot = insert_at(slot, address, &gone);
+  }
+  set_valid(slot, sector_bit(address));
+  touch(slot);
+  return gone;
+}
+
 void SectorCacheTags::restart(bool keep_lines) {
   if (!keep_lines) {
     *this = SectorCacheTags(Geometry(geometry_));

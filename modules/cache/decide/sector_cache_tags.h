@@ -67,6 +67,9 @@ class SectorCacheTags {
   Slot clean_victim(std::uint64_t address) const;
   /// Like insert(), into the slot that victim_slot() or clean_victim() returned.
   Slot insert_at(Slot slot, std::uint64_t address, Victim* evicted);
+  /// Makes the sector valid and its line the most recently used, in place of a clean line; nothing if all are dirty.
+  /// Returns what was there.
+  Victim preload(std::uint64_t address);
   /// Marks the line as most recently used.
   void touch(Slot slot) {
     if (policy_ != nullptr) [[unlikely]]

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulates some groups of a trace in a child process and records when each of them ran.
+// Simulates some groups of a trace in a child process and records when each of them ran. Of the groups in between
+// the caches get what they read, and all are counted.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "grtx/base/child_process.h"
+#include "grtx/rtl_tlm/estimate/windows/group_work.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 
 namespace grtx::sim {
@@ -21,6 +23,7 @@ struct GroupRun {
   std::vector<std::uint64_t> groups;   ///< indices in the trace, ascending
   std::vector<std::uint64_t> read_at;  ///< see SimulationOptions
   GroupTimes times;
+  std::vector<GroupWork> work;  ///< by group of the trace, up to the last of `groups`
   double cycles = 0.0;
   modules::StatisticList statistics;
   std::vector<modules::StatisticList> at_launches;  ///< so far, when each of `read_at` was launched: names and numbers

@@ -1,78 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cheap estimate of the work of a ray group (dependent steps, sectors), counted without simulating it. Windows mode
-// uses it to extrapolate from the groups that it simulates to all others.
+// The work of a ray group, counted without simulating it, and the sectors that it reads. Windows mode uses the first to
+// extrapolate from the groups that it simulates to all others, and gives the second to the caches for groups in
+// between.
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
-#include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/modules/messages/memory_map.h"
+#include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/traces/event.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
 
-/// One ray in one traceRay call.
-struct LaneWork {
-  float steps = 0.0F;         ///< dependent steps, in units of a node fetch that misses the L1
-  float sectors = 0.0F;       ///< node sectors requested from the L1
-  float dram_sectors = 0.0F;  ///< sectors requested from the DRAM, approximately
-};
-
 struct GroupWork {
-  double sectors = 0.0;  ///< of all traceRay calls
-  double dram_sectors = 0.0;
-  double steps = 0.0;  ///< of the longest lane of each call, summed over the calls
+  double sectors = 0.0;   ///< node sectors that its rays ask for
+  double distinct = 0.0;  ///< sectors of nodes and records, each counted about once
+  double steps = 0.0;     ///< of the longest ray of each traceRay call, summed over the calls
 };
 
-// Lengths of steps in units of a fetch that misses: a hit takes 20 cycles and a unit's latency, a miss 200 and more; an
-// any-hit call waits for its batch (64 cycles) and runs some 70 cycles on the SIMT core. The estimate depends little on
-// them, since their error is part of the measured residuals.
-inline constexpr float kL1HitStep = 0.15F;
-inline constexpr float kAnyHitStep = 0.5F;
-inline constexpr double kUsefulCacheShare = 0.7;  ///< of a cache's capacity: the rest holds sectors never requested
-
-/// Mean sectors moved for one entry of a ray's buffers in memory.
-struct BufferTraffic {
-  float written = 0.0F, read = 0.0F;  ///< for a checkpoint entry; 0 without checkpointing
-  float processed = 0.0F;             ///< for a processed k-buffer entry: the Gaussian's records
-  BufferTraffic(const traces::Header& header, const GpuConfig& config);
-};
-
-/// Counts the work of one group at a time. The lanes of a group step through their events together, against L1 and L2
-/// tags of the size of one warp's share of the cache, so that warps with much and with little reuse are told apart.
 class WorkCounter {
  public:
-  WorkCounter(const traces::Header& header, const GpuConfig& config);
-  GroupWork count(const traces::RayGroup& group);
+  WorkCounter(const traces::Header& header, const modules::NodeTrafficConfig& traffic) : traffic_(header, traffic) {}
+  /// Is called with the address of each sector read, about once each.
+  using Read = std::function<void(std::uint64_t address)>;
+  /// The group must fit the header (check_group()). read: empty: nobody listens.
+  GroupWork count(const traces::RayGroup& group, const modules::MemoryMap& map, const Read& read);
 
  private:
-  /// Tags of nodes, four ways, LRU replacement.
-  class Tags {
-   public:
-    explicit Tags(std::uint64_t nodes);
-    void clear() { std::fill(entries_.begin(), entries_.end(), 0); }
-    bool access(std::uint32_t unit);  ///< true: a hit; a miss inserts it
+  void reads(std::uint64_t address, std::uint64_t bytes, const Read& read);
 
-   private:
-    static constexpr std::size_t kWays = 4;
-    std::vector<std::uint32_t> entries_;  ///< unit + 1, by set, most recent first
-    std::size_t sets_;
-  };
-  struct Lane {
-    const traces::Event* event = nullptr;
-    std::uint32_t left = 0;
-    bool after_leaf = false;
-    LaneWork work;
-  };
-  void step(Lane& lane, const traces::RayGroup& group);
-
-  const traces::Header& header_;
-  BufferTraffic traffic_;
-  bool prefetch_;
-  Tags l1_, l2_;
-  std::vector<Lane> lanes_;
+  modules::NodeTraffic traffic_;
+  std::array<std::uint64_t, 4096> seen_{};  ///< sector number + 1 of this group, by a hash: what was read lately
+  double distinct_ = 0.0;
 };
 
 }  // namespace grtx::sim

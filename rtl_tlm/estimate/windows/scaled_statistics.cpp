@@ -2,14 +2,13 @@
 #include "grtx/rtl_tlm/estimate/windows/scaled_statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
-#include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/run/lower_bounds.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 
@@ -118,8 +117,6 @@ class Scaling {
   StatisticInterval interval(double value, const std::vector<double>& beyond) const {
     CycleEstimate estimate;
     estimate.log_cycles = std::log(value);
-    estimate.bias = kWindowsBias;
-    estimate.degrees_of_freedom = std::max(2.0, static_cast<double>(beyond.size()) - 1.0);
     for (std::size_t i = 0; i < beyond.size(); ++i) {
       estimate.evidence.push_back({0, 0.0, beyond[i] * std::sqrt(unmeasured(i)) / value});
     }
@@ -197,28 +194,30 @@ class Estimator {
   WholeStatistics& result_;
 };
 
-/// gpu.bound.*: of each unit's work as scaled, of the longest chain as it is.
+constexpr std::array kOfMisses = {"gpu.l1.",
+                                  "gpu.l2.",
+                                  "gpu.crossbar.",
+                                  "gpu.dram.",
+                                  "gpu.energy_nj.l2",
+                                  "gpu.energy_nj.crossbar",
+                                  "gpu.energy_nj.dram",
+                                  "gpu.rt.node_fetch_latency"};
+constexpr std::array kBoundsOfMisses = {"l1_miss_port", "l2_port", "dram_bandwidth"};
+
+/// gpu.bound.*: of each unit's work as scaled.
 void add_bounds(const GroupRun& run, const WholeRun& whole, const Estimator& estimator, WholeStatistics& result) {
   std::vector<LowerBound> bounds;
   StatisticInterval largest;
   for (LowerBound bound : run.bounds) {
-    if (bound.of_chain && !whole.longest) continue;
+    if (bound.of_chain) continue;  // the longest may be outside the windows
+    if (std::ranges::find(kBoundsOfMisses, bound.name) != kBoundsOfMisses.end()) continue;
     const std::string name = kBoundPrefix + bound.name;
-    StatisticInterval interval;
-    if (bound.of_chain) {
-      const std::vector<LowerBound> chains = chain_bounds(*whole.longest);
-      bound.cycles =
-          std::find_if(chains.begin(), chains.end(), [&](const LowerBound& c) { return c.name == bound.name; })->cycles;
-      interval.low = interval.high = static_cast<double>(bound.cycles);
-    } else {
-      const auto& items = run.statistics.items();
-      const auto last = std::find_if(items.begin(), items.end(), [&](const Statistic& s) { return s.name == name; });
-      double value = 0.0;
-      std::tie(value, interval) = estimator.count(*last);
-      if (!std::isfinite(interval.high)) continue;
-      bound.cycles = static_cast<Cycle>(std::llround(value));
-      result.intervals[name] = interval;
-    }
+    const auto& items = run.statistics.items();
+    const auto last = std::find_if(items.begin(), items.end(), [&](const Statistic& s) { return s.name == name; });
+    const auto [value, interval] = estimator.count(*last);
+    if (!std::isfinite(interval.high)) continue;
+    bound.cycles = static_cast<Cycle>(std::llround(value));
+    result.intervals[name] = interval;
     largest = {std::max(largest.low, interval.low), std::max(largest.high, interval.high)};
     bounds.push_back(std::move(bound));
   }
@@ -288,6 +287,18 @@ WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>&
   }
   add_bounds(run, whole, estimator, result);
   return result;
+}
+
+void leave_out_misses(WholeStatistics& statistics) {
+  modules::StatisticList kept;
+  for (const Statistic& s : statistics.list.items()) {
+    if (std::ranges::any_of(kOfMisses, [&](const char* prefix) { return s.name.starts_with(prefix); })) {
+      statistics.intervals.erase(s.name);
+    } else {
+      kept.add(s);
+    }
+  }
+  statistics.list = std::move(kept);
 }
 
 modules::StatisticList at_ends(const WholeStatistics& statistics, bool upper) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +11,6 @@
 #include "grtx/rtl_tlm/estimate/windows/group_run.h"
 #include "grtx/rtl_tlm/estimate/windows/window_estimate.h"
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
-#include "grtx/rtl_tlm/run/ray_chain.h"
 #include "grtx/traces/header.h"
 
 namespace grtx::sim {
@@ -26,7 +24,6 @@ struct WholeRun {
   ConfidenceInterval cycles;
   std::uint64_t groups = 0;
   traces::Totals totals;
-  std::optional<Chain> longest;  ///< unset: not every group was looked at
 };
 
 struct WholeStatistics {
@@ -42,6 +39,10 @@ struct WholeStatistics {
 /// added by WindowReport::add_energy().
 WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>& windows,
                                  const std::vector<GroupCosts>& costs, const WholeRun& whole);
+
+/// Leaves out what counts misses of caches, or what follows from them in crossbar and DRAM: the windows' caches hold
+/// about what those of the whole run hold, which is enough for cycles, not for these.
+void leave_out_misses(WholeStatistics& statistics);
 
 /// The list with the lower or the upper ends of its intervals in place of the values.
 modules::StatisticList at_ends(const WholeStatistics& statistics, bool upper);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace grtx::sim {
 namespace {
@@ -79,19 +80,25 @@ WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Windo
   for (const GroupCosts& group : costs) estimate.cycles += predicted_cycles(estimate.rates, group);
   std::vector<double> residual_cycles;
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    double cycles = 0.0, explained = 0.0;
+    double cycles = 0.0, residual = 0.0;
     for (std::uint64_t quarter = 0; quarter < kQuarters; ++quarter) {
-      cycles += quarters[kQuarters * i + quarter].cycles;
-      explained += predicted_cycles(estimate.rates, quarters[kQuarters * i + quarter].costs);
+      const CostRow& row = quarters[kQuarters * i + quarter];
+      const double more = row.cycles - predicted_cycles(estimate.rates, row.costs);
+      cycles += row.cycles;
+      residual += more;
+      estimate.drift += (2 * quarter < kQuarters ? 1.0 : -1.0) * expansion[i] * more;
     }
-    residual_cycles.push_back(cycles - explained);
-    estimate.evidence.push_back({windows[i].first, residual_cycles.back() / std::max(1.0, cycles), 0.0});
-    estimate.cycles += expansion[i] * residual_cycles.back();
+    residual_cycles.push_back(residual);
+    estimate.evidence.push_back({windows[i].first, residual / std::max(1.0, cycles), 0.0});
+    estimate.cycles += expansion[i] * residual;
   }
   const double last = times.launched.back(), end = *std::max_element(times.ended.begin(), times.ended.end());
-  estimate.cycles += end - last - predicted_cycles(estimate.rates, costs_between(times, simulated, last, end));
+  const double first = launch(windows.front().measured - windows.front().first);
+  for (const auto& [from, to] : {std::pair(0.0, first), std::pair(last, end)}) {
+    estimate.cycles += to - from - predicted_cycles(estimate.rates, costs_between(times, simulated, from, to));
+  }
   estimate.cycles = std::max(estimate.cycles, end);
-  estimate.degrees_of_freedom = std::max(2.0, static_cast<double>(windows.size()) - static_cast<double>(kCosts));
+  estimate.drift /= estimate.cycles;
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const double unmeasured = std::max(0.0, 1.0 - 1.0 / expansion[i]);
     estimate.evidence[i].influence = expansion[i] * residual_cycles[i] * std::sqrt(unmeasured) / estimate.cycles;

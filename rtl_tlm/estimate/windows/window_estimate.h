@@ -14,11 +14,11 @@
 
 namespace grtx::sim {
 
-/// Regressors for a window's cycles: node sectors, sectors beyond the L2, dependent steps; of one or several groups.
+/// Regressors for a window's cycles (GroupWork): node sectors, distinct sectors, steps; of one or several groups.
 inline constexpr std::size_t kCosts = 3;
 struct GroupCosts : std::array<double, kCosts> {
   GroupCosts() : array{} {}
-  explicit GroupCosts(const GroupWork& work) : array{work.sectors, work.dram_sectors, work.steps} {}
+  explicit GroupCosts(const GroupWork& work) : array{work.sectors, work.distinct, work.steps} {}
 };
 
 /// Sum of the groups' costs between two cycles; each group's are spread evenly over its run. costs: by position.
@@ -34,8 +34,8 @@ std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows);
 
 struct WindowEstimate {
   double cycles = 0.0;
-  std::array<double, kCosts> rates{};  ///< cycles per sector, per sector beyond the L2, per dependent step
-  double degrees_of_freedom = 1.0;
+  std::array<double, kCosts> rates{};  ///< cycles per node sector, per distinct sector, per step
+  double drift = 0.0;                  ///< see CycleEstimate
   /// By window. residual: (measured - fitted cycles) / measured. influence: on the logarithm of the cycles, with the
   /// finite population correction for the measured share of the stratum.
   std::vector<GroupEvidence> evidence;
@@ -44,7 +44,8 @@ struct WindowEstimate {
 /// The generalized regression estimator (Saerndal, Swensson and Wretman, Model Assisted Survey Sampling, chapter 6):
 /// fits the rates to quarters of the windows, applies them to the costs of the whole trace, and adds each window's
 /// residual scaled up to its stratum. times: by position in groups_of(windows). costs: by group of the trace. A window
-/// is measured until the first launch of the next one; the time after the last launch is the whole run's, too.
+/// is measured until the first launch of the next one; the time before the first window is measured and after the last
+/// launch is the whole run's, too.
 WindowEstimate estimate_windows(const GroupTimes& times, const std::vector<Window>& windows,
                                 const std::vector<GroupCosts>& costs);
 

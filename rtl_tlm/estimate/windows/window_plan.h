@@ -2,6 +2,7 @@
 // Chooses the groups that windows mode simulates: windows of consecutive groups, one in each stratum of the trace.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -13,17 +14,22 @@ struct Window {
   std::uint64_t stratum_first = 0, stratum_end = 0;  ///< groups it stands for; strata cover the trace
 };
 
-// Length in groups of a window's settling phase (the caches still hold data of the window before) and of its measured
-// phase. slots: warp slots of the GPU. Settling is short: stale cache contents cost less accuracy than fewer measured
-// groups would (docs/model/windows-mode.md).
-constexpr std::uint64_t settling_groups(std::uint64_t slots) { return slots < 8 ? 1 : slots / 8; }
+// Length in groups of a window's settling phase and of its measured phase: half a wave (as many groups as the GPU has
+// warp slots) and one and a half. In less, the groups that are under way are mostly those of the window before. On few
+// slots a wave is a handful of groups, which meet L1s that have not settled.
+inline constexpr std::uint64_t kLeastSettling = 32;
+constexpr std::uint64_t settling_groups(std::uint64_t slots) { return std::max(kLeastSettling, slots / 2); }
 constexpr std::uint64_t measured_groups(std::uint64_t slots) { return 3 * settling_groups(slots); }
 inline constexpr std::uint64_t kFewestWindows = 20;
+inline constexpr double kMostOfTrace = 0.5;  ///< of which windows are made; beyond, the whole is hardly slower
 
-/// Divides the trace into strata of equal size, with one window each: at a random place, in the last stratum at its
-/// end, so that the estimated run ends as the whole one does. slots: warp slots of the GPU. Empty if `share` of the
-/// groups is less than kFewestWindows windows, or if windows do not fit into their strata. The first window starts with
-/// empty caches and therefore settles for `slots` groups, or as many as its stratum has room for.
+/// The groups with which a run begins: slots fill, caches are cold. They are simulated and stand for themselves.
+constexpr std::uint64_t starting_groups(std::uint64_t slots) { return std::max(settling_groups(slots), slots); }
+
+/// Divides what follows the starting groups into strata of equal size, with one window each: at a random place, in the
+/// first stratum at its beginning, right behind the starting groups, in the last at its end, so that the estimated run
+/// begins and ends as the whole one does. slots: warp slots of the GPU. As many windows as `share` of the groups make,
+/// at least kFewestWindows; none if they are more than kMostOfTrace of the groups.
 std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, double share, std::uint64_t seed);
 
 /// Groups of all windows, ascending.

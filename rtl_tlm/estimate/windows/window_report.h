@@ -13,9 +13,6 @@
 
 namespace grtx::sim {
 
-inline constexpr double kWholeTraceShare =
-    0.5;  ///< above this share the whole trace is simulated, which costs little more
-
 class WindowReport {
  public:
   /// Starts measuring host time. The arguments must outlive it.

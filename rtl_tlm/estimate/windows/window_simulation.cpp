@@ -17,98 +17,58 @@
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
 #include "grtx/rtl_tlm/estimate/windows/window_report.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
-#include "grtx/rtl_tlm/run/ray_chain.h"
-#include "grtx/rtl_tlm/run/trace_source.h"
 
 namespace grtx::sim {
 namespace {
 
-constexpr std::uint64_t kCountedGroups = 8192;  ///< groups outside the windows whose costs are counted, approximately
-
 constexpr const char* kSequence = "a sequence of frames needs cycle mode: windows would start a frame cold";
 
-std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident(); }
+/// The machine's, whatever registers leave of them to a design, so that all designs have the same windows.
+std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
 class WindowedRun {
  public:
   WindowedRun(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options)
-      : reader_(reader),
-        config_(config),
-        options_(options),
-        report_(reader, config, options_),
-        counter_(reader.header(), config),
-        latencies_(config, reader.header()) {
+      : reader_(reader), config_(config), options_(options), report_(reader, config, options_) {
     reader.verify_content();
     if (!reader.header().frame_groups.empty()) throw Error(reader.path(), "", kSequence);
   }
 
   EstimatedResult run() {
-    if (options_.share > kWholeTraceShare) return report_.whole("as asked for");
+    if (options_.share > kMostOfTrace) return report_.whole("as asked for");
     if (const std::string why = unsuited_to_windows(reader_, config_, options_); !why.empty()) {
       return report_.whole(why);
     }
-    if (options_.target_error > 0.0 && options_.target_error < least_half_width()) {
-      return report_.whole("to reach --target-error, which is below what windows leave over");
-    }
-    for (double share = options_.share;; share *= 2.0) {
+    for (double share = options_.share;;) {
       simulate(share);
       const CycleEstimate estimate = evaluate();
       const ConfidenceInterval interval = cycles_interval(estimate);
       if (options_.target_error == 0.0 || interval.half_width <= options_.target_error) {
         return finished(estimate, interval);
       }
-      if (2.0 * share > kWholeTraceShare) return report_.whole("to reach --target-error");
+      share = 2.0 *
+              std::max(share, static_cast<double>(sample_.groups.size()) / static_cast<double>(reader_.group_count()));
+      if (share > kMostOfTrace) return report_.whole("to reach --target-error");
     }
   }
 
  private:
-  /// Half-width of an interval whose only error is the bias.
-  double least_half_width() const {
-    CycleEstimate estimate;
-    estimate.bias = kWindowsBias;
-    return cycles_interval(estimate).half_width;
-  }
-
-  /// Counts the costs of the windows' groups and of every n-th other group, whose costs stand for those up to the next.
-  void count_costs() {
-    const std::uint64_t groups = reader_.group_count(), stride = std::max<std::uint64_t>(1, groups / kCountedGroups);
-    costs_.resize(groups);
-    counted_.resize(groups);
-    for (std::uint64_t index = 0; index < groups; index += stride) count(index);
-    for (const std::uint64_t index : sample_.groups) count(index);
-    for (std::uint64_t index = 0; index < groups; ++index) {
-      if (!counted_[index]) costs_[index] = costs_[index - index % stride];
-    }
-  }
-
-  void count(std::uint64_t index) {
-    if (counted_[index]) return;
-    reader_.read(index, group_);
-    check_group(group_, reader_.header(), reader_.path());
-    costs_[index] = GroupCosts(counter_.count(group_));
-    const Chain chain = measure_chain(group_, latencies_);
-    longest_.ray = std::max(longest_.ray, chain.ray);
-    longest_.warp = std::max(longest_.warp, chain.warp);
-    counted_[index] = true;
-  }
-
   void simulate(double share) {
     windows_ = plan_windows(reader_.group_count(), slots_of(config_), share, options_.seed);
     sample_ = {};
     sample_.groups = groups_of(windows_);
     sample_.read_at = launches_to_read(windows_);
     const std::unique_ptr<ChildProcess> child = start_group_run(reader_.path(), config_, sample_);
-    count_costs();
     finish_group_run(*child, sample_);
+    costs_ = std::vector<GroupCosts>(sample_.work.begin(), sample_.work.end());
   }
 
   CycleEstimate evaluate() {
     window_estimate_ = estimate_windows(sample_.times, windows_, costs_);
     CycleEstimate estimate;
     estimate.log_cycles = std::log(window_estimate_.cycles);
-    estimate.degrees_of_freedom = window_estimate_.degrees_of_freedom;
+    estimate.drift = window_estimate_.drift;
     estimate.evidence = window_estimate_.evidence;
-    estimate.bias = kWindowsBias;
     double squares = 0.0;
     for (const GroupEvidence& e : estimate.evidence) squares += e.residual * e.residual;
     residual_ = std::sqrt(squares / static_cast<double>(estimate.evidence.size()));
@@ -124,9 +84,9 @@ class WindowedRun {
     whole.cycles = interval;
     whole.groups = reader_.group_count();
     whole.totals = reader_.totals();
-    if (std::all_of(counted_.begin(), counted_.end(), [](bool counted) { return counted; })) whole.longest = longest_;
     WholeStatistics estimated = whole_statistics(sample_, windows_, costs_, whole);
     report_.add_energy(estimated);
+    leave_out_misses(estimated);
     r.result.statistics = std::move(estimated.list);
     r.result.binding_bound = estimated.binding_bound;
     r.intervals = std::move(estimated.intervals);
@@ -136,8 +96,8 @@ class WindowedRun {
     modules::StatisticList& list = r.result.statistics;
     list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");
     list.add("gpu.windows.sector", window_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
-    list.add("gpu.windows.far", window_estimate_.rates[1], "cycles/sector", "fitted: a sector beyond the L2");
-    list.add("gpu.windows.step", window_estimate_.rates[2], "cycles", "fitted: a dependent step of a warp");
+    list.add("gpu.windows.distinct", window_estimate_.rates[1], "cycles/sector", "fitted: a distinct sector of a warp");
+    list.add("gpu.windows.step", window_estimate_.rates[2], "cycles", "fitted: an event of a warp's longest ray");
     report_.finish(r);
     return r;
   }
@@ -153,12 +113,7 @@ class WindowedRun {
   const GpuConfig& config_;
   WindowOptions options_;
   WindowReport report_;
-  WorkCounter counter_;
-  ChainLatencies latencies_;
-  traces::RayGroup group_;
   std::vector<GroupCosts> costs_;  ///< of every group of the trace
-  std::vector<bool> counted_;      ///< by group: its own costs were counted
-  Chain longest_;
   std::vector<Window> windows_;
   GroupRun sample_;
   WindowEstimate window_estimate_;
@@ -169,8 +124,10 @@ class WindowedRun {
 
 std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options) {
   const std::uint64_t groups = reader.group_count();
-  if (plan_windows(groups, slots_of(config), options.share, options.seed).empty()) {
-    return fmt::format("{} warps are too few for {} windows at a share of {}", groups, kFewestWindows, options.share);
+  const std::uint64_t slots = slots_of(config);
+  if (plan_windows(groups, slots, options.share, options.seed).empty()) {
+    return fmt::format("{} windows of {} warps, the fewest, are more than half of {}", kFewestWindows,
+                       settling_groups(slots) + measured_groups(slots), groups);
   }
   traces::RayGroup last;  // secondary rays are a second launch, after all primary ones
   reader.read(groups - 1, last);

@@ -11,14 +11,11 @@
 namespace grtx::sim {
 
 struct WindowOptions {
-  double share = 0.1;         ///< initial share of the groups, above 0; above 1/2 the whole trace is simulated
+  double share = 0.1;  ///< initial share of the groups, above 0, if it is kFewestWindows; above 1/2 all are simulated
   double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
   EnergyPricing price;  ///< empty: no energy statistics
 };
-
-/// Bias of windows mode, measured on four designs with a full frame (docs/model/windows-mode.md).
-inline constexpr ModelBias kWindowsBias{0.012, 0.02};
 
 /// Throws Error for options out of range.
 void check_windows(const WindowOptions& options);

