@@ -54,7 +54,7 @@ struct Bench final : warp_buffer_if, any_hit_client_if {
     table.move(0, call.lanes, LaneState::ready, LaneState::in_unit);
   }
   /// The lane's hit hides so many entries.
-  void hide(unsigned lane, std::uint8_t entries) { table.lane(lane).event.checkpoints = entries; }
+  void hide(LaneId lane, std::uint8_t entries) { table.lane(lane).event.checkpoints = entries; }
   WarpTable& warps() override { return table; }
   void any_hit_done(Cycle, const AnyHitDone& done) override {
     EXPECT_EQ(done.slot, 5U);
@@ -107,7 +107,7 @@ TEST_F(AnyHitUnitTest, EachHitTakesItsOwnTimeInTheHeapOfItsLane) {
 TEST_F(AnyHitUnitTest, BoundedByOpacityHitsTakeTheTimeOfWhatTheyHide) {
   Bench bench(heaps(32), 16, false, {LeafOutcome::inserted, LeafOutcome::displaced, LeafOutcome::rejected}, true);
   const HitHeap heap;
-  for (unsigned lane = 0; lane < 2; ++lane) bench.hide(lane, 2);
+  for (LaneId lane = 0; lane < 2; ++lane) bench.hide(lane, 2);
   bench.unit.begin_lane(0, 8);
   bench.unit.begin_lane(1, 16);
   for (LaneId id = 0; id < 3; ++id) bench.unit.arrive(10, id);
