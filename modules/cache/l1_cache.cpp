@@ -87,7 +87,10 @@ void L1Cache::load(StateReader& state) {
 // The most frequently called function of the model. What it always does is inlined, what it seldom does is not: its
 // instructions stay in the host's cache.
 Cycle L1Cache::tick(Cycle now) {
-  if (now == ticked_) return next_due(now);  // read_at_once() has called it
+  if (now == ticked_) {  // read_at_once() has called it; since then requests may have been sent
+    for (const Client& client : clients_) next_request_ = std::min(next_request_, client.request.next_visible());
+    return next_due(now);
+  }
   ticked_ = now;
   // Before the requests, so that a sector filled in this cycle hits in this cycle.
   if (up_.next_visible() <= now) take_response(now);

@@ -110,6 +110,7 @@ TEST_F(CliBadInput, OutputsThatCannotBeWritten) {
 TEST_F(CliBadInput, NumbersOutOfRange) {
   expect_bad("trace-dump good.grtx --warp 4", "--warp 4");
   expect_bad("trace-dump good.grtx --lane 32", "--lane 32");
+  expect_bad("trace-dump good.grtx --nodes --json", "--nodes");
   expect_bad("sim good.grtx --set gpu.sms=0", "gpu.sms");
 }
 

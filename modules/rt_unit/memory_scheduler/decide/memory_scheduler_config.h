@@ -28,7 +28,7 @@ struct MemorySchedulerConfig {
   void parameters(ParameterList& list) {
     list.add("queue", queue, {kMaxLanes, kMaxEntries}, "fetches", "node fetches waiting to be issued", kOurs);
     list.add("merge_in_flight", merge_in_flight, "a fetch also merges with one of its warp that is still under way",
-             from_public("Vulkan-Sim merges within one cycle only"));
+             from_public("Vulkan-Sim: a chunk that returns serves all lanes of the warp at that node"));
     list.add("by_shader", by_shader, "the SIMT core reads the nodes, the RT unit only intersects (as on AMD)",
              from_paper("GRTX, Section IV: the RT unit does"));
     list.add("sectors_per_cycle", sectors_per_cycle, {1, 4}, "sectors/cycle",
