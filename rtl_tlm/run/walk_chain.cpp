@@ -31,7 +31,7 @@ class WalkChain::Hits {
  public:
   Hits(const modules::AnyHitUnitConfig& unit, unsigned k, Cycle shader, bool boxes)
       : unit_(unit), k_(k), shader_(shader), boxes_(boxes), ways_(unit.enabled ? unit.count : kMaxLanes) {
-    first_.fill(modules::kNever);
+    first_.fill(kNever);
   }
   void begin(unsigned lane, unsigned preloaded) { fill_[lane] = preloaded; }
   void found(unsigned lane, const traces::Event& event, Cycle at) {
@@ -40,17 +40,17 @@ class WalkChain::Hits {
     cycles_[lane] += cost(lane, event.outcome());
   }
   /// When the last hit of the lane alone is taken.
-  Cycle lane_end(unsigned lane) const { return first_[lane] == modules::kNever ? 0 : first_[lane] + cycles_[lane]; }
+  Cycle lane_end(unsigned lane) const { return first_[lane] == kNever ? 0 : first_[lane] + cycles_[lane]; }
   /// When the last hit of all is taken.
   Cycle end() const {
     Cycle last = 0;
     for (unsigned way = 0; way < ways_; ++way) {
-      Cycle first = modules::kNever, cycles = 0;
+      Cycle first = kNever, cycles = 0;
       for (unsigned lane = way; lane < kMaxLanes; lane += ways_) {
         first = std::min(first, first_[lane]);
         cycles += cycles_[lane];
       }
-      if (first != modules::kNever) last = std::max(last, first + cycles);
+      if (first != kNever) last = std::max(last, first + cycles);
     }
     return last;
   }
