@@ -423,9 +423,9 @@ TEST_F(Sweep, ADatabaseOfAnotherSchemaIsNeitherReadNorFilled) {
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   Sqlite(folder + "/a.sqlite", Sqlite::Open::create)
       .execute("UPDATE meta SET value = 'grtx.sweep/2' WHERE key = 'schema'");
-  for (const std::string& command : {"report " + folder + "/a.sqlite -o " + folder + "/r.html",
-                                     "sweep --compare " + folder + "/a.sqlite " + folder + "/a.sqlite"}) {
-    EXPECT_THAT(test::shell(grtx::paths::program() + " " + command).output,
+  for (const std::string& arguments : {"report " + folder + "/a.sqlite -o " + folder + "/r.html",
+                                       "sweep --compare " + folder + "/a.sqlite " + folder + "/a.sqlite"}) {
+    EXPECT_THAT(test::shell(grtx::paths::program() + " " + arguments).output,
                 HasSubstr("meta.schema: must be grtx.sweep/3"));
   }
   EXPECT_EQ(sweep("a.sqlite").code, 2);

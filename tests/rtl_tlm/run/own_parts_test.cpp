@@ -16,6 +16,7 @@
 #include "grtx/modules/noc/crossbar.h"
 #include "grtx/modules/rt_unit/rt_unit.h"
 #include "grtx/modules/simt/simt_core.h"
+#include "grtx/modules/simt/work_distributor.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
