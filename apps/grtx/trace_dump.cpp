@@ -49,7 +49,8 @@ void add_trace_dump(CLI::App& app, CommonOptions& common) {
   command->add_option("TRACE", options->trace, "Trace file")->type_name(kInputFile)->required();
   command->add_option("--warp", options->warp, "Only this warp (default: all)");
   command->add_option("--lane", options->lane, "Only this lane (default: all)");
-  command->add_flag("--nodes", options->nodes, "What each visit reads of the nodes, a line each, for other simulators");
+  command->add_flag("--nodes", options->nodes,
+                    "What each visit reads of the nodes, a line each, for other simulators (default: off)");
 }
 
 }  // namespace grtx::apps

@@ -174,7 +174,6 @@ bool is_idle_step(const ordered_json& path, const ordered_json& step) {
 }
 
 std::optional<double> limit_over_reference(const ordered_json& result, const std::string& objective) {
-  const ordered_json& views = result.at("reference").at("confirming");
   for (const ordered_json& rule : result.at("constraints")) {
     static const std::regex form(R"(\s*([\w.]+)\s*<=\s*(?:([0-9.eE+-]+)\s*(\*\s*reference)?|(reference))\s*)");
     std::smatch parts;
@@ -182,6 +181,7 @@ std::optional<double> limit_over_reference(const ordered_json& result, const std
     if (!std::regex_match(text, parts, form) || parts[1].str() != objective) continue;
     const double bound = parts[4].matched ? 1.0 : std::strtod(parts[2].str().c_str(), nullptr);
     if (parts[3].matched || parts[4].matched) return bound;
+    const auto views = result.at("reference").value("confirming", ordered_json::array());
     if (views.size() != 1) return std::nullopt;
     std::size_t o = 0;
     while (result.at("objectives")[o] != objective) ++o;

@@ -92,7 +92,7 @@ std::string sweep_answer_text(const SweepResults& results) {
     }
   }
   if (answer.front.size() > kMost) text += fmt::format("  and {} more\n", answer.front.size() - kMost);
-  return text + "each is the fastest of its area or less; " + least_text(answer) + "\n";
+  return text + wrapped("each is the fastest of its area or less; " + least_text(answer)) + "\n";
 }
 
 std::string sweep_answer_html(const SweepResults& results) {
@@ -100,8 +100,9 @@ std::string sweep_answer_html(const SweepResults& results) {
   const Answer answer = answer_of(shown);
   if (answer.front.empty()) return "";
   const SpeedupOver reference = shown.reference();
+  const std::string machines = machines_of(results);
   Table table(results.file + ": the front of time against area" + (answer.view.empty() ? "" : ", " + answer.view) +
-                  "; each is the fastest of its area or less",
+                  "; each is the fastest of its area or less" + (machines.empty() ? "" : "; " + machines),
               {{"point"}, {"time"}, {"mm²"}, {"energy a ray"}, {"speed-up"}, {"what it is", false}});
   for (const Equal& equal : answer.front) {
     const ShownPoint& p = *equal.front();

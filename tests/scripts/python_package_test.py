@@ -27,7 +27,7 @@ except ImportError as error:
     sys.exit(77)
 
 PROGRAM = ""
-SHOWS = {"help", "quiet", "json", "list_config", "list_statistics"}  # what these print, a call gives
+SHOWS = {"help", "help_all", "quiet", "json", "list_config", "list_statistics"}  # what these print, a call gives
 PER_RUN = {"save_state", "vcd", "vcd_scope", "vcd_window", "vcd_level", "timeline", "timeline_window", "heatmap"}
 
 

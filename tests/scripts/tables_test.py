@@ -176,7 +176,7 @@ class Tables(unittest.TestCase):
                 self.assertIn(label, text)
         text, document = self.both(f"run {VIEW} -o out")
         for design, statistics in document["designs"].items():
-            row = re.search(rf"^{design} +({NUMBER}) +({NUMBER}) +({NUMBER}) ", text, re.M)
+            row = re.search(rf"^{design} +{NUMBER} +({NUMBER}) +({NUMBER}) +({NUMBER}) ", text, re.M)
             cycles = statistics["gpu.cycles"]["value"]
             self.assertEqual(float(row[1]), cycles)
             self.assertAlmostEqual(float(row[2]), document["designs"]["baseline"]["gpu.cycles"]["value"] / cycles, delta=0.0051)
@@ -208,8 +208,9 @@ class Tables(unittest.TestCase):
 
     def test_5_sweeps(self):
         text, document = self.both("sweep plan.toml -o s.sqlite")
-        self.assertEqual(text, f"{document['points']} points: {document['status']['done']} done; s.sqlite\n"
-                               "2 traces made, 1 structure built for them\n")
+        self.assertTrue(text.startswith(f"{document['points']} points: {document['status']['done']} done; s.sqlite\n"
+                                        "2 traces made, 1 structure built for them\n\nfront of time against area\n"), text)
+        self.assertRegex(text, r"least time #\d+, least area #\d+, least\s+energy a ray #\d+")
         self.assertEqual((document["traces_made"], document["structures_built"]), (0, 0))  # all was there
         self.assertEqual(document["points"], 4)
         text, document = self.both("sweep plan.toml -o s.sqlite --list")

@@ -37,7 +37,10 @@ class EventEffect {
     return kind() == Kind::replay_take ? 1 : 0;
   }
   /// Entries to write to the lane's destination buffer when the event is done.
-  unsigned checkpoints() const { return static_cast<unsigned>(std::popcount(event_.written())); }
+  unsigned checkpoints() const {
+    const unsigned written = event_.written();
+    return kind() == Kind::visit_internal ? static_cast<unsigned>(std::popcount(written)) : written;
+  }
   /// Updates the stack depth. Returns false if the event needs a node but the stack is empty (kRuleNodeOnStack).
   template <typename Depth>
   [[nodiscard]] bool move_stack(Depth& depth) const {
