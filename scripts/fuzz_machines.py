@@ -34,7 +34,8 @@ POWERS = {"l1.line_bytes", "l2.line_bytes", "l2.interleave_bytes", "rt.memory.se
           "simt.sectors_per_cycle", "rt.memory.instance_leaf_bytes", "dram.group_bytes"}
 # Whole sets of the default shapes: most other sizes are refused.
 SETS = {"l1.bytes": 32768, "l2.bytes": 8192}
-MOST = {"l2.bytes": 1 << 28}  # the tags of larger ones do not fit into --memory
+# The tags of larger ones do not fit into --memory; a unit that is blocked asks in each cycle of a longer wait, for minutes.
+MOST = {"l2.bytes": 1 << 28, "dram.fixed_latency": 1e6}
 SCENES = [("object", 120), ("flat", 150), ("object", 400)]
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("tri80", "off"),
            ("tlas-tri80", "on"), ("ellipsoid", "off"), ("ellipsoid", "on"), ("tlas-sphere", "off"),
