@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/traces/memory_contents.h"
 
-#include <cstring>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
@@ -60,7 +60,7 @@ MemoryContents::MemoryContents(const std::string& path) : path_(path) {
       const std::string name = region.at("name").get<std::string>();
       const auto bytes = region.at("bytes").get<std::uint64_t>();
       if (!region.at("bytes").is_number_unsigned() || bytes > rest.size()) fail(name, "must end before the file");
-      if (!this->region(name).empty()) fail(name, "is there twice");
+      if (std::ranges::find(regions_, name, &MemoryRegion::name) != regions_.end()) fail(name, "is there twice");
       regions_.push_back({name, rest.substr(0, bytes)});
       rest.remove_prefix(bytes);
     }

@@ -77,6 +77,8 @@ TEST(MemoryContents, SayWhatIsWrong) {
   EXPECT_THAT(with(":3000", ":2999"), ::testing::HasSubstr("regions: must fill the file"));
   EXPECT_THAT(with(":3000", ":9999"), ::testing::HasSubstr("node_image: must end before the file"));
   EXPECT_THAT(with("\"trace\"", "\"other\""), ::testing::HasSubstr("must be an object with trace"));
+  write_memory_contents(file.path(), "cafe", {{kShRegion, ""}, {kShRegion, ""}});
+  EXPECT_THAT(error_of(file, read_file(file.path())), ::testing::HasSubstr("sh: is there twice"));
   EXPECT_THAT(with(":3000", ":-300"), ::testing::HasSubstr("node_image: must end before the file"));
 }
 
