@@ -2,6 +2,7 @@
 #include "grtx/traces/memory_contents.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "grtx/base/atomic_file.h"
@@ -34,12 +35,9 @@ std::string little_endian_bytes(T value) {
 
 }  // namespace
 
-MemoryContents::MemoryContents(const std::string& path) : path_(path) {
-  {
-    const std::string bytes = read_file(path);
-    file_.assign(bytes.begin(), bytes.end());
-  }
-  const std::string_view all(file_.data(), file_.size());
+MemoryContents::MemoryContents(const std::string& path)
+    : path_(path), file_(std::make_unique<const std::string>(read_file(path))) {
+  const std::string_view all = *file_;
   const auto fail = [&](const std::string& place, const std::string& rule) { throw Error(path, place, rule); };
   constexpr std::size_t kPrefix = kMagic.size() + 4, kHash = 8;
   if (!all.starts_with(kMagic)) fail("offset 0", "must be GRTXMEM1: this is no file of memory contents");

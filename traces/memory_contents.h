@@ -3,7 +3,7 @@
 // holds data needs beside the trace. docs/model/memory_map.md describes file and records.
 #pragma once
 
-#include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,7 +40,7 @@ class MemoryContents {
 
  private:
   std::string path_;
-  std::vector<char> file_;  // not a string: a moved vector keeps its bytes where they are
+  std::unique_ptr<const std::string> file_;  ///< whose bytes stay where they are when this is moved
   std::string trace_;
   std::vector<MemoryRegion> regions_;
 };
