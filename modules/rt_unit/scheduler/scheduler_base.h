@@ -10,7 +10,7 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/scheduler/decide/rt_scheduler_config.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {

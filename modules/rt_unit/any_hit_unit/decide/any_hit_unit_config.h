@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of the any-hit unit. Its counters are below those of the collector, whose place it takes (any_hit_config.h).
+// Keys of the any-hit unit. Its counters are below those of the collector, whose place it takes
+// (any_hit_collector_config.h).
 #pragma once
 
 #include "grtx/modules/kernel/declare.h"
