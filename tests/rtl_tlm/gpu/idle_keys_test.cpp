@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grtx/base/error.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/rtl/rtl_units.h"
 
