@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the project's schedulers have in common: the selection of a warp by a policy, why no warp is scheduled, the
+// The base of the project's schedulers: the selection of a warp by a policy, why no warp is scheduled, the
 // answers of the any-hit part, and the neighbours. Cost: an age matrix.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace grtx::modules {
 
-/// What one of the project's schedulers did in a cycle, for observers.
+/// The work of one of the project's schedulers in a cycle, for observers.
 class RtSchedulerState {
  public:
   /// Stall reason of the current state, which idle cycles are counted under.

@@ -23,7 +23,7 @@ struct AnyHitUnitConfig : HitHeap {
              assumed("this project: one cycle for the table, one for sum and comparison"));
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const AnyHitUnitConfig& config);
 
 }  // namespace grtx::modules
