@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trace has the events of a round in depth-first order. This records a round whose nodes were handled in another
-// order (TracerOptions::ahead), and then gives its events to the trace's recorder depth first.
+// Records a round whose nodes were handled in another order than depth first (TracerOptions::ahead), and then gives its
+// events to the trace's recorder depth first, the order that traces have.
 #pragma once
 
 #include <array>
