@@ -246,7 +246,7 @@ void require_not_stopped(const Gpu& gpu) {
 }  // namespace
 
 void run_for(Gpu& gpu, Cycle cycles) {
-  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
+  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_value());
   gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
   sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
   require_not_stopped(gpu);
