@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cstdlib>
 #include <functional>
 #include <ostream>
 #include <utility>
@@ -24,6 +25,10 @@ namespace grtx::sim {
 using modules::Link;
 
 namespace {
+
+// SystemC's main() prints a banner before it calls sc_main, unless the environment forbids it: whoever builds a GPU has
+// standard output and standard error for himself.
+[[maybe_unused]] const int kNoBanner = setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
 
 // Entries of a ray's stack area: room for the deepest stack of the widest tree.
 constexpr std::uint64_t kStackEntries = std::bit_ceil(modules::deepest_stack(traces::kMaxWidth));
