@@ -93,7 +93,7 @@ void Gpu::build_units(modules::GroupSource& source, const BuildOptions& build) {
   const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
-    const modules::WorkDistributorConfig work{config.sms, config.resident()};
+    const modules::WorkDistributorConfig work{config.sms, config.resident(), config.distribution};
     distributor_ = modules::made<modules::WorkDistributor>(parts.work_distributor, "work_distributor", "distributor",
                                                            core_, work, source);
   });
