@@ -23,6 +23,7 @@
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/report/page/report.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
 #include "grtx/traces/reader.h"
 
@@ -86,9 +87,7 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   }
   check_secondary(plan.tracer.secondary);
   check_one_k(plan, comparison);
-  if (!plan.view.views.empty() && plan.mode == sim::SimulationMode::windows) {
-    throw Error("--mode", "windows", "has no caches to keep warm from frame to frame: --views needs cycle");
-  }
+  if (!plan.view.views.empty()) sim::check_mode_of_frames(plan.mode.value_or(sim::SimulationMode::cycle));
 }
 
 /// Keys that are set and have no effect in any of the designs on any machine.

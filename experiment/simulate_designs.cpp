@@ -17,6 +17,7 @@
 #include "grtx/experiment/design_progress.h"
 #include "grtx/experiment/simulate_mode.h"
 #include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/rtl_tlm/run/trace_source.h"
 #include "grtx/traces/reader.h"
@@ -41,7 +42,7 @@ unsigned default_jobs(std::uint64_t bytes_each) {
   return !free ? cores : static_cast<unsigned>(std::clamp<std::uint64_t>(*free / bytes_each, 1, cores));
 }
 
-/// What a child process reports for its design.
+/// The report of a child process on its design.
 std::string simulated_text(const std::string& trace, const sim::GpuConfig& config, const DesignSimulation& asked,
                            modules::WarpObserver* observer) {
   sim::SimulationOptions simulation;

@@ -136,6 +136,27 @@ void compare_with(const Images& images, const Images& reference, const std::vect
   }
 }
 
+/// The traces by machine and design; compares their pictures with those of the machine's reference.
+std::vector<TracedDesigns> of_machines(const AskedTraces& asked, const ImageComparison& images,
+                                       const DesignComparison& comparison) {
+  std::vector<TracedDesigns> all;
+  for (const std::map<std::string, std::size_t>& of : asked.of_machines) {
+    TracedDesigns& on = all.emplace_back();
+    const Images& over = images.at(asked.traces[of.at(comparison.reference())].quality.order);
+    for (const auto& [name, index] : of) {
+      const AskedTrace& trace = asked.traces[index];
+      on.designs[name] = trace.made;
+      if (trace.other_order) on.other_orders[name] = *trace.other_order;
+      PictureQuality& quality = on.pictures[name] = trace.quality;
+      const Images& own = images.at(quality.order);
+      for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
+    }
+    on.images = images.first();
+    on.identical = images.identical();
+  }
+  return all;
+}
+
 }  // namespace
 
 TracerSettings design_settings(TracerSettings settings, const explore::Design& design,
@@ -183,10 +204,8 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
     const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
     quality.fp64 = !reference.images.empty();
     // First, in the structure of the design before it, which may be the same: each is built once.
-    Images precise;
-    if (!quality.fp64 && is_rounded(settings)) {
-      precise = at_full_precision(scene, settings, design, files, tracing.quiet);
-    }
+    const bool rounded = !quality.fp64 && is_rounded(settings);
+    const Images precise = rounded ? at_full_precision(scene, settings, design, files, tracing.quiet) : Images();
     frontend::TracedView traced =
         trace_scene(scene, settings, design.checkpoint, design.kind, render, result.path, files);
     result.file = traced.trace.value();
@@ -204,20 +223,8 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
       compare_with(own, precise.empty() ? own : precise, {}, quality);
     }
   }
-  std::vector<TracedDesigns> all;
-  for (const std::map<std::string, std::size_t>& of : asked.of_machines) {
-    TracedDesigns& on = all.emplace_back();
-    const Images& over = images.at(asked.traces[of.at(comparison.reference())].quality.order);
-    for (const auto& [name, index] : of) {
-      const AskedTrace& trace = asked.traces[index];
-      on.designs[name] = trace.made;
-      if (trace.other_order) on.other_orders[name] = *trace.other_order;
-      PictureQuality& quality = on.pictures[name] = trace.quality;
-      const Images& own = images.at(quality.order);
-      for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
-    }
-    on.images = images.first();
-    on.identical = images.identical();
+  std::vector<TracedDesigns> all = of_machines(asked, images, comparison);
+  for (TracedDesigns& on : all) {
     on.counters = counters;
     on.files_hash = files.hash();
   }

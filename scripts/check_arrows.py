@@ -8,6 +8,7 @@
   traces, so the headers of traces count as one folder and its sources as another, above the codec.
 * What units decide without time (decide/) reaches no header of SystemC.
 * What is inside a folder alone (traces/codec) is included by that folder alone.
+* NAME_config.h declares NameConfig; NAME_if.h declares name_if, name_in_if or the base class NameModule.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
 
 Usage: check_arrows.py [--graph] [FOLDER]   (default: the folder above this script; --graph prints who includes whom)
@@ -105,6 +106,19 @@ def systemc_faults(top):
             seen.update(below.get(way[-1], []))
 
 
+def name_faults(top):
+    """Headers of units that are not named after what they declare."""
+    for file in sources(top):
+        found = re.fullmatch(r"modules/.*?([a-z0-9_]+)_(config|if)\.h", file)
+        if found:
+            name, kind = found.groups()
+            camel = "".join(word.capitalize() for word in name.split("_"))
+            declared = f"{camel}Config" if kind == "config" else f"({name}(_in)?_if|{camel}Module)"
+            with open(os.path.join(top, file), encoding="utf-8") as stream:
+                if not re.search(rf"^(struct|class) {declared} [^;]*{{", stream.read(), re.M):
+                    yield f"{file}: declares no {declared}, after which it would be named"
+
+
 def shortest_way(arrows, start, end):
     """Folders from start to end along the arrows; None where there is no way."""
     ways = [[start]]
@@ -150,6 +164,7 @@ def main(arguments):
             faults.append(f"scripts/check_arrows.py: {arrow[0]} -> {arrow[1]} ({why}) is gone: take it off the list")
     faults += circle_faults({arrow: places for arrow, places in arrows.items() if arrow not in ALLOWED})
     faults += systemc_faults(top)
+    faults += name_faults(top)
     for fault in faults:
         print(fault)
     return 1 if faults else 0

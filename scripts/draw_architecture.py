@@ -82,16 +82,16 @@ PLACES = {
     **row(396, 182, 966, ["Any-hit collector", "Any-hit unit", "Checkpoint unit", "Stack unit"], "unit"),
     "Ray-box, -triangle, -sphere, -Gaussian, -transform unit": (396, 1052, 574, 54, "unit"),
     "RTL in the loop": (984, 1052, 182, 54, "unit"),
-    **row(396, 182, 1138, ["Memory scheduler", "Node dispatch", "Sibling prefetcher"], "unit"),
+    **row(396, 182, 1138, ["Memory scheduler", "Node dispatch", "Sibling prefetcher", "Delayed hits"], "unit"),
     "L1 data cache": (396, 1270, 378, 54, "mem"), "Cache replacement": (788, 1270, 378, 54, "mem"),
     "Crossbar": (58, 1424, 340, 54, "mem"), "L2 slice": (450, 1424, 340, 54, "mem"),
     "TLM-2.0 AT socket": (842, 1424, 340, 54, "tlm"),
-    **row(58, 254, 1530, ["Memory system", "Built-in DRAM", "DRAM channel", "DRAM scheduling"], "mem", gap=36),
-    **row(850, 164, 686, ["Protocol checker", "Bridges"], "tlm"),
+    **row(58, 204, 1530, ["DRAM simulators", "Memory system", "Built-in DRAM", "DRAM channel", "DRAM scheduling"], "mem", gap=26),
+    "GPU as a component": (640, 686, 196, 54, "tlm"), **row(850, 164, 686, ["Protocol checker", "Bridges"], "tlm"),
     **row(36, 184, 1664, ["Clock of a domain", "Clocked unit", "Link", "Messages", "Addresses", "Inventory"], gap=12),
 }
 SHORT = {"Orders of children and checkpoints": "Orders of visits"}
-OFF = {"Warp walk scheduler", "Any-hit unit", "RTL in the loop"}  # no part of the default machine
+OFF = {"Warp walk scheduler", "Any-hit unit", "Delayed hits", "RTL in the loop", "DRAM simulators", "GPU as a component"}  # no part of the default machine
 BANDS = [  # areas that are no row: x, y, width, height, name, folder
     (20, 30, 730, 256, "Functional tracer", "frontend/"), (770, 30, 450, 256, "Contract of the halves", "traces/"),
     (20, 310, 730, 256, "Simulation", "rtl_tlm/"), (770, 310, 450, 256, "Results", "explore/  report/"),
@@ -104,7 +104,8 @@ WIRES = [
 ]
 BOTH = [
     "M308 1017 H382", "M183 1192 V1240 H440 V1270", "M487 1192 V1270", "M585 1324 V1390 H228 V1424", "M398 1451 H450",
-    "M790 1451 H842", "M1012 1478 V1504 H185 V1530", "M312 1557 H348", "M602 1557 H638", "M892 1557 H928",
+    "M790 1451 H842", "M1012 1478 V1504 H390 V1530", "M262 1557 H288", "M492 1557 H518", "M722 1557 H748",
+    "M952 1557 H978",
 ]
 LABELS = [
     (802, 234, "a ray's events, independent of timing:", "start"), (802, 251, "one file serves every machine", "start"),
@@ -113,10 +114,10 @@ LABELS = [
     (112, 762, "LaunchWarp", "end"), (248, 762, "WarpEnded", "start"),
     (345, 1005, "calls,", "middle"), (345, 1037, "hits", "middle"),
     (400, 871, "which warp, which entry of its stack", "start"), (400, 957, "hits, checkpoints, what spills", "start"),
-    (400, 1043, "one class, five pipelines", "start"), (400, 1129, "fetches out, nodes in", "start"),
+    (400, 1043, "one class, five pipelines", "start"), (400, 1129, "fetches out, nodes in", "start"), (988, 1129, "in the collector's place", "start"),
     (192, 1234, "records, buffers", "start"), (495, 1234, "nodes", "start"),
     (595, 1354, "misses and writes of each SM", "start"), (1022, 1497, "a socket a slice", "start"),
-    (850, 678, "for platforms of others", "start"),
+    (640, 678, "for platforms of others", "start"),
 ]
 
 

@@ -205,7 +205,7 @@ class JsonLine {
   std::string text_;
 };
 
-/// What the visits of one ray read.
+/// The reads of one ray's visits.
 class NodeReads {
  public:
   explicit NodeReads(const Header& header)

@@ -31,7 +31,7 @@ void dump(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> 
 void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
                std::optional<unsigned> lane);
 
-/// What each visit reads of the node image, as a list that any simulator can take: a line per read with warp, lane,
+/// The reads of each visit in the node image, as a list that any simulator can take: a line per read with warp, lane,
 /// round, kind, address and bytes (docs/model/trace-format.md, "As lists of reads").
 void dump_nodes(const Reader& reader, std::ostream& out, std::optional<std::uint64_t> group,
                 std::optional<unsigned> lane);

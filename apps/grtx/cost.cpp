@@ -151,6 +151,32 @@ int cost(CostArguments options, const CommonOptions& common) {
   return 0;
 }
 
+/// The structure that the machine traverses, which decides what units it has.
+void add_structure_options(CLI::App* command, sim::MachineUse& use) {
+  command
+      ->add_option("--design", use.design,
+                   "Which units the machine has, their own keys included; with --stats the design of the run")
+      ->check(one_of(explore::design_names()));
+  add_choice(command, "--pop-test", use.pop_test, "Whether stack entries hold their t; a machine may choose another");
+  add_choice(command, "--opacity-bound", use.opacity_bound,
+             "Whether heaps add up opacities; a machine may choose another");
+  command->add_flag("--objects", use.objects, "Designs sw and grtx for scenes of several objects (default: off)");
+  add_choice(command, "--leaves", use.leaves, "Kind of the primitive leaves; a shader tests boxes");
+  add_choice(command, "--layout", use.layout, "Node image that the machine reads; a machine may choose another");
+  command
+      ->add_option(
+          "--bvh-width", use.bvh_width,
+          "Children of an internal node, 2 to 8; 0: as many as a line of the layout holds; a machine may choose "
+          "another")
+      ->check(in_range(0u, traces::kMaxWidth));
+  command
+      ->add_option("--checkpoint-bins", use.checkpoint_bins,
+                   "Near checkpoint bins of a ray, 0 for two buffers; a machine may choose another number")
+      ->check(in_range(0u, traces::kMaxCheckpointBins));
+  command->add_option("--checkpoint-capacity", use.checkpoint_capacity, "Entries of a bin")
+      ->check(in_range(1u, 65535u));
+}
+
 }  // namespace
 
 void add_cost(CLI::App& app, CommonOptions& common) {
@@ -165,31 +191,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->machine.settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  command
-      ->add_option("--design", options->use.design,
-                   "Which units the machine has, their own keys included; with --stats the design of the run")
-      ->check(one_of(explore::design_names()));
-  add_choice(command, "--pop-test", options->use.pop_test,
-             "Whether stack entries hold their t; a machine may choose another");
-  add_choice(command, "--opacity-bound", options->use.opacity_bound,
-             "Whether heaps add up opacities; a machine may choose another");
-  command->add_flag("--objects", options->use.objects,
-                    "Designs sw and grtx for scenes of several objects (default: off)");
-  add_choice(command, "--leaves", options->use.leaves, "Kind of the primitive leaves; a shader tests boxes");
-  add_choice(command, "--layout", options->use.layout,
-             "Node image that the machine reads; a machine may choose another");
-  command
-      ->add_option(
-          "--bvh-width", options->use.bvh_width,
-          "Children of an internal node, 2 to 8; 0: as many as a line of the layout holds; a machine may choose "
-          "another")
-      ->check(in_range(0u, traces::kMaxWidth));
-  command
-      ->add_option("--checkpoint-bins", options->use.checkpoint_bins,
-                   "Near checkpoint bins of a ray, 0 for two buffers; a machine may choose another number")
-      ->check(in_range(0u, traces::kMaxCheckpointBins));
-  command->add_option("--checkpoint-capacity", options->use.checkpoint_capacity, "Entries of a bin")
-      ->check(in_range(1u, 65535u));
+  add_structure_options(command, options->use);
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
       ->check(in_range(0.1, 1.0));

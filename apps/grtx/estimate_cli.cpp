@@ -8,6 +8,7 @@
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
 #include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 
 namespace grtx::apps {
 namespace {

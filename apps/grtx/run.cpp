@@ -147,7 +147,7 @@ void print_between(const ordered_json& results, const experiment::DesignComparis
   }
 }
 
-/// What was measured on a machine. machine: as it was asked for.
+/// Prints the results of one machine. machine: as it was asked for.
 void print_machine(const RunArguments& options, const std::string& machine, const ordered_json& results,
                    const experiment::DesignResults& run) {
   const experiment::DesignComparison& comparison = run.comparison;

@@ -21,9 +21,9 @@
 #include "grtx/experiment/simulate_mode.h"
 #include "grtx/explore/cost/energy_statistics.h"
 #include "grtx/explore/sweep/designs.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/idle_keys.h"
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 #include "grtx/rtl_tlm/observe/timeline_size.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
@@ -89,22 +89,6 @@ sim::ResultNotes notes_before(const SimArguments& options, const experiment::Cho
   return others;
 }
 
-/// Throws Error for options of another mode: waveforms, timelines and heat maps need cycle mode; windows cannot start
-/// from warm caches.
-void check_estimate(const SimArguments& options) {
-  if (options.mode == sim::SimulationMode::cycle) return;
-  if (!options.simulation.waveform.path.empty() || !options.simulation.timeline.path.empty() ||
-      !options.heatmaps.empty()) {
-    throw Error("sim", "--mode " + std::string(name_of(options.mode)),
-                "has no waveforms, timelines or heat maps: use --mode cycle");
-  }
-  for (const auto& [option, path] :
-       {std::pair("--warm", &options.simulation.warm_trace), std::pair("--warm-state", &options.simulation.warm_state),
-        std::pair("--save-state", &options.simulation.save_state)}) {
-    if (!path->empty()) throw Error("sim", option, "is for --mode cycle");
-  }
-}
-
 /// Prints the requested list of keys or statistics as Markdown. Returns false if none is requested.
 bool print_list(const SimArguments& options, const CommonOptions& common) {
   if (common.json && (options.list_config || options.list_statistics)) {
@@ -134,7 +118,7 @@ int run_simulation(SimArguments options, const CommonOptions& common) {
   const sim::GpuConfig& config = chosen.config;
   sim::warn_of_idle_keys(config);
   sim::check_mode(config, options.mode);
-  check_estimate(options);
+  sim::check_mode(options.simulation, !options.heatmaps.empty(), options.mode);
   if (!options.window.empty()) options.simulation.waveform.window = sim::parse_window("--vcd-window", options.window);
   if (!options.timeline_window.empty()) {
     options.simulation.timeline.window = sim::parse_window("--timeline-window", options.timeline_window);

@@ -36,7 +36,7 @@ const CLI::Option* option_in(const CLI::App& command, const std::string& message
   return found;
 }
 
-/// What a value of the option must be.
+/// The rule for a value of the option.
 std::string what_it_takes(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   if (type.starts_with("UINT")) return kWhole;

@@ -47,7 +47,7 @@ class CounterTable {
   template <typename Field>
   CounterTable& sum(Field field, const char* name, const char* unit, const char* description) {
     sum(field);
-    return value(field, name, unit, description);
+    return value(field, name, unit, description, StatisticKind::count);
   }
   /// The same, without a statistic.
   template <typename Field>
@@ -96,8 +96,7 @@ class CounterTable {
   }
   /// A statistic derived from the counters. f(counters) returns an integer.
   template <typename F>
-  CounterTable& value(F f, std::string name, const char* unit, std::string description,
-                      StatisticKind kind = StatisticKind::count) {
+  CounterTable& value(F f, std::string name, const char* unit, std::string description, StatisticKind kind) {
     static_assert(std::integral<std::remove_cvref_t<std::invoke_result_t<F, const Counters&>>>,
                   "a real number is a mean or a ratio");
     return described([f, name = "." + std::move(name), unit, description = std::move(description), kind](
@@ -191,7 +190,8 @@ class CounterTable {
   template <typename Field>
   void place(const CounterColumn<Field>& column, std::size_t i, std::string_view name) {
     value([field = column.field, i](const Counters& c) { return std::invoke(field, c)[i]; },
-          std::string(column.name) + "." + std::string(name), column.unit, with_name(column.description, name));
+          std::string(column.name) + "." + std::string(name), column.unit, with_name(column.description, name),
+          StatisticKind::count);
   }
 
   std::size_t bytes_ = 0;

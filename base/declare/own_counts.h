@@ -22,7 +22,7 @@ class OwnCounts {
            double picojoules = 0.0) {
     const auto found = std::find_if(counts_.begin(), counts_.end(), [&](const Statistic& s) { return s.name == name; });
     if (found == counts_.end()) {
-      counts_.push_back({name, count, unit, description, picojoules});
+      counts_.push_back({name, count, unit, description, picojoules, StatisticKind::count});
     } else {
       std::get<std::uint64_t>(found->value) += count;
     }

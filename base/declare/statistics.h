@@ -48,7 +48,7 @@ struct Statistic {
   std::string unit;
   std::string description;
   double picojoules = 0.0;  ///< energy per count; 0: none, or accounted for elsewhere
-  StatisticKind kind = StatisticKind::count;
+  StatisticKind kind;
   Quotient of{};  ///< of a mean or a ratio; 0 / 0 where it is made from no two counts
 
   double number() const {
@@ -68,16 +68,13 @@ class StatisticList {
   }
   bool is_reference() const { return reference_; }
 
-  void add(std::string name, std::uint64_t value, std::string unit, std::string description,
-           StatisticKind kind = StatisticKind::count) {
+  void add(std::string name, std::uint64_t value, std::string unit, std::string description, StatisticKind kind) {
     items_.push_back({std::move(name), value, std::move(unit), std::move(description), 0.0, kind});
   }
-  void add(std::string name, double value, std::string unit, std::string description,
-           StatisticKind kind = StatisticKind::ratio) {
+  void add(std::string name, double value, std::string unit, std::string description, StatisticKind kind) {
     items_.push_back({std::move(name), value, std::move(unit), std::move(description), 0.0, kind});
   }
-  void add(std::string name, const Quotient& of, std::string unit, std::string description,
-           StatisticKind kind = StatisticKind::ratio) {
+  void add(std::string name, const Quotient& of, std::string unit, std::string description, StatisticKind kind) {
     items_.push_back({std::move(name), of.value(), std::move(unit), std::move(description), 0.0, kind, of});
   }
   void add(Statistic statistic) { items_.push_back(std::move(statistic)); }

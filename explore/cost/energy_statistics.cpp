@@ -72,7 +72,7 @@ void describe_energy(const sim::GpuConfig& config, const std::vector<modules::In
   add("gpu.energy_nj_low", low, "the same with every price at the low end of its band");
   add("gpu.energy_nj_high", high, "the same with every price at the high end of its band");
   list.add("gpu.energy_nj_per_ray", nanojoules(central) / static_cast<double>(std::max<std::uint64_t>(1, rays)), "nJ",
-           "gpu.energy_nj over the rays of the trace");
+           "gpu.energy_nj over the rays of the trace", modules::StatisticKind::ratio);
   for (const Group& group : kGroups) {
     const std::string_view name = group.name;
     if (name == "own" && !by_group.contains(group.name)) continue;

@@ -2,8 +2,9 @@
 // Arithmetic operators: gate equivalents (GE), energy and delay, with the source of each number.
 #pragma once
 
+#include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "grtx/explore/cost/range.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -11,18 +12,18 @@
 namespace grtx::explore {
 
 struct OperatorCost {
-  std::string name;
+  std::string_view name;
   unsigned width = 32;          ///< operand width in bits that the numbers are valid for
   bool per_bit = false;         ///< gates and energy scale with the width; else no other width is supported
   Range gates;                  ///< GE
   double measured_gates = 0.0;  ///< GE synthesised (Yosys, Nangate45, timing-driven); 0: not measured
   Range energy_pj;              ///< per operation at 45 nm, 1.1 V, random operands
   double delay_ns = 0.0;        ///< at 45 nm (Nangate45, timing-driven)
-  std::string source;
+  std::string_view source;
   char confidence = 'C';  ///< A measured and published, B one of the two, C judged
 };
 
-const std::vector<OperatorCost>& operator_costs();
+std::span<const OperatorCost> operator_costs();
 
 /// Cost of one operator of `width` bits. Throws Error for an unknown name or width: the inventory of somebody's unit
 /// then has an operator that the model cannot price.

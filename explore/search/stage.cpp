@@ -10,7 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/geometric_mean.h"
 #include "grtx/base/nearest_name.h"
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 
 namespace grtx::explore {
 namespace {

@@ -25,7 +25,7 @@ struct Design {
   bool only_if_named = false;      ///< compared only when it is asked for by name
 };
 
-/// What plans call a design among what they vary.
+/// Name of the design among the parameters that plans vary.
 inline constexpr const char* kDesign = "design";
 
 /// All designs, in the order of tables: baseline, sw, hw and grtx (GRTX, HPCA 2026), gautracer (ISCA 2026), and walk,

@@ -48,7 +48,7 @@ struct VariedMachine {
   std::string place;   ///< "line N" of the plan
 };
 
-/// What plans call a machine among what they vary, and the base of all points.
+/// Name of the machine among the parameters that plans vary, and for the base of all points.
 inline constexpr const char* kMachine = "machine";
 
 struct SweepPlan {

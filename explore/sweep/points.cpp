@@ -277,7 +277,7 @@ SweepPoint in_mode(const SweepPoint& point, const std::string& mode, const std::
 }
 
 void write_config(const std::string& path, const ordered_json& config) {
-  // What is resolved names every key: the bandwidth lies over the clock in which the times are written.
+  // A resolved configuration names every key: the bandwidth lies over the clock in which the times are written.
   const std::string below = fs::path(path).stem().string() + ".below.toml";
   std::string lower, upper = fmt::format("include = \"{}\"\n", below);
   for (const auto& [name, value] : config.items()) {

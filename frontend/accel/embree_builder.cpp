@@ -41,7 +41,7 @@ TreeNode* new_node(TreeMemory& memory, unsigned child_count) {
   return node;
 }
 
-/// What Embree hands to the functions below.
+/// Embree hands this to the functions below.
 struct Build {
   TreeMemory& memory;
   const IsWide& is_wide;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray leaves for its next round: two checkpoint buffers, where a round reads the source and writes the
+// A ray leaves these for its next round: two checkpoint buffers, where a round reads the source and writes the
 // destination; or bins of distance, where it reads the near ones and may write to all.
 #pragma once
 

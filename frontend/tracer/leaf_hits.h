@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray hits in a leaf: the canonical hit of its Gaussian, or the leaf's stored triangle, as a link of WalkMemory.
+// The hit of a ray in a leaf: the canonical hit of its Gaussian, or the leaf's stored triangle, as a link of
+// WalkMemory.
 #pragma once
 
 #include <array>

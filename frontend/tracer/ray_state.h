@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray carries from node to node and from round to round.
+// The state that a ray carries from node to node and from round to round.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies in the GPU's memory for a traced view: node image, records that shaders read, and the picture.
+// Contents of the GPU's memory for a traced view: node image, records that shaders read, and the picture.
 #pragma once
 
 #include <string>

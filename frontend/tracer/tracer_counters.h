@@ -10,7 +10,7 @@
 
 namespace grtx::frontend {
 
-/// What TracerOptions::opacity_bound has left out.
+/// Work that TracerOptions::opacity_bound has left out.
 struct OpacityCounts {
   std::uint64_t rays = 0, hidden = 0, hits = 0, nodes = 0;
 };

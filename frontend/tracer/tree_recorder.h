@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records a round whose nodes are handled in another order than depth first (TracerOptions::ahead), and gives its
-// events to a recorder in that order, as traces have them.
+// Records a round whose nodes were handled in another order than depth first (TracerOptions::ahead), and then gives its
+// events to the trace's recorder depth first, the order that traces have.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@
 
 namespace grtx::frontend {
 
-/// A pushed child: the event that pushed it, and which of its pushed children it is, 0 the first to be pushed.
+/// A pushed child: the event that pushed it, and its number among the children that this event pushed, from 0 in the
+/// order of pushing.
 struct PushedPlace {
   static constexpr std::uint32_t kRoot = ~std::uint32_t{0};
   std::uint32_t parent = kRoot;
@@ -44,8 +45,8 @@ class TreeRecorder {
     return {this};
   }
   void internal(const Children&, std::uint32_t, unsigned pushed, unsigned checkpoints) {
-    events_.back().what.detail = pushed;
-    events_.back().what.checkpoints = checkpoints;
+    events_.back().fields.detail = pushed;
+    events_.back().fields.checkpoints = checkpoints;
   }
   void event(traces::EventKind kind, std::uint32_t address, unsigned detail, unsigned checkpoints,
              unsigned shifts = 0) {
@@ -55,24 +56,24 @@ class TreeRecorder {
   /// Gives the round's events to `recorder`, depth first.
   template <typename Recorder>
   void replay(Recorder& recorder) {
-    to_do_.assign(1, 0);
-    while (!to_do_.empty()) {
-      const Recorded& e = events_[to_do_.back()];
-      to_do_.pop_back();
+    unvisited_.assign(1, 0);
+    while (!unvisited_.empty()) {
+      const Recorded& e = events_[unvisited_.back()];
+      unvisited_.pop_back();
       recorder.pop();
-      if (e.what.kind != traces::EventKind::visit_internal) {
-        recorder.event(e.what.kind, e.what.address, e.what.detail, e.what.checkpoints, e.what.shifts);
+      if (e.fields.kind != traces::EventKind::visit_internal) {
+        recorder.event(e.fields.kind, e.fields.address, e.fields.detail, e.fields.checkpoints, e.fields.shifts);
         continue;
       }
-      typename Recorder::Children children = recorder.open(e.what.address);
+      typename Recorder::Children children = recorder.open(e.fields.address);
       for (unsigned i = 0; i < e.puts; ++i) children.put(e.put[i].slot, e.put[i].pushed);
-      recorder.internal(children, e.what.address, e.what.detail, e.what.checkpoints);
-      for (unsigned i = 0; i < e.pushed; ++i) to_do_.push_back(e.child[i]);
+      recorder.internal(children, e.fields.address, e.fields.detail, e.fields.checkpoints);
+      for (unsigned i = 0; i < e.pushed; ++i) unvisited_.push_back(e.child[i]);
     }
   }
 
  private:
-  struct What {
+  struct Fields {
     traces::EventKind kind;
     std::uint32_t address;
     unsigned detail, checkpoints, shifts;
@@ -81,16 +82,16 @@ class TreeRecorder {
     std::uint8_t slot = 0, pushed = 0;
   };
   struct Recorded {
-    What what;
+    Fields fields;
     unsigned puts = 0, pushed = 0;
     std::array<Put, traces::kMaxWidth + 1> put{};          ///< a child that is followed at once is put twice
     std::array<std::uint32_t, traces::kMaxWidth> child{};  ///< events of the pushed children
   };
-  void add(const What& what) {
+  void add(const Fields& fields) {
     if (place_.parent != PushedPlace::kRoot) {
       events_[place_.parent].child[place_.child] = static_cast<std::uint32_t>(events_.size());
     }
-    events_.push_back({what, 0, 0, {}, {}});
+    events_.push_back({fields, 0, 0, {}, {}});
   }
   void put(unsigned slot, unsigned pushed) {
     Recorded& e = events_.back();
@@ -98,9 +99,9 @@ class TreeRecorder {
     e.pushed += pushed;
   }
 
-  std::vector<Recorded> events_;
-  std::vector<std::uint32_t> to_do_;
-  PushedPlace place_;
+  std::vector<Recorded> events_;          ///< in the order in which they were handled
+  std::vector<std::uint32_t> unvisited_;  ///< stack of replay(): events that are still to be given
+  PushedPlace place_;                     ///< of the next event
 };
 
 }  // namespace grtx::frontend

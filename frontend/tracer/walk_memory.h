@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one ray has learnt of the tree: every box, instance and leaf that it tested. A ray that restarts at the root, or
+// One ray's knowledge of the tree: every box, instance and leaf that it tested. A ray that restarts at the root, or
 // resumes from a checkpoint, meets the same nodes again with the same results; only t_min and t_max differ.
 #pragma once
 

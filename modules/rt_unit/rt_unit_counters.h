@@ -6,11 +6,11 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
-#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_collector_config.h"
 #include "grtx/modules/rt_unit/checkpoint/decide/checkpoint_config.h"
 #include "grtx/modules/rt_unit/intersection/decide/intersection_config.h"
 #include "grtx/modules/rt_unit/memory_scheduler/decide/memory_scheduler_config.h"
-#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetcher_config.h"
 #include "grtx/modules/rt_unit/scheduler/decide/rt_scheduler_config.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_counters.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_buffer_config.h"

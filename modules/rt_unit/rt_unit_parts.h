@@ -12,7 +12,7 @@
 #include "grtx/modules/rt_unit/intersection/intersection_if.h"
 #include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
 #include "grtx/modules/rt_unit/prefetcher/prefetch_if.h"
-#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler_if.h"
 #include "grtx/modules/rt_unit/stack/stack_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer_if.h"
 #include "grtx/traces/header.h"

@@ -35,7 +35,7 @@ class AtProtocolChecker final : public sc_core::sc_module {
   const std::vector<std::string>& messages() const { return messages_; }
   std::uint64_t transactions() const { return transactions_; }  ///< transactions begun
   std::uint64_t outstanding() const { return live_.size(); }    ///< transactions begun and not ended
-  /// For another launch: forgets what it has counted and found.
+  /// Another launch begins: forgets counts and messages.
   void restart() {
     violations_ = transactions_ = 0;
     messages_.clear();

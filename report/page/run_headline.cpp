@@ -132,7 +132,7 @@ std::string bytes_html(const ReportRun& run, std::size_t index) {
   return out.empty() ? "" : "<div class=\"pair\">" + out + "</div>\n";
 }
 
-/// What else is worth a line: rays that end early, identical images, violated laws.
+/// Further lines worth reading: rays that end early, identical images, violated laws.
 std::string asides_html(const RunResults& run) {
   const DesignResult& first = run.designs.front();  // all trace the same rays
   std::string text;

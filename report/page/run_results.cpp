@@ -111,7 +111,7 @@ std::vector<double> frame_speedups(const ordered_json& document, const std::stri
 /// Whether a schema is that of results.json: grtx.run/1 had no machines beside each other.
 bool is_of_run(const std::string& schema) { return schema == "grtx.run/2" || schema == "grtx.run/1"; }
 
-/// What a run on this machine alone would have written. machine: a member of `machines`.
+/// The document that a run on this machine alone would have written. machine: a member of `machines`.
 ordered_json document_of(const ordered_json& results, const ordered_json& machine) {
   ordered_json own = results;
   for (const char* of_all : {"machines", "between_machines", "violations"}) own.erase(of_all);

@@ -98,7 +98,7 @@ std::string reasons(const DesignResult& reference, const DesignResult& design) {
   return text;
 }
 
-/// What else the fastest design draws; "" if its pictures are those of the reference, or not recorded.
+/// How the fastest design's pictures differ; "" if its pictures are those of the reference, or not recorded.
 std::string other_picture(const DesignResult& design, const std::string& reference) {
   if (!design.picture || design.picture->over.empty()) return "";
   if (std::isinf(*std::min_element(design.picture->over.begin(), design.picture->over.end()))) return "";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sweep answers, as text and at the top of its page: the front of time against area in its first view, each
+// The answer of a sweep, as text and at the top of its page: the front of time against area in its first view, each
 // entry the fastest of its area or less, and the points of least time, area and energy.
 #pragma once
 

@@ -129,7 +129,7 @@ ordered_json explored_point(const ReportSweep& sweep, const SweepViews& shown, c
   return row;
 }
 
-/// What web/explore.js draws.
+/// The data that web/explore.js draws.
 std::string explorer_html(const ReportSweep& sweep, const SweepViews& shown, const std::vector<Describing>& columns) {
   ordered_json data;
   data["subject"] = machines_of(sweep.results);

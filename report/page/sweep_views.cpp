@@ -51,8 +51,8 @@ ViewName view_of(const ReportedPoint& p, const Subject& subject) {
   return {title, title + "\n" + subject.view_text()};
 }
 
-/// What designs bring with them, options of the tracer and keys: no difference between designs. What a plan varies of
-/// it is a coordinate.
+/// Options of the tracer and keys that designs bring with them: no difference between designs. Those that a plan
+/// varies are coordinates.
 const std::set<std::string>& brought_by_designs() {
   static const std::set<std::string> names = [] {
     std::set<std::string> all;

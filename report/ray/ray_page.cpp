@@ -70,7 +70,7 @@ ordered_json gaussian_columns(const std::vector<DrawnGaussian>& gaussians) {
   return {{"number", packed(number)}, {"shape", packed(shape)}};
 }
 
-/// What outcomes of hits do, by their numbers: the script knows no rule.
+/// The effects of outcomes of hits, by their numbers: the script knows no rule.
 ordered_json outcomes_of_hits() {
   ordered_json outcomes = ordered_json::array();
   for (std::size_t o = 0; o < kCountOf<LeafOutcome>; ++o) {

@@ -307,7 +307,7 @@ class Replay {
   }
   std::size_t from_top(std::size_t place) const { return stack_.size() - 1 - place; }
 
-  // What is known.
+  // Facts of the trace.
 
   std::uint32_t number_of(const Event& event) const { return nodes_.number(units_of(group_, event)); }
   std::uint32_t root(std::uint64_t address) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the project's machines lie, and what people call them.
+// Where the project's machines lie, and the names that people give them.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -37,7 +37,7 @@ fs::path machines_folder() {
   return fs::is_directory(folders.front(), failed) ? folders.front() : folders.back();
 }
 
-/// What people call a machine: products, and files without their ending. "" if it is neither.
+/// The machine that people mean: products, and files without their ending. "" if it is neither.
 std::string meant(const std::string& name) {
   std::error_code failed;
   if (fs::is_regular_file(name + ".toml", failed)) return fmt::format("did you mean the file {}.toml?", name);

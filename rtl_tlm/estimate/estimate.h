@@ -19,8 +19,8 @@ struct GroupEvidence {
 struct CycleEstimate {
   double log_cycles = 0.0;
   bool whole = false;  ///< everything was simulated: exact
-  /// What the first halves of the windows took more than the second, over the cycles: state that has not settled. A
-  /// window is off by no more than it still changes by.
+  /// The time that first halves of the windows took more than second ones, over the cycles: state that has not settled.
+  /// A window is off by no more than it still changes by.
   double drift = 0.0;
   std::vector<GroupEvidence> evidence;  ///< in the order of the trace
 };

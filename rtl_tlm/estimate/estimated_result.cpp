@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 
 void describe_interval(const EstimatedResult& r, modules::StatisticList& list) {
   const auto add = [&list](const char* name, double value, const char* unit, const char* description) {
-    list.add(std::string("gpu.windows.") + name, value, unit, description);
+    list.add(std::string("gpu.windows.") + name, value, unit, description, modules::StatisticKind::state);
   };
   add("confidence", kConfidence, "ratio", "probability with which the interval is meant to hold the true value");
   add("cycles_low", r.cycles.low, "cycles", "lower end of the interval on gpu.cycles");

@@ -36,6 +36,40 @@ double bytes_a_clock(const GpuConfig& c) {
 /// The memory clock that gives dram.bandwidth_gb_s, MHz.
 double clock_of_bandwidth(const GpuConfig& c) { return 1e3 * c.dram_gb_s / bytes_a_clock(c); }
 
+/// Rules for keys of several units.
+void add_rules(const GpuConfig& c, modules::ParameterList& list) {
+  using namespace modules;
+  list.rule(
+      "gpu.rt_units", [&c] { return c.rt_units <= c.resident(); },
+      "must not be more than gpu.resident_warps, or than the warps whose registers an SM holds");
+  list.rule(
+      "rt.memory.l1_hit_latency", [&c] { return !c.rt.memory.asks_at_once() || c.rt_units == 1; },
+      "needs gpu.rt_units = 1: the L1 answers one RT unit in the cycle of its request");
+  list.rule(
+      "l1.latency", [&c] { return c.l1.latency >= c.sm_links.l1_latency; }, "must not be shorter than l1.link_latency");
+  list.rule(
+      "crossbar.latency", [&c] { return c.crossbar.latency >= c.links.latency; },
+      "must not be shorter than crossbar.link_latency");
+  list.rule(
+      "dram.bandwidth_gb_s", [&c] { return c.dram_gb_s == 0.0 || c.dram_model == kBuiltInMemory; },
+      "is of the built-in DRAM, but dram.model is another, whose own file says its bandwidth");
+  list.rule(
+      "dram.bandwidth_gb_s",
+      [&c] { return c.dram_gb_s == 0.0 || (clock_of_bandwidth(c) >= kMinMhz && clock_of_bandwidth(c) <= kMaxMhz); },
+      "needs a memory clock beyond 100 to 10000 MHz: that is the bandwidth times dram.timing.ccd over dram.burst_bytes "
+      "and the channels (l2.slices or dram.channels)");
+  const auto by_file = [&c] {
+    const std::vector<std::string> with_file = memory_systems_with_file();
+    return std::find(with_file.begin(), with_file.end(), c.dram_model) != with_file.end();
+  };
+  list.rule(
+      "dram.simulator.config", [&c, by_file] { return !by_file() || !c.dram_simulator.file.empty(); },
+      "names no file, but dram.model needs one");
+  list.rule(
+      "dram.perfect", [&c, by_file] { return !by_file() || !c.dram.perfect; },
+      "is a limit study of the built-in DRAM, but dram.model is another");
+}
+
 }  // namespace
 
 void GpuConfig::parameters(modules::ParameterList& list) {
@@ -76,37 +110,7 @@ void GpuConfig::parameters(modules::ParameterList& list) {
   // Exists only if the program has registered a memory system that is configured by a file.
   if (!memory_systems_with_file().empty()) list.part("dram.simulator", dram_simulator);
   own.parameters(list);
-  list.rule(
-      "gpu.rt_units", [this] { return rt_units <= resident(); },
-      "must not be more than gpu.resident_warps, or than the warps whose registers an SM holds");
-  list.rule(
-      "rt.memory.l1_hit_latency", [this] { return !rt.memory.asks_at_once() || rt_units == 1; },
-      "needs gpu.rt_units = 1: the L1 answers one RT unit in the cycle of its request");
-  list.rule(
-      "l1.latency", [this] { return l1.latency >= sm_links.l1_latency; }, "must not be shorter than l1.link_latency");
-  list.rule(
-      "crossbar.latency", [this] { return crossbar.latency >= links.latency; },
-      "must not be shorter than crossbar.link_latency");
-  list.rule(
-      "dram.bandwidth_gb_s", [this] { return dram_gb_s == 0.0 || dram_model == kBuiltInMemory; },
-      "is of the built-in DRAM, but dram.model is another, whose own file says its bandwidth");
-  list.rule(
-      "dram.bandwidth_gb_s",
-      [this] {
-        return dram_gb_s == 0.0 || (clock_of_bandwidth(*this) >= kMinMhz && clock_of_bandwidth(*this) <= kMaxMhz);
-      },
-      "needs a memory clock beyond 100 to 10000 MHz: that is the bandwidth times dram.timing.ccd over dram.burst_bytes "
-      "and the channels (l2.slices or dram.channels)");
-  const auto by_file = [this] {
-    const std::vector<std::string> with_file = memory_systems_with_file();
-    return std::find(with_file.begin(), with_file.end(), dram_model) != with_file.end();
-  };
-  list.rule(
-      "dram.simulator.config", [this, by_file] { return !by_file() || !dram_simulator.file.empty(); },
-      "names no file, but dram.model needs one");
-  list.rule(
-      "dram.perfect", [this, by_file] { return !by_file() || !dram.perfect; },
-      "is a limit study of the built-in DRAM, but dram.model is another");
+  add_rules(*this, list);
 }
 
 std::vector<modules::Parameter> config_keys(GpuConfig& config) {

@@ -111,14 +111,16 @@ void describe(const GpuCounters& c, StatisticList& list) {
   add_histogram(list, "gpu.rt.warp_latency.histogram", c.rt.warp_buffer.warp_latency, "calls", "traceRay calls");
   list.add("gpu.rt.merge_factor",
            Quotient{c.rt.memory.node_visits(), c.rt.memory.node_fetches(), "gpu.rt.node_visits", "gpu.rt.node_fetches"},
-           "ratio", "lane visits per node fetch");
+           "ratio", "lane visits per node fetch", StatisticKind::ratio);
   const std::size_t units = c.rt_of.size() / std::max<std::size_t>(1, c.simt_of.size());
   for (std::size_t i = 0; i < c.simt_of.size(); ++i) {
     for (std::size_t u = 0; u < units; ++u) {
       list.add(fmt::format("gpu.sm{}.rt{}.selections", i, u == 0 ? "" : std::to_string(u)),
-               c.rt_of[i * units + u].scheduler.selections, "cycles", "cycles in which this RT unit scheduled a warp");
+               c.rt_of[i * units + u].scheduler.selections, "cycles", "cycles in which this RT unit scheduled a warp",
+               StatisticKind::count);
     }
-    list.add(fmt::format("gpu.sm{}.warps", i), c.simt_of[i].warps, "warps", "warps that ran on this SM");
+    list.add(fmt::format("gpu.sm{}.warps", i), c.simt_of[i].warps, "warps", "warps that ran on this SM",
+             StatisticKind::count);
   }
   describe(c.simt, list, "gpu.simt");
   c.l1.describe(list, "gpu.l1");

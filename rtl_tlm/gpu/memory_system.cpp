@@ -33,12 +33,13 @@ MemoryTraffic MemorySystem::total() const {
 
 void MemorySystem::describe_traffic(modules::StatisticList& list, const std::string& prefix) const {
   const MemoryTraffic all = total();
-  list.add(prefix + ".reads", all.reads, "requests", "read requests");
-  list.add(prefix + ".writes", all.writes, "requests", "write requests");
-  list.add(prefix + ".bytes", all.bytes, "B", "bytes read and written");
-  list.add(prefix + ".responses", all.responses, "requests", "responses begun");
+  list.add(prefix + ".reads", all.reads, "requests", "read requests", modules::StatisticKind::count);
+  list.add(prefix + ".writes", all.writes, "requests", "write requests", modules::StatisticKind::count);
+  list.add(prefix + ".bytes", all.bytes, "B", "bytes read and written", modules::StatisticKind::count);
+  list.add(prefix + ".responses", all.responses, "requests", "responses begun", modules::StatisticKind::count);
   for (unsigned i = 0; i < channels(); ++i) {
-    list.add(fmt::format("{}.channel{}.bytes", prefix, i), traffic(i).bytes, "B", "bytes read and written");
+    list.add(fmt::format("{}.channel{}.bytes", prefix, i), traffic(i).bytes, "B", "bytes read and written",
+             modules::StatisticKind::count);
   }
 }
 

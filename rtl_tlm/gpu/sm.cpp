@@ -38,7 +38,7 @@ void connect(Link<T>& link, From& from, To& to) {
 /// Names of the first RT unit's parts carry no number: most SMs have one.
 std::string numbered(const std::string& name, unsigned unit) { return unit == 0 ? name : name + std::to_string(unit); }
 
-/// What makes the units at the node ports: a factory, or a unit of the project that the configuration asks for.
+/// The factory of the units at the node ports: the user's, or a unit of the project that the configuration asks for.
 decltype(SmParts::node_port) node_port_of(const SmConfig& config, const SmParts& parts) {
   if (parts.node_port && config.rt.memory.by_shader) {
     throw Error("parts", "node_port", "needs rt.memory.by_shader = false: the RT unit has no node port");

@@ -27,7 +27,7 @@ void PortedMemory::statistics(modules::StatisticList& list, const std::string& p
   DramPortCounters sum;
   for (unsigned i = 0; i < dram_->ports(); ++i) sum += dram_->port(i).counters();
   list.add(prefix + ".queue_full_clocks", sum.full_clocks, "clocks",
-           "a request waited until the DRAM simulator took it, in its own clocks");
+           "a request waited until the DRAM simulator took it, in its own clocks", modules::StatisticKind::count);
   list.add(prefix + ".access_latency", modules::Quotient{sum.inside_clocks, sum.reads + sum.writes, "", ""}, "clocks",
            "mean time in the DRAM simulator, in its own clocks, without the fixed latency",
            modules::StatisticKind::mean);

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <span>
 #include <utility>
 
 #include "grtx/base/error.h"
@@ -166,86 +166,25 @@ unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
   if (const auto refused = modules::common_refusal(payload); refused != ::tlm::TLM_OK_RESPONSE) return refused;
   if (bytes == 0 || payload.get_streaming_width() < bytes) return ::tlm::TLM_BURST_ERROR_RESPONSE;
   if (first >= kGpuRegisterBytes || bytes > kGpuRegisterBytes - first) return ::tlm::TLM_ADDRESS_ERROR_RESPONSE;
-  // By register, from the last: control, the lowest, starts what the others say.
-  for (std::uint64_t end = first + bytes; end > first;) {
-    const std::uint64_t offset = (end - 1) / 4 * 4, begin = std::max(first, offset);
-    std::uint32_t word = read(offset);
-    unsigned char* const in_word = reinterpret_cast<unsigned char*>(&word) + (begin - offset);
-    unsigned char* const in_payload = payload.get_data_ptr() + (begin - first);
-    if (payload.is_write()) {
-      std::memcpy(in_word, in_payload, end - begin);
-      write(offset, word, delay);
-    } else {
-      std::memcpy(in_payload, in_word, end - begin);
-    }
-    end = begin;
+  const std::span<unsigned char> data(payload.get_data_ptr(), bytes);
+  if (!payload.is_write()) {
+    written_.read(first, data, state());
+  } else if (!held_in_reset()) {
+    written_.write(first, data, state(), [&](std::uint32_t value) { command(value, delay); });
   }
   return ::tlm::TLM_OK_RESPONSE;
 }
 
-std::uint32_t GpuComponent::read(std::uint64_t offset) const {
-  const Cycle last = results_.size() == before_reset_ ? 0 : results_.back().cycles;
-  switch (static_cast<GpuRegister>(offset)) {
-    case GpuRegister::status: {
-      const bool busy = starting_ || launch_ != nullptr;
-      return (busy ? StatusBits::kBusy : 0u) | (done_ ? StatusBits::kDone : 0u) |
-             (error_ != LaunchError::none ? StatusBits::kError : 0u);
-    }
-    case GpuRegister::trace:
-      return trace_;
-    case GpuRegister::cycles:
-      return static_cast<std::uint32_t>(last);
-    case GpuRegister::cycles_high:
-      return static_cast<std::uint32_t>(last >> 32);
-    case GpuRegister::error:
-      return static_cast<std::uint32_t>(error_);
-    case GpuRegister::launches:
-      return static_cast<std::uint32_t>(results_.size() - before_reset_);
-    case GpuRegister::traces:
-      return static_cast<std::uint32_t>(readers_.size());
-    case GpuRegister::fault:
-      return static_cast<std::uint32_t>(fault_.address);
-    case GpuRegister::fault_high:
-      return static_cast<std::uint32_t>(fault_.address >> 32);
-    case GpuRegister::picture:
-      return static_cast<std::uint32_t>(picture_.address);
-    case GpuRegister::picture_high:
-      return static_cast<std::uint32_t>(picture_.address >> 32);
-    case GpuRegister::pitch:
-      return picture_.pitch;
-    case GpuRegister::format:
-      return static_cast<std::uint32_t>(picture_.format);
-    case GpuRegister::control:
-      break;
-  }
-  return 0;
-}
-
-// Writes to read-only registers are ignored.
-void GpuComponent::write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay) {
-  if (held_in_reset()) return;
-  constexpr std::uint64_t kLow = 0xFFFFFFFF;
-  switch (static_cast<GpuRegister>(offset)) {
-    case GpuRegister::trace:
-      trace_ = value;
-      return;
-    case GpuRegister::picture:
-      picture_.address = (picture_.address & ~kLow) | value;
-      return;
-    case GpuRegister::picture_high:
-      picture_.address = (picture_.address & kLow) | std::uint64_t{value} << 32;
-      return;
-    case GpuRegister::pitch:
-      picture_.pitch = value;
-      return;
-    case GpuRegister::format:
-      picture_.format = static_cast<PictureFormat>(value);
-      return;
-    case GpuRegister::control:
-      return command(value, delay);
-    default:
-      return;
-  }
+GpuState GpuComponent::state() const {
+  GpuState now;
+  now.busy = starting_ || launch_ != nullptr;
+  now.done = done_;
+  now.error = error_;
+  now.cycles = results_.size() == before_reset_ ? 0 : results_.back().cycles;
+  now.launches = static_cast<std::uint32_t>(results_.size() - before_reset_);
+  now.traces = static_cast<std::uint32_t>(readers_.size());
+  now.fault = fault_.address;
+  return now;
 }
 
 void GpuComponent::command(std::uint32_t value, const sc_core::sc_time& delay) {
@@ -266,11 +205,12 @@ void GpuComponent::command(std::uint32_t value, const sc_core::sc_time& delay) {
   starting_ = true;
   done_ = false;
   if (!resetting_) error_ = LaunchError::none;
-  asked_ = {trace_, (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold, picture_};
+  asked_ = {written_.trace(), (value & ControlBits::kKeepCaches) != 0 ? modules::Caches::warm : modules::Caches::cold,
+            written_.picture()};
   if (!resetting_) start_.notify(delay);
 }
 
-// What is under way in the GPU is dropped; requests at the memory cannot be, so they end first.
+// All work under way in the GPU is dropped; requests at the memory cannot be, so they end first.
 void GpuComponent::abandon() {
   if (!launch_) return;
   gpu_->hold_requests();
@@ -316,8 +256,7 @@ void GpuComponent::reset_changed() {
   if (!reset->read()) return;
   start_.cancel();
   starting_ = awaits_edge_ = done_ = raised_ = false;
-  trace_ = 0;
-  picture_ = {};
+  written_.reset();
   error_ = LaunchError::none;
   fault_ = {};
   before_reset_ = results_.size();

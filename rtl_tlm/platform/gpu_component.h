@@ -19,6 +19,7 @@
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/memory_system.h"
 #include "grtx/rtl_tlm/observe/observe_options.h"
+#include "grtx/rtl_tlm/platform/gpu_registers.h"
 #include "grtx/rtl_tlm/platform/picture.h"
 #include "grtx/rtl_tlm/run/simulation.h"
 #include "grtx/traces/reader.h"
@@ -28,49 +29,6 @@ namespace grtx::sim {
 class FunctionalMemory;
 class SwitchedSource;
 class Waveform;
-
-/// Byte offsets of the registers, 32 bits each; accesses are of any bytes of them. Written bytes of a register leave
-/// its others as they read.
-enum class GpuRegister : std::uint64_t {
-  control = 0x00,       ///< written: ControlBits; reads as 0
-  status = 0x04,        ///< StatusBits
-  trace = 0x08,         ///< number of the trace that the next launch runs; taken when control is written
-  cycles = 0x10,        ///< of the last launch, 64 bits
-  cycles_high = 0x14,   ///< the upper 32 of them
-  error = 0x18,         ///< LaunchError of the last start
-  launches = 0x1c,      ///< launches that have ended without an error
-  traces = 0x20,        ///< number of traces
-  fault = 0x24,         ///< address on the bus that LaunchError::bus is about, 64 bits
-  fault_high = 0x28,    ///< the upper 32 of them
-  picture = 0x2c,       ///< bus address of the next launch's picture, 64 bits; these four are taken with `trace`
-  picture_high = 0x30,  ///< the upper 32 of them
-  pitch = 0x34,         ///< bytes from one row of the picture to the next; 0: those of a row
-  format = 0x38,        ///< PictureFormat; 0: no picture is written
-};
-inline constexpr std::uint64_t kGpuRegisterBytes = 0x3c;
-
-struct ControlBits {
-  static constexpr std::uint32_t kStart = 1;       ///< begins a launch, from cold caches unless kKeepCaches
-  static constexpr std::uint32_t kKeepCaches = 2;  ///< with kStart: caches and open rows as the launch before left them
-  static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
-  static constexpr std::uint32_t kReset =
-      8;  ///< abandons the launch that is under way; with kStart: and begins another
-};
-struct StatusBits {
-  static constexpr std::uint32_t kBusy = 1, kDone = 2, kError = 4;
-};
-enum class LaunchError : std::uint32_t {
-  none = 0,
-  no_such_trace = 1,
-  busy = 2,          ///< started during a launch, which goes on
-  stands_still = 3,  ///< deadlock: no progress although work remains; stays busy until kReset
-  memory = 4,        ///< the memory system cannot restart, or has requests that it does not answer
-  broken_law = 5,    ///< the launch has ended, but SimulationResult::violations is not empty
-  other_scene = 6,   ///< kKeepCaches, but the caches hold another scene
-  bus = 7,           ///< the memory has refused a request, whose address is in `fault`: the launch was abandoned
-  aborted = 8,       ///< abandoned by kReset, or by the port, while it ran
-  picture = 9,       ///< the picture cannot be as the registers say, or the memory does not take it
-};
 
 class GpuComponent final : public sc_core::sc_module {
  public:
@@ -115,9 +73,8 @@ class GpuComponent final : public sc_core::sc_module {
   void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
   unsigned transport_dbg(::tlm::tlm_generic_payload& payload);
   ::tlm::tlm_response_status access(::tlm::tlm_generic_payload& payload, const sc_core::sc_time& delay);
-  std::uint32_t read(std::uint64_t offset) const;
+  GpuState state() const;
   void end_of_elaboration() override;
-  void write(std::uint64_t offset, std::uint32_t value, const sc_core::sc_time& delay);
   void command(std::uint32_t value, const sc_core::sc_time& delay);
   void build_data();
   void start();
@@ -156,8 +113,7 @@ class GpuComponent final : public sc_core::sc_module {
   std::vector<SimulationResult> results_;
   std::size_t before_reset_ = 0;  ///< results that the registers no longer tell of
   sc_core::sc_event start_, drain_, watch_, sample_, abandon_, edge_wanted_, interrupt_changed_;
-  std::uint32_t trace_ = 0;  ///< the register
-  Picture picture_;          ///< the registers
+  GpuRegisters written_;
   /// Of the launch that control has asked for.
   struct {
     std::uint32_t trace = 0;

@@ -11,15 +11,17 @@ void add_host_speed(modules::StatisticList& host, const HostWork& work, const Gp
   const auto cycles = static_cast<double>(work.cycles);
   const double wall = std::max(work.wall_seconds, 1e-9);
   const double modelled = cycles * static_cast<double>(modules::ClockDomain::period_fs(config.core_mhz)) * 1e-15;
-  host.add("host.cycles_per_second", cycles / wall, "cycles/s", "core cycles of the model a second of wall time");
+  host.add("host.cycles_per_second", cycles / wall, "cycles/s", "core cycles of the model a second of wall time",
+           modules::StatisticKind::ratio);
   host.add("host.sm_cycles_per_second", cycles * config.sms / wall, "SM-cycles/s",
-           "core cycles of all SMs of the model a second of wall time");
+           "core cycles of all SMs of the model a second of wall time", modules::StatisticKind::ratio);
   host.add("host.node_visits_per_second", static_cast<double>(work.visits) / wall, "visits/s",
-           "lane visits of the trace a second of wall time");
+           "lane visits of the trace a second of wall time", modules::StatisticKind::ratio);
   host.add("host.slowdown", modelled > 0.0 ? wall / modelled : 0.0, "ratio",
-           "wall time over the time that the modelled GPU takes");
+           "wall time over the time that the modelled GPU takes", modules::StatisticKind::ratio);
   host.add("host.cycles_per_cpu_second", cycles / std::max(work.cpu_seconds, 1e-9), "cycles/s",
-           "core cycles of the model a second of processor time: what a busy machine does not change");
+           "core cycles of the model a second of processor time: what a busy machine does not change",
+           modules::StatisticKind::ratio);
 }
 
 }  // namespace grtx::sim

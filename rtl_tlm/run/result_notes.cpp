@@ -58,7 +58,7 @@ void add_dropped_fills(const modules::StatisticList& statistics, ResultNotes& no
                                     100.0 * dropped / fills)});
 }
 
-/// What the trace has more of than the machine has room for, which would cost nothing.
+/// Notes where the trace has more than the machine has room for, and the excess would cost nothing.
 void add_exceeded_resources(const GpuConfig& config, const traces::Header& header, ResultNotes& notes) {
   const std::uint64_t words = std::uint64_t{header.k} * modules::HitHeap::kEntryWords;
   if (config.rt.any_hit_unit.enabled && words > config.simt.register_file.payload_registers) {

@@ -174,7 +174,7 @@ void add_host_statistics(modules::StatisticList& host, const HostWork& work, con
   host.add("host.peak_rss_bytes", peak_rss_bytes(), "B", "largest resident memory of the process",
            modules::StatisticKind::largest);
   add_host_speed(host, work, config);
-  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped");
+  host.add("host.ticks", ticks, "ticks", "core cycles that were not skipped", modules::StatisticKind::count);
 }
 
 /// The kernel's own reports are numbered, and those of the project have known types: any other is a user's unit's.

@@ -56,6 +56,15 @@ class CheckArrows(unittest.TestCase):
             planted = f'// Two lines before it.\n\n#  include "grtx/{text}"\n'
             self.assertEqual(self.faults({file: planted}), [f"{file}:3: includes {text}, but {rule}"])
 
+    def test_a_header_that_is_not_named_after_its_config_or_interface(self):
+        for file, text, declared in [
+            ("modules/rt_unit/x/decide/any_hit_config.h", "struct AnyHitCollectorConfig {\n};\n", "AnyHitConfig"),
+            ("modules/rt_unit/x/rt_port_if.h", "class port_if : public I {\n};\n", "(rt_port(_in)?_if|RtPortModule)"),
+        ]:
+            self.assertEqual(self.faults({file: text}), [f"{file}: declares no {declared}, after which it would be named"])
+            named = text.replace("AnyHitCollector", "AnyHit").replace("port_if", "rt_port_if")
+            self.assertEqual(self.faults({file: named}), [])
+
     def test_a_circle_between_folders_of_modules(self):
         self.assertEqual(self.faults({"modules/kernel/link.h": '\n#include "grtx/modules/cache/l1_cache.h"\n'}), [
             "modules/cache/l1_cache.h:1: includes modules/kernel/link.h, "

@@ -19,7 +19,8 @@ const CounterTable<L1Counters>& L1Counters::table() {
   };
   static const CounterTable<C> table =
       CounterTable<C>()
-          .value(&C::accesses, "accesses", "sectors", "requests accepted: demand reads, writes and prefetches")
+          .value(&C::accesses, "accesses", "sectors", "requests accepted: demand reads, writes and prefetches",
+                 StatisticKind::count)
           .sum(&C::responses, "responses", "sectors", "responses given, one for each request")
           .own(&C::region, add_regions)
           .described(regions)

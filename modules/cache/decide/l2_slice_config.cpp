@@ -18,7 +18,7 @@ const CounterTable<L2Counters>& L2Counters::table() {
   };
   static const CounterTable<C> table =
       CounterTable<C>()
-          .value(&C::accesses, "accesses", "sectors", "reads and writes from the L1s")
+          .value(&C::accesses, "accesses", "sectors", "reads and writes from the L1s", StatisticKind::count)
           .ratio({"", [](const C& c) { return c.all().hits + c.all().write_hits; }}, {"accesses", &C::accesses},
                  "hit_rate", "1", "reads and writes whose sector was present / accesses; merged reads are not hits")
           .ratio({"all.hits", [](const C& c) { return c.all().hits; }},

@@ -8,7 +8,7 @@ const CounterTable<DramChannelCounters>& DramChannelCounters::table() {
   const auto refreshes = [](const C& c, StatisticList& list, const std::string& prefix) {
     if (c.refreshes == 0 && !list.is_reference()) return;
     list.add(prefix + ".refreshes", c.refreshes, "commands",
-             "refreshes of all banks of a channel, due before its last column command");
+             "refreshes of all banks of a channel, due before its last column command", StatisticKind::count);
   };
   static const CounterTable<C> table =
       CounterTable<C>()
@@ -55,7 +55,8 @@ void describe(const DramCounters& c, const std::vector<DramChannelCounters>& cha
   list.add({prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time",
             0.0, StatisticKind::ratio, c.of_peak});
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written");
+    list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written",
+             StatisticKind::count);
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
+#include <optional>
 #include <ostream>
 #include <string>
 
@@ -19,7 +19,6 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
   };
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .sum(&C::batches, "batches", "batches", "any-hit shader invocations")
           .sum(&C::lanes, "lanes", "lanes", "any-hit calls of lanes, in all batches")
           .mean({"lanes", &C::lanes}, {"batches", &C::batches}, "lanes_per_batch", "lanes", "mean lanes of a batch")
@@ -39,7 +38,11 @@ const CounterTable<AnyHitCounters>& AnyHitCounters::table() {
 
 AnyHitCollector::AnyHitCollector(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
                                  bool names_instances)
-    : AnyHitModule(name), config_(config), entries_(entries), names_instances_(names_instances) {
+    : AnyHitModule(name),
+      config_(config),
+      firing_(config.timeout),
+      entries_(entries),
+      names_instances_(names_instances) {
   awake_ = false;
 }
 
@@ -73,12 +76,9 @@ void AnyHitCollector::invoke(Cycle now) {
 }
 
 void AnyHitCollector::fire_oldest(Cycle now) {
-  LaneMask eligible = 0;
-  for_each_bit(candidates_, [&](unsigned e) {
-    if (due(buffer_->warp(e)) <= now) eligible |= bit(e);
-  });
-  if (eligible == 0 || !batches_.can_push(now)) return;
-  const unsigned entry = buffer_->oldest(eligible);
+  const std::optional<unsigned> fires = firing_.next(*buffer_, candidates_, now);
+  if (!fires || !batches_.can_push(now)) return;
+  const unsigned entry = *fires;
   const Warp& warp = buffer_->warp(entry);
   AnyHitBatch message;
   message.slot = warp.slot;
@@ -97,12 +97,6 @@ void AnyHitCollector::fire_oldest(Cycle now) {
   buffer_->move(entry, message.lanes, LaneState::waiting_any_hit, LaneState::in_any_hit);
   candidates_ &= ~bit(entry);
   awake_ = candidates_ != 0;
-}
-
-Cycle AnyHitCollector::earliest(Cycle now) const {
-  Cycle next = kNever;
-  for_each_bit(candidates_, [&](unsigned e) { next = std::min(next, due(buffer_->warp(e))); });
-  return next == kNever ? kNever : std::max(next, now + 1);
 }
 
 std::uint64_t AnyHitCollector::lanes_in(LaneState state) const {

@@ -15,7 +15,8 @@
 #include "grtx/modules/kernel/unit_probe.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
-#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_collector_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_firing.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {
@@ -34,7 +35,9 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
   void finished(unsigned entry) override;
   /// Sends the batch of the oldest warp that is due (all lanes hit, or timeout). One batch per warp is at the shader.
   void invoke(Cycle now) override;
-  Cycle next_due(Cycle now) const override { return candidates_ == 0 ? kNever : earliest(now); }
+  Cycle next_due(Cycle now) const override {
+    return candidates_ == 0 ? kNever : firing_.earliest(*buffer_, candidates_, now);
+  }
 
   LaneMask candidates() const { return candidates_; }  ///< entries with waiting lanes and no batch at the shader
   Counters counters() const override { return counters_; }
@@ -56,14 +59,10 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
     candidates_ |= bit(entry);
     awake_ = true;
   }
-  Cycle earliest(Cycle now) const;
   std::uint64_t lanes_in(LaneState state) const;
   Cycle longest_wait(Cycle now) const;
-  Cycle due(const Warp& warp) const {
-    const bool all = warp.in_state(LaneState::waiting_any_hit) == warp.active();
-    return all ? 0 : warp.any_hit_since + config_.timeout;
-  }
   Config config_;
+  AnyHitFiring firing_;
   unsigned entries_;
   bool names_instances_;
   WarpTable* buffer_ = nullptr;

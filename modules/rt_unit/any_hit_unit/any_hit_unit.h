@@ -20,7 +20,7 @@
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
-#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_collector_config.h"
 #include "grtx/modules/rt_unit/any_hit_unit/decide/any_hit_unit_config.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 

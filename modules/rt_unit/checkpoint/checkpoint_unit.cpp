@@ -49,7 +49,6 @@ const CounterTable<CheckpointCounters>& CheckpointCounters::table() {
   using C = CheckpointCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .exact(&C::entries_written, "entries_written", "entries", "checkpoint entries written to destination buffers")
           .exact(&C::entries_read, "entries_read", "entries", "checkpoint entries read from source buffers")
           .sum(&C::sectors_written, "sectors_written", "requests", "32 B writes of checkpoint buffers")

@@ -59,7 +59,7 @@ inline bool is_primitive(traces::NodeKind kind) {
   return kind == traces::NodeKind::triangle || traces::without_width(kind) == traces::NodeKind::procedural;
 }
 
-/// What of a visit one fetch reads: all of it, or one of two reads of which the second waits for the first.
+/// The part of a visit that one fetch reads: all of it, or one of two reads of which the second waits for the first.
 enum class NodePart : std::uint8_t { whole, first, second };
 
 /// Cycles from the first read of the visit to the second: a leaf behind its descriptor, a header behind its instance

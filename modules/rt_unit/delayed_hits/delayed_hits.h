@@ -16,7 +16,7 @@
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/any_hit_collector/any_hit_if.h"
-#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_config.h"
+#include "grtx/modules/rt_unit/any_hit_collector/decide/any_hit_collector_config.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {

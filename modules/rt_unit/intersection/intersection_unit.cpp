@@ -14,7 +14,6 @@ const CounterTable<IntersectionCounters>& IntersectionCounters::table() {
   using C = IntersectionCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .sum(&C::operations, "operations", "operations", "lane operations started")
           .sum(&C::tests, "tests", "tests", "tests: more than operations when each child box is a test of its own")
           .sum(&C::busy_cycles, "busy_cycles", "pipeline cycles", "tests times initiation interval")

@@ -37,10 +37,11 @@ const CounterTable<MemorySchedulerCounters>& MemorySchedulerCounters::table() {
   using Column = CounterColumn<decltype(&C::visits)>;
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .value(&C::node_visits, "node_visits", "visits", "lane visits of nodes replayed", StatisticKind::exact)
-          .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp")
-          .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches")
+          .value(&C::node_fetches, "node_fetches", "fetches", "node fetches after merging equal addresses of a warp",
+                 StatisticKind::count)
+          .value(&C::node_sectors, "node_sectors", "requests", "32 B sector requests sent for node fetches",
+                 StatisticKind::count)
           .by_name<Region>(is_node, Column{&C::visits, "node_visits", "visits", "lane visits of nodes in region {}"},
                            Column{&C::fetches, "node_fetches", "fetches", "node fetches in region {}"},
                            Column{&C::sectors, "node_sectors", "requests", "sector requests in region {}"})
@@ -60,7 +61,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       fetches_(std::size_t{entries} * kMaxLanes),
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
-      merge_(entries, AddressIndex(kMaxLanes)) {
+      merge_(entries, config.merge_in_flight) {
   awake_ = false;
   require_allowed("rt.memory", config);
 }
@@ -82,7 +83,7 @@ void MemoryScheduler::end_of_elaboration() {
 
 void MemoryScheduler::restart() {
   make_anew(traffic_, header_, config_.traffic);
-  std::fill(merge_.begin(), merge_.end(), AddressIndex(kMaxLanes));
+  merge_ = FetchMerge(static_cast<unsigned>(under_way_.size()), config_.merge_in_flight);
   std::fill(fetches_.begin(), fetches_.end(), Fetch());
   std::fill(under_way_.begin(), under_way_.end(), 0);
   queue_.clear();
@@ -91,30 +92,13 @@ void MemoryScheduler::restart() {
   hits_.clear();
   second_reads_.clear();
   outstanding_ = 0;
-  visited_.clear();
-  visited_entry_ = 0;
   counters_ = {};
-}
-
-// Unique, because nodes are at least 32 B apart. other: the second of two fetches of the same node.
-std::uint64_t MemoryScheduler::merge_key(std::uint64_t address, bool other) {
-  return address / traces::kQuantisedUnit << 1 | (other ? 1u : 0u);
-}
-
-// Visits of an instance leaf with and without a header differ, a leaf differs from its descriptor, and a header that is
-// fetched alone is no node.
-std::uint64_t MemoryScheduler::merge_key(const Fetch& fetch, const NodeSectors& sectors) {
-  if (fetch.part == NodePart::second) return merge_key(sectors.address(), true);
-  return merge_key(fetch.node.address, fetch.node.header);
 }
 
 void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
   assert(has_room());
   now_ = now;
-  if (config_.merge_in_flight) return;
-  for (const std::uint64_t key : visited_) merge_[visited_entry_].erase(key);
-  visited_.clear();
-  visited_entry_ = entry;
+  merge_.begin_warp(entry);
 }
 
 void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
@@ -123,17 +107,14 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   const NodeSectors sectors(node, traffic_, part);
   ++counters_.visits[static_cast<std::size_t>(sectors.region())];
   const LaneMask lane = bit(lane_of(id));
-  const std::uint64_t key = merge_key(node.address, node.header);
-  if (join(id, lane, node, key)) return;
-  merge_[entry_of(id)].insert(key, id);
-  if (!config_.merge_in_flight) visited_.push_back(key);
-  open(id, {node, lane, now_, part}, sectors);
+  const std::uint64_t key = FetchMerge::key(node, part, traffic_);
+  if (!join(id, lane, node, part, key)) open(id, {node, lane, now_, part}, sectors, key);
 }
 
 /// Whether a fetch under way serves these lanes, too.
-inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& node, std::uint64_t key) {
-  const std::uint32_t under_way = merge_[entry_of(id)].find(key);
-  if (under_way == AddressIndex::kNone) return false;
+inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& node, NodePart part, std::uint64_t key) {
+  const std::uint32_t under_way = merge_.find(entry_of(id), key, part);
+  if (under_way == FetchMerge::kNone) return false;
   if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
     throw Error("trace", place_in_trace(warps_->warp(entry_of(id)), lane_of(id)),
                 "the node at byte " + std::to_string(node.address) + " is of two kinds");
@@ -142,7 +123,8 @@ inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& no
   return true;
 }
 
-inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSectors& sectors) {
+inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSectors& sectors, std::uint64_t key) {
+  merge_.begin(id, key, fetch.part);
   ++counters_.fetches[static_cast<std::size_t>(sectors.region())];
   fetches_[id] = fetch;
   fetches_[id].sectors = fetches_[id].missing = static_cast<std::uint8_t>(sectors.count());
@@ -157,13 +139,9 @@ inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSecto
   for (; read != second_reads_.end() && read->due <= now && queue_.room() > 0; ++read) {
     const LaneId id = lane_id(read->entry, static_cast<unsigned>(std::countr_zero(read->lanes)));
     const NodeSectors sectors(read->node, traffic_, NodePart::second);
-    const Fetch fetch{read->node, read->lanes, now, NodePart::second};
-    const std::uint64_t key = merge_key(fetch, sectors);
-    if (config_.merge_in_flight) {
-      if (join(id, read->lanes, read->node, key)) continue;
-      merge_[read->entry].insert(key, id);
-    }
-    open(id, fetch, sectors);
+    const std::uint64_t key = FetchMerge::key(read->node, NodePart::second, traffic_);
+    if (join(id, read->lanes, read->node, NodePart::second, key)) continue;
+    open(id, {read->node, read->lanes, now, NodePart::second}, sectors, key);
   }
   second_reads_.erase(second_reads_.begin(), read);
 }
@@ -272,10 +250,7 @@ void MemoryScheduler::take_batch_done(Cycle now) {
   Fetch& f = fetches_[id];
   counters_.fetch_latency.add(now - f.asked);
   under_way_[entry_of(id)] &= ~bit(lane_of(id));
-  const std::uint64_t key = f.part == NodePart::second ? merge_key(f, NodeSectors(f.node, traffic_, f.part))
-                                                       : merge_key(f.node.address, f.node.header);
-  AddressIndex& merge = merge_[entry_of(id)];
-  if (config_.merge_in_flight && merge.find(key) == id) merge.erase(key);
+  merge_.end(id, FetchMerge::key(f.node, f.part, traffic_));
   const LaneMask lanes = f.lanes;
   f.lanes = 0;
   if (f.part == NodePart::first) {

@@ -12,7 +12,6 @@
 #include <systemc>
 #include <vector>
 
-#include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/bounded_queue.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -24,6 +23,7 @@
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
+#include "grtx/modules/rt_unit/memory_scheduler/decide/fetch_merge.h"
 #include "grtx/modules/rt_unit/memory_scheduler/decide/memory_scheduler_config.h"
 #include "grtx/modules/rt_unit/memory_scheduler/node_fetch_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
@@ -85,16 +85,14 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
     LaneMask lanes = 0;
     NodeVisit node;
   };
-  static std::uint64_t merge_key(std::uint64_t address, bool other);
-  static std::uint64_t merge_key(const Fetch& fetch, const NodeSectors& sectors);
   void end_of_elaboration() override;
   void issue_sectors(Cycle now);
   bool request_sector(Cycle now, const MemoryRequest& sector);
   void take_hits(Cycle now);
   void begin_second_reads(Cycle now);
   void take_sector(Cycle now, LaneId fetch);
-  void open(LaneId id, const Fetch& fetch, const NodeSectors& sectors);
-  bool join(LaneId id, LaneMask lanes, const NodeVisit& node, std::uint64_t key);
+  void open(LaneId id, const Fetch& fetch, const NodeSectors& sectors, std::uint64_t key);
+  bool join(LaneId id, LaneMask lanes, const NodeVisit& node, NodePart part, std::uint64_t key);
   void take_batch_done(Cycle now);
   void issue_batch(Cycle now);
   void complete(Cycle now, LaneId fetch);
@@ -115,10 +113,8 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   RingQueue<Hit> hits_;                   ///< by due cycle
   std::vector<SecondRead> second_reads_;  ///< by due cycle, then as their first reads came
   BoundedQueue<Pending> queue_;
-  std::optional<NodeSectors> front_;    ///< sectors of the fetch at the front of the queue, once begun
-  std::vector<AddressIndex> merge_;     ///< [entry] node -> first lane of the fetch that a visit can join
-  std::vector<std::uint64_t> visited_;  ///< without merge_in_flight: keys of the current warp's visits
-  unsigned visited_entry_ = 0;
+  std::optional<NodeSectors> front_;  ///< sectors of the fetch at the front of the queue, once begun
+  FetchMerge merge_;
   Cycle now_ = 0;
   std::uint64_t outstanding_ = 0;  ///< sectors sent, not answered
   Counters counters_;

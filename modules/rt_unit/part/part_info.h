@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the rest of the simulator knows of a part of the RT unit: plain data that the part makes from its configuration.
+// All that the simulator knows of a part of the RT unit: plain data that the part makes from its configuration.
 // Energy, cost, lower bounds, idle keys, differences and reports go through the table of all parts (rt_unit_table.h)
 // and know none of them by its name.
 #pragma once
@@ -11,7 +11,7 @@
 
 namespace grtx::modules {
 
-/// What an action does once, or `times` times: it reads or writes a word of a memory, uses an operator, or takes a
+/// An action does this once, or `times` times: it reads or writes a word of a memory, uses an operator, or takes a
 /// pipeline through a test.
 struct EnergyTerm {
   enum class Of : std::uint8_t { read, write, operation, test };
@@ -46,7 +46,8 @@ struct EnergyAction {
 /// A lower bound on the cycles of a run: the busiest RT unit did ceil(statistics / rate) cycles of work, less those in
 /// which nothing waits after the last piece.
 struct PartBound {
-  /// What is busy. In lists bounds of the issue stand first, with the SIMT core's, and those of ports to the L1 last.
+  /// The resource that is busy. In lists bounds of the issue stand first, with the SIMT core's, and those of ports to
+  /// the L1 last.
   enum class Limit : std::uint8_t { issue, units, port };
   std::string name = {};                     ///< without the prefix gpu.bound.
   std::vector<std::string> statistics = {};  ///< of one RT unit; their sum is its work
@@ -63,7 +64,7 @@ struct PartIdleKeys {
   std::string because;  ///< "rt.traversal = lane"
 };
 
-/// What an RT unit that waits for the part waits for, in sentences.
+/// Why an RT unit waits for the part, as words of a sentence.
 struct StallWords {
   std::string stall;  ///< a name of Stall
   std::string words;

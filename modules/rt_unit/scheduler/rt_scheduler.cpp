@@ -21,7 +21,6 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
   };
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .sum(&C::selections, "selections", "cycles", "cycles in which a warp was scheduled")
           .sum(&C::lanes_handled, "lanes_handled", "lanes", "lanes handled when their warp was scheduled")
           .sum(&C::lanes_active, "lanes_active", "lanes", "unfinished lanes of scheduled warps")

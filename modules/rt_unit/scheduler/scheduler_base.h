@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the project's schedulers have in common: the selection of a warp by a policy, why no warp is scheduled, the
+// The base of the project's schedulers: the selection of a warp by a policy, why no warp is scheduled, the
 // answers of the any-hit part, and the neighbours. Cost: an age matrix.
 #pragma once
 
@@ -10,12 +10,12 @@
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/scheduler/decide/rt_scheduler_config.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
-#include "grtx/modules/rt_unit/scheduler/scheduler_if.h"
+#include "grtx/modules/rt_unit/scheduler/rt_scheduler_if.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_table.h"
 
 namespace grtx::modules {
 
-/// What one of the project's schedulers did in a cycle, for observers.
+/// The work of one of the project's schedulers in a cycle, for observers.
 class RtSchedulerState {
  public:
   /// Stall reason of the current state, which idle cycles are counted under.

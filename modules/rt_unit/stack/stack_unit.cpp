@@ -12,7 +12,6 @@ const CounterTable<StackCounters>& StackCounters::table() {
   using C = StackCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .sum(&C::spills, "spills", "requests", "32 B writes of stack entries that the warp buffer has no place for")
           .sum(&C::fills, "fills", "requests", "32 B reads of stack entries from memory")
           .largest(&C::max_spilled, "max_spilled", "entries", "most stack entries of a lane in memory")

@@ -27,10 +27,10 @@ class WarpBuffer final : public WarpBufferModule, public Probed {
   using Config = WarpBufferConfig;
   using Counters = WarpBufferCounters;
 
-  /// checkpoint: the trace has checkpointing, so replay flags and offsets exist. stack_entry: layout of a stack entry;
-  /// no bits: stacks are elsewhere.
-  /// objects: the trace has three levels, so the ray is also kept in object space. bvh_width: of the trace, for stacks
-  /// that do not spill.
+  /// checkpoint: the trace has checkpointing, so replay flags and buffer offsets exist.
+  /// stack_entry: layout of a stack entry; without bits, the stacks are in another part.
+  /// objects: the trace has three levels, so the ray is also kept in object space.
+  /// bvh_width: of the trace; the depth of stacks that do not spill follows from it.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
              const StackEntryLayout& stack_entry, bool objects = false, unsigned bvh_width = 6);
 

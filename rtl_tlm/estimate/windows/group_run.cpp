@@ -84,6 +84,7 @@ modules::StatisticList numbers_from_json(const nlohmann::ordered_json& json) {
     s.value = j.at(1).get<double>();
     s.of.part = j.at(2).get<std::uint64_t>();
     s.of.whole = j.at(3).get<std::uint64_t>();
+    s.kind = modules::StatisticKind::state;  // numbers within a run: nobody combines them
     list.add(std::move(s));
   }
   return list;

@@ -55,7 +55,7 @@ std::vector<Span> measured_spans(const std::vector<Window>& windows) {
   return spans;
 }
 
-/// What a statistic counts: itself, or one of the two counts of a mean or ratio.
+/// The value of a statistic: itself, or one of the two counts of a mean or ratio.
 using Count = std::function<double(const Statistic&)>;
 
 /// A count of the whole run: scaled, and what each window has beyond its share.

@@ -14,7 +14,8 @@
 
 namespace grtx::sim {
 
-/// Regressors for a window's cycles (GroupWork): node sectors, distinct sectors, steps; of one or several groups.
+/// The costs by which a window's cycles are explained (GroupWork): node sectors, distinct sectors and steps, of one
+/// group or of several together.
 inline constexpr std::size_t kCosts = 3;
 struct GroupCosts : std::array<double, kCosts> {
   GroupCosts() : array{} {}
@@ -24,12 +25,13 @@ struct GroupCosts : std::array<double, kCosts> {
 /// Sum of the groups' costs between two cycles; each group's are spread evenly over its run. costs: by position.
 GroupCosts costs_between(const GroupTimes& times, const std::vector<GroupCosts>& costs, double from, double to);
 
-/// Cycles per unit of each cost: non-negative least squares over `rows`, whose errors are assumed to grow with the
-/// square root of their cycles.
+/// An observation of the fit: the cycles that some groups took, and their costs.
 struct CostRow {
   double cycles = 0.0;
   GroupCosts costs;
 };
+/// Cycles per unit of each cost: non-negative least squares over `rows`, whose errors are assumed to grow with the
+/// square root of their cycles.
 std::array<double, kCosts> fit_costs(const std::vector<CostRow>& rows);
 
 struct WindowEstimate {

@@ -4,8 +4,11 @@
 #include <algorithm>
 
 #include "grtx/base/split_mix.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 namespace grtx::sim {
+
+std::uint64_t window_slots(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
 std::vector<Window> plan_windows(std::uint64_t groups, std::uint64_t slots, double share, std::uint64_t seed) {
   const std::uint64_t length = settling_groups(slots) + measured_groups(slots), start = starting_groups(slots);

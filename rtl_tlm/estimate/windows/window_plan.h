@@ -8,6 +8,8 @@
 
 namespace grtx::sim {
 
+struct GpuConfig;
+
 struct Window {
   std::uint64_t first = 0, end = 0;                  ///< groups that are simulated
   std::uint64_t measured = 0;                        ///< measurement begins at the launch of this group
@@ -25,6 +27,10 @@ inline constexpr double kMostOfTrace = 0.5;  ///< of which windows are made; bey
 
 /// The groups with which a run begins: slots fill, caches are cold. They are simulated and stand for themselves.
 constexpr std::uint64_t starting_groups(std::uint64_t slots) { return std::max(settling_groups(slots), slots); }
+
+/// Warp slots for which windows are planned: the machine's, whatever registers leave of them to a design, so that all
+/// designs have the same windows.
+std::uint64_t window_slots(const GpuConfig& config);
 
 /// Divides what follows the starting groups into strata of equal size, with one window each: at a random place, in the
 /// first stratum at its beginning, right behind the starting groups, in the last at its end, so that the estimated run

@@ -61,7 +61,7 @@ std::map<std::string, std::string> WindowReport::inputs() const {
 void WindowReport::describe(const EstimatedResult& r, const Sample& sample, const std::string& note,
                             modules::StatisticList& list) const {
   const auto add = [&list](const char* name, auto value, const char* unit, const std::string& description) {
-    list.add(std::string("gpu.windows.") + name, value, unit, description);
+    list.add(std::string("gpu.windows.") + name, value, unit, description, modules::StatisticKind::state);
   };
   const std::uint64_t all = reader_.group_count();
   add("share", all == 0 ? 0.0 : static_cast<double>(sample.groups) / static_cast<double>(all), "ratio",

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -10,35 +8,26 @@
 #include <vector>
 
 #include "grtx/base/child_process.h"
-#include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/windows/group_run.h"
 #include "grtx/rtl_tlm/estimate/windows/scaled_statistics.h"
 #include "grtx/rtl_tlm/estimate/windows/window_estimate.h"
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "grtx/rtl_tlm/estimate/windows/window_report.h"
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::sim {
 namespace {
-
-constexpr const char* kSequence = "a sequence of frames needs cycle mode: windows would start a frame cold";
-
-/// The machine's, whatever registers leave of them to a design, so that all designs have the same windows.
-std::uint64_t slots_of(const GpuConfig& config) { return std::uint64_t{config.sms} * config.resident_warps; }
 
 class WindowedRun {
  public:
   WindowedRun(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options)
       : reader_(reader), config_(config), options_(options), report_(reader, config, options_) {
     reader.verify_content();
-    if (!reader.header().frame_groups.empty()) throw Error(reader.path(), "", kSequence);
+    check_windows(reader);
   }
 
   EstimatedResult run() {
-    if (options_.share > kMostOfTrace) return report_.whole("as asked for");
-    if (const std::string why = unsuited_to_windows(reader_, config_, options_); !why.empty()) {
-      return report_.whole(why);
-    }
+    if (const std::string why = reason_for_whole(reader_, config_, options_); !why.empty()) return report_.whole(why);
     for (double share = options_.share;;) {
       simulate(share);
       const CycleEstimate estimate = evaluate();
@@ -48,13 +37,13 @@ class WindowedRun {
       }
       share = 2.0 *
               std::max(share, static_cast<double>(sample_.groups.size()) / static_cast<double>(reader_.group_count()));
-      if (share > kMostOfTrace) return report_.whole("to reach --target-error");
+      if (const std::string why = reason_for_whole(share); !why.empty()) return report_.whole(why);
     }
   }
 
  private:
   void simulate(double share) {
-    windows_ = plan_windows(reader_.group_count(), slots_of(config_), share, options_.seed);
+    windows_ = plan_windows(reader_.group_count(), window_slots(config_), share, options_.seed);
     sample_ = {};
     sample_.groups = groups_of(windows_);
     sample_.read_at = launches_to_read(windows_);
@@ -94,10 +83,14 @@ class WindowedRun {
     r.result.notes = notes(r.result.statistics);
     report_.describe(r, {sample_.groups.size(), residual_}, "", r.result.statistics);
     modules::StatisticList& list = r.result.statistics;
-    list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups");
-    list.add("gpu.windows.sector", window_estimate_.rates[0], "cycles/sector", "fitted: a node sector");
-    list.add("gpu.windows.distinct", window_estimate_.rates[1], "cycles/sector", "fitted: a distinct sector of a warp");
-    list.add("gpu.windows.step", window_estimate_.rates[2], "cycles", "fitted: an event of a warp's longest ray");
+    list.add("gpu.windows.count", std::uint64_t{windows_.size()}, "windows", "of consecutive groups",
+             modules::StatisticKind::count);
+    list.add("gpu.windows.sector", window_estimate_.rates[0], "cycles/sector", "fitted: a node sector",
+             modules::StatisticKind::state);
+    list.add("gpu.windows.distinct", window_estimate_.rates[1], "cycles/sector", "fitted: a distinct sector of a warp",
+             modules::StatisticKind::state);
+    list.add("gpu.windows.step", window_estimate_.rates[2], "cycles", "fitted: an event of a warp's longest ray",
+             modules::StatisticKind::state);
     report_.finish(r);
     return r;
   }
@@ -121,33 +114,6 @@ class WindowedRun {
 };
 
 }  // namespace
-
-std::string unsuited_to_windows(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options) {
-  const std::uint64_t groups = reader.group_count();
-  const std::uint64_t slots = slots_of(config);
-  if (plan_windows(groups, slots, options.share, options.seed).empty()) {
-    return fmt::format("{} windows of {} warps, the fewest, are more than half of {}", kFewestWindows,
-                       settling_groups(slots) + measured_groups(slots), groups);
-  }
-  traces::RayGroup last;  // secondary rays are a second launch, after all primary ones
-  reader.read(groups - 1, last);
-  return last.kind == traces::RayKind::primary ? "" : "secondary rays are a second launch";
-}
-
-bool windows_pay(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options,
-                 std::uint64_t many) {
-  return reader.totals().visits() >= many && reader.header().frame_groups.empty() &&
-         !unmodelled(config, SimulationMode::windows) && unsuited_to_windows(reader, config, options).empty();
-}
-
-void check_windows(const WindowOptions& options) {
-  if (!(options.share > 0.0 && options.share <= 1.0)) {
-    throw Error("windows mode", "--share", "must be above 0 and at most 1");
-  }
-  if (!(options.target_error >= 0.0 && options.target_error < 1.0)) {
-    throw Error("windows mode", "--target-error", "must be above 0 and below 100%");
-  }
-}
 
 EstimatedResult simulate_windows(const std::string& trace_path, const GpuConfig& config, const WindowOptions& options) {
   check_windows(options);

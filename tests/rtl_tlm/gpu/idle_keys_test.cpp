@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "grtx/base/error.h"
-#include "grtx/rtl_tlm/gpu/simulation_mode.h"
-#include "grtx/rtl_tlm/rtl/rtl_units.h"
 
 namespace grtx::sim {
 namespace {
@@ -84,16 +82,6 @@ TEST(IdleKeys, OfTheBuiltInDramAreThoseThatASimulatorDoesNotAskFor) {
   warn_of_idle_keys(load_config("", settings));
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
             "grtx: configuration: dram.banks, dram.timing.cl have no effect with dram.model = filed\n");
-}
-
-TEST(SimulationMode, UnitsInSystemVerilogRunWholeTracesOnly) {
-  if (!has_rtl()) GTEST_SKIP() << "built without Verilator";
-  for (const char* key : {"rt.checkpoint.implementation", "rt.box.implementation", "rt.transform.implementation"}) {
-    // The RTL of the checkpoint unit has requests alone.
-    const GpuConfig config = load_config("", {"rt.checkpoint.traffic=charged", setting(key)});
-    EXPECT_FALSE(unmodelled(config, SimulationMode::cycle));
-    EXPECT_EQ(unmodelled(config, SimulationMode::windows).key, key);
-  }
 }
 
 }  // namespace

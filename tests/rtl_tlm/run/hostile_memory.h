@@ -143,7 +143,8 @@ class HostileMemory final : public MonitoredMemory {
   }
   void statistics(modules::StatisticList& list, const std::string& prefix) const override {
     MonitoredMemory::statistics(list, prefix);
-    list.add(prefix + ".refreshes", targets_.front()->refreshes, "commands", "refreshes of channel 0");
+    list.add(prefix + ".refreshes", targets_.front()->refreshes, "commands", "refreshes of channel 0",
+             modules::StatisticKind::count);
   }
   std::vector<MemoryProbe> probes() const override {
     return {{"refreshes", 32, [this] { return targets_.front()->refreshes; }}};

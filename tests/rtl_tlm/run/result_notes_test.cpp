@@ -12,10 +12,10 @@ namespace {
 
 modules::StatisticList counted(double cycles, double tail, double fills, double dropped) {
   modules::StatisticList list;
-  list.add("gpu.cycles", cycles, "cycles", "");
-  list.add("gpu.distributor.tail_cycles", tail, "cycles", "");
-  list.add("gpu.l1.fills", fills, "sectors", "");
-  list.add("gpu.l1.fills_bypassed", dropped, "sectors", "");
+  list.add("gpu.cycles", cycles, "cycles", "", modules::StatisticKind::count);
+  list.add("gpu.distributor.tail_cycles", tail, "cycles", "", modules::StatisticKind::count);
+  list.add("gpu.l1.fills", fills, "sectors", "", modules::StatisticKind::count);
+  list.add("gpu.l1.fills_bypassed", dropped, "sectors", "", modules::StatisticKind::count);
   return list;
 }
 

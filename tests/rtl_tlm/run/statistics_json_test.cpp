@@ -14,10 +14,11 @@ namespace {
 
 nlohmann::ordered_json document() {
   modules::StatisticList statistics, host;
-  statistics.add("gpu.cycles", std::uint64_t{18446744073709551615ULL}, "cycles", "time");
-  statistics.add("gpu.b_rate", 0.1, "ratio", "a \"quoted\" text");
-  statistics.add("gpu.a_none", std::numeric_limits<double>::quiet_NaN(), "ratio", "not a number");
-  host.add("host.wall_seconds", 1.5, "s", "wall time");
+  statistics.add("gpu.cycles", std::uint64_t{18446744073709551615ULL}, "cycles", "time", modules::StatisticKind::count);
+  statistics.add("gpu.b_rate", 0.1, "ratio", "a \"quoted\" text", modules::StatisticKind::ratio);
+  statistics.add("gpu.a_none", std::numeric_limits<double>::quiet_NaN(), "ratio", "not a number",
+                 modules::StatisticKind::ratio);
+  host.add("host.wall_seconds", 1.5, "s", "wall time", modules::StatisticKind::count);
   return statistics_document({{"l1.latency", 20}}, {{"trace", "abc"}}, {{"no-hits", "of none"}}, statistics, host);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys of the any-hit unit. Its counters are below those of the collector, whose place it takes (any_hit_config.h).
+// Keys of the any-hit unit. Its counters are below those of the collector, whose place it takes
+// (any_hit_collector_config.h).
 #pragma once
 
 #include "grtx/modules/kernel/declare.h"
@@ -22,7 +23,7 @@ struct AnyHitUnitConfig : HitHeap {
              assumed("this project: one cycle for the table, one for sum and comparison"));
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const AnyHitUnitConfig& config);
 
 }  // namespace grtx::modules

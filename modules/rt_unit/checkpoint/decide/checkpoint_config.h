@@ -46,7 +46,7 @@ struct CheckpointConfig {
   static constexpr const char* kEntryBytesRule = "must be 8, 16, 20 or 28";
   static bool allows_entry_bytes(unsigned bytes) { return bytes == 8 || bytes == 16 || bytes == 20 || bytes == 28; }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const CheckpointConfig& config);
 
 struct CheckpointCounters {

@@ -24,7 +24,7 @@ struct IntersectionConfig {
     list.add("interval", interval, {1, kMaxLatency}, "cycles", "between two starts of a pipeline", origin);
   }
 };
-/// What the five units bring to the table of all parts.
+/// The five units' rows in the table of all parts.
 PartInfo ray_box_info(const IntersectionConfig& config);
 PartInfo ray_triangle_info(const IntersectionConfig& config);
 PartInfo ray_sphere_info(const IntersectionConfig& config);

@@ -44,7 +44,7 @@ struct MemorySchedulerConfig {
     traffic.parameters(list);
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const MemorySchedulerConfig& config);
 
 struct MemorySchedulerCounters {

@@ -9,7 +9,6 @@ const CounterTable<PrefetchCounters>& PrefetchCounters::table() {
   using C = PrefetchCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
-
           .sum(&C::triggers, "triggers", "visits", "internal visits whose hit siblings were prefetched")
           .sum(&C::nodes, "nodes", "nodes", "sibling nodes queued for prefetch")
           .sum(&C::merged, "merged", "nodes", "sibling nodes that were on their way to be prefetched already")

@@ -8,7 +8,7 @@
 
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetcher_config.h"
 #include "grtx/modules/rt_unit/prefetcher/decide/sibling_records.h"
 #include "grtx/traces/event.h"
 

@@ -9,7 +9,7 @@
 
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/rt_unit/decide/node_traffic.h"
-#include "grtx/modules/rt_unit/prefetcher/decide/prefetch_config.h"
+#include "grtx/modules/rt_unit/prefetcher/decide/prefetcher_config.h"
 #include "grtx/traces/event.h"
 
 namespace grtx::modules {

@@ -19,7 +19,7 @@ struct RtSchedulerConfig {
     list.add("policy", policy, warp_selection_names(), "policy that selects the warp of a cycle", kVulkanSim);
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const RtSchedulerConfig& config);
 
 /// Counters of warps that walk together; 0 if each lane has a stack.

@@ -22,7 +22,7 @@ struct StackCounters {
   void add(const StackCounters& other) { table().add(*this, other); }
   void describe(StatisticList& list, const std::string& prefix) const { table().describe(*this, list, prefix); }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo stack_unit_info();
 
 }  // namespace grtx::modules

@@ -35,7 +35,7 @@ struct WarpBufferConfig {
         "must be at least 2 with rt.warp_buffer.spill");
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const WarpBufferConfig& config);
 
 /// Counters of a warp buffer.

@@ -33,7 +33,7 @@ struct WarpStackConfig {
              kOurs);
   }
 };
-/// What the part brings to the table of all parts, if it is used or not.
+/// The part's row in the table of all parts; used: whether the machine has the part.
 PartInfo part_info(const WarpStackConfig& config, bool used);
 
 }  // namespace grtx::modules

@@ -11,6 +11,7 @@
 
 #include "grtx/base/error.h"
 #include "grtx/rtl_tlm/estimate/windows/window_plan.h"
+#include "grtx/rtl_tlm/estimate/windows/window_refusal.h"
 #include "paths.h"
 #include "rtl_tlm/estimate/windows/random_trace_run.h"
 

@@ -32,7 +32,7 @@ struct PrefetcherConfig {
              assumed("this project: off; GRTX, Section V, says any child leaf node"));
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const PrefetcherConfig& config);
 
 }  // namespace grtx::modules

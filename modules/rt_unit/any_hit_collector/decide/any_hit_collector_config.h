@@ -17,7 +17,7 @@ struct AnyHitCollectorConfig {
              "an any-hit batch is sent this long after its first lane began to wait", kOurs);
   }
 };
-/// What the part brings to the table of all parts.
+/// The part's row in the table of all parts.
 PartInfo part_info(const AnyHitCollectorConfig& config);
 
 /// Counters of an any-hit unit; 0 if shaders handle the hits.
