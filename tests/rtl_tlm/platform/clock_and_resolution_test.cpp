@@ -73,8 +73,9 @@ std::string launched(Resolution resolution, double core_mhz, double memory_mhz, 
     });
     return refused + all;
   });
+  const std::string printed = child.result();
   std::ifstream file(waves.path());
-  return child.result() + std::string{std::istreambuf_iterator<char>(file), {}};
+  return printed + std::string{std::istreambuf_iterator<char>(file), {}};
 }
 
 TEST(PlatformResolution, OneFemtosecondWasForcedOnTheWholePlatform) {
