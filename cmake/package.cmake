@@ -40,10 +40,14 @@ if(modules IN_LIST grtx_installed AND TARGET PkgConfig::SYSTEMC)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm COMPONENT program)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+file(GLOB grtx_examples ${PROJECT_SOURCE_DIR}/examples/*.cpp ${PROJECT_SOURCE_DIR}/examples/*.sv)
+install(FILES ${grtx_examples} DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm/examples)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/grtx_tlm DESTINATION lib/python3/dist-packages COMPONENT python
+        FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)  # where Debian's Python looks
 
-# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. Two, as
-# Debian has them: grtx-tlm, whose needs dpkg-shlibdeps finds, and grtx-tlm-dev, which brings all that
-# find_package(grtx_tlm) looks for.
+# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. Three, as
+# Debian has them: grtx-tlm, whose needs dpkg-shlibdeps finds, grtx-tlm-dev, which brings all that
+# find_package(grtx_tlm) looks for, and python3-grtx-tlm.
 if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_PACKAGE_NAME grtx-tlm)
   set(CPACK_PACKAGE_VENDOR "The GRTX-TLM authors")
@@ -57,15 +61,20 @@ and energy. The package holds the program grtx and its machines.")
       "Transaction-level model of ray-tracing hardware (development files)
 The libraries, their public headers, CMake package and pkg-config file, for
 programs that link the tracer, the hardware units or the whole GPU.")
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+      "Transaction-level model of ray-tracing hardware (Python)
+Runs the program grtx, and reads its statistics, results and sweeps as pandas
+frames, and traces as arrays.")
   set(CPACK_PACKAGE_CONTACT "The GRTX-TLM authors <grtx-tlm@invalid>")  # RELEASING.md, "Before the first"
   set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
   set(CPACK_STRIP_FILES ON)
   set(CPACK_GENERATOR DEB)
-  set(CPACK_COMPONENTS_ALL program dev)
+  set(CPACK_COMPONENTS_ALL program dev python)
   set(CPACK_DEB_COMPONENT_INSTALL ON)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME grtx-tlm)
   set(CPACK_DEBIAN_DEV_PACKAGE_NAME grtx-tlm-dev)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-grtx-tlm)
   # One name for each distribution, whose libraries it was linked with: grtx-tlm_1.0.0-1~debian12_amd64.deb.
   cmake_host_system_information(RESULT grtx_system QUERY DISTRIB_ID DISTRIB_VERSION_ID)
   list(JOIN grtx_system "" grtx_system)
@@ -74,7 +83,7 @@ programs that link the tracer, the hardware units or the whole GPU.")
   set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-matplotlib, gtkwave")
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-grtx-tlm, gtkwave")
   set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
   set(grtx_deb_needs
       libcli11-dev libembree-dev libfmt-dev libglm-dev libopenexr-dev libpagmo-dev libpng-dev libsqlite3-dev libsystemc-dev
@@ -83,6 +92,11 @@ programs that link the tracer, the hardware units or the whole GPU.")
   list(JOIN grtx_deb_needs ", " grtx_deb_needs)
   set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "grtx-tlm (= ${grtx_deb_version}), ${grtx_deb_needs}")
   set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake (>= 3.25), g++ (>= 4:12)")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+      "python3 (>= 3.11), python3-numpy (>= 1:1.24), python3-pandas (>= 1.5), python3-matplotlib (>= 3.6)")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "grtx-tlm (= ${grtx_deb_version})")
   # What Debian's policy asks for beside what is installed anyway.
   set(grtx_deb_charts "")
   if(GRTX_BUILD_REPORT AND GRTX_REPORT_CHARTS)

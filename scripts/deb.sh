@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages: builds them for this system, or tries them in a bare one (as root).
-# Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb and grtx-tlm-dev_*.deb (build/packages)
+# Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb, grtx-tlm-dev_*.deb
+#          and python3-grtx-tlm_*.deb (build/packages)
 #        scripts/deb.sh try PACKAGE CHROOT  installs PACKAGE there, makes a scene, runs a design, removes it; then the -dev
 #          package beside it, with programs by find_package and pkg-config. Fails if a file stays. CHROOT is / in a container.
 #        debootstrap --variant=minbase bookworm CHROOT (or trixie) makes a bare chroot of Debian 12 (or 13).
@@ -26,7 +27,7 @@ build() {
   cmake --build build/deb
   trap 'rm -rf "$out/_CPack_Packages"' EXIT  # what cpack installs to pack it
   cpack --config build/deb/CPackConfig.cmake -G DEB -B "$out"
-  ls "$out"/grtx-tlm*.deb
+  ls "$out"/*grtx-tlm*.deb
 }
 
 inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C DEBIAN_FRONTEND=noninteractive HOME=/root "$@"; }

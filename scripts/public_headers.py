@@ -17,7 +17,7 @@ import sys
 
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 LIST = "docs/api/public_headers.txt"
-MOST = 158  # of headers that are installed: a third of those that were once
+MOST = 159  # of headers that are installed: a third of those that were once
 LIBRARIES = ("base", "traces", "frontend", "modules", "rtl_tlm", "explore", "report", "experiment")
 # A type of a namespace, as clang-format writes it: at the begin of a line. Forward declarations are none.
 TYPE = re.compile(r"^(?:struct|class|enum class|using|concept) (?:alignas\(\w+\) |\[\[[^\]]*\]\] )*(\w+)(?: final)?(?: :[^\n;]*)?(?: \{| =|$)", re.M)

@@ -30,7 +30,5 @@ void secure_standard_streams() {
 
 int main(int argc, char** argv) {
   secure_standard_streams();
-  if (setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 1) != 0)
-    grtx::end_without_memory();  // SystemC reads it before sc_main
   return sc_core::sc_elab_and_sim(argc, argv);
 }

@@ -69,7 +69,8 @@ void L1Cache::restart(Caches caches) {
 }
 
 void L1Cache::preload(std::uint64_t address) {
-  counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(tags_.preload(address).unused_prefetch));
+  counters_.prefetches_unused += static_cast<std::uint64_t>(
+      std::popcount(tags_.preload(address, {.address = address, .sm = config_.sm}).unused_prefetch));
 }
 
 void L1Cache::save(StateWriter& state) const {
@@ -121,9 +122,10 @@ void L1Cache::install(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   SectorCacheTags::Slot slot = tags_.find(address);
   if (slot == SectorCacheTags::kNone) {
     // A fill never waits for a write-back: the write-back's path may depend on this fill port, a deadlock.
+    const MemoryRequest access = mshrs_.first(mshr);
     const SectorCacheTags::Slot place =
-        room_for_victim(address) ? tags_.victim_slot(address) : tags_.clean_victim(address);
-    if (place != SectorCacheTags::kNone) slot = allocate(now, address, place);
+        room_for_victim(access) ? tags_.victim_slot(address, access) : tags_.clean_victim(address, access);
+    if (place != SectorCacheTags::kNone) slot = allocate(now, access, place);
   }
   if (slot != SectorCacheTags::kNone) {
     const std::uint8_t sector = tags_.sector_bit(address);
@@ -212,13 +214,13 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
   if (!present && !config_.perfect) return accept_miss(now, port, access, slot);
 
   answer_hit(now, port, access);
-  count_hit(access, slot, sector, present);
+  count_hit(port, access, slot, sector, present);
   return true;
 }
 
-inline void L1Cache::count_hit(const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector,
-                               bool present) {
-  if (present) tags_.touch(slot);
+inline void L1Cache::count_hit(unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot,
+                               std::uint8_t sector, bool present) {
+  if (present) tags_.touch(slot, [&] { return from_port(port, access); });
   if (access.prefetch) {
     ++counters_.prefetches;
     ++counters_.prefetches_redundant;
@@ -237,7 +239,7 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
   if (present || config_.perfect) {
-    count_hit(access, slot, sector, present);
+    count_hit(kClient, access, slot, sector, present);
     ++counters_.responses;
     return ReadAtOnce::hit;
   }
@@ -258,8 +260,8 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
     return refuse(clients_[port], L1Stall::merges_full);
   }
 
-  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
   const MemoryRequest from = from_port(port, access);
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot, [&] { return from; });
   if (!miss) {
     if (!access.prefetch && !mshrs_.demanded(pending)) ++counters_.prefetches_late;
     mshrs_.merge(pending, from);
@@ -296,19 +298,19 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
   const bool present = slot != SectorCacheTags::kNone;
   const PrivateWrites::Effect effect = config_.private_writes.effect(access.region, present);
   if (effect.forward && !room_to_send(1)) return refuse(client, L1Stall::miss_queue_full);
-  if (effect.keep && !present && !room_for_victim(access.address)) {
+  if (effect.keep && !present && !room_for_victim(from_port(port, access))) {
     return stall(L1Stall::miss_queue_full);  // not refuse(): any access may change which line is the victim
   }
   ++region.writes;
   if (present) {
-    tags_.touch(slot);
+    tags_.touch(slot, [&] { return from_port(port, access); });
     if ((tags_.valid(slot) & sector) != 0) {
       ++region.write_hits;
       reference(slot, sector);
     }
   }
   if (effect.keep) {
-    if (!present) slot = allocate(now, access.address);
+    if (!present) slot = allocate(now, from_port(port, access));
     tags_.set_valid(slot, sector);
     ++version_;
   }
@@ -327,9 +329,9 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
   return true;
 }
 
-SectorCacheTags::Slot L1Cache::allocate(Cycle now, std::uint64_t address, SectorCacheTags::Slot place) {
+SectorCacheTags::Slot L1Cache::allocate(Cycle now, const MemoryRequest& access, SectorCacheTags::Slot place) {
   SectorCacheTags::Victim victim;
-  const SectorCacheTags::Slot slot = tags_.insert_at(place, address, &victim);
+  const SectorCacheTags::Slot slot = tags_.insert_at(place, access.address, access, &victim);
   if (victim.valid) ++counters_.evictions;
   counters_.prefetches_unused += static_cast<std::uint64_t>(std::popcount(victim.unused_prefetch));
   if (victim.dirty != 0) push_dirty(now, victim, written_by_[slot]);  // the slot still holds the victim's region

@@ -92,7 +92,8 @@ class L1Cache final : public L1CacheModule {
   void take_from(Cycle now, unsigned client, bool& won);
   // access: as at the port; who asks is `port`, whatever the request says.
   bool accept(Cycle now, unsigned port, const MemoryRequest& access);
-  void count_hit(const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector, bool present);
+  void count_hit(unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector,
+                 bool present);
   bool accept_read(Cycle now, unsigned port, const MemoryRequest& access);
   bool accept_miss(Cycle now, unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot);
   bool accept_write(Cycle now, unsigned port, const MemoryRequest& access);
@@ -108,13 +109,14 @@ class L1Cache final : public L1CacheModule {
   bool room_to_send(std::size_t entries) const {
     return miss_queue_.size() - leaving_sectors_ + entries <= config_.miss_queue;
   }
-  bool room_for_victim(std::uint64_t address) const {
-    return leaving_lines_ < config_.write_back_buffer || tags_.victim(address).dirty == 0;
+  // access: with client and SM, as from_port() has it.
+  bool room_for_victim(const MemoryRequest& access) const {
+    return leaving_lines_ < config_.write_back_buffer || tags_.victim(access.address, access).dirty == 0;
   }
-  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address) {
-    return allocate(now, address, tags_.victim_slot(address));
+  SectorCacheTags::Slot allocate(Cycle now, const MemoryRequest& access) {
+    return allocate(now, access, tags_.victim_slot(access.address, access));
   }
-  SectorCacheTags::Slot allocate(Cycle now, std::uint64_t address, SectorCacheTags::Slot place);
+  SectorCacheTags::Slot allocate(Cycle now, const MemoryRequest& access, SectorCacheTags::Slot place);
   void answer_hit(Cycle now, unsigned port, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);

@@ -58,7 +58,7 @@ void L2Slice::load(StateReader& state) {
   load_regions(written_by_, state);
 }
 
-void L2Slice::preload(std::uint64_t address) { tags_.preload(config_.interleave.local(address)); }
+void L2Slice::preload(std::uint64_t address) { tags_.preload(config_.interleave.local(address), {.address = address}); }
 
 bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
@@ -125,7 +125,7 @@ void L2Slice::take_completion(Cycle now) {
   const std::span<const MshrWaiter> waiters = mshrs_.waiters(mshr);
   if (replies_.size() + waiters.size() > config_.reply_queue) return false;
   const std::uint64_t address = mshrs_.sector_address(mshr);
-  if (!install(config_.interleave.local(address))) return false;
+  if (!install(mshrs_.first(mshr))) return false;
   for (const MshrWaiter& w : waiters) {
     replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
   }
@@ -135,11 +135,12 @@ void L2Slice::take_completion(Cycle now) {
   return true;
 }
 
-bool L2Slice::install(std::uint64_t local) {
+bool L2Slice::install(const MemoryRequest& access) {
+  const std::uint64_t local = config_.interleave.local(access.address);
   SectorCacheTags::Slot slot = tags_.find(local);
   if (slot == SectorCacheTags::kNone) {
-    if (!room_for_victim(local)) return false;
-    slot = allocate(local);
+    if (!room_for_victim(local, access)) return false;
+    slot = allocate(local, access);
   }
   tags_.set_valid(slot, tags_.sector_bit(local));
   return true;
@@ -172,7 +173,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     ++region.misses;
   }
   ++region.reads;
-  if (slot != SectorCacheTags::kNone) tags_.touch(slot);
+  if (slot != SectorCacheTags::kNone) tags_.touch(slot, [&] { return access; });
   return true;
 }
 
@@ -187,10 +188,10 @@ bool L2Slice::write(const MemoryRequest& access) {
     const std::uint8_t sector = tags_.sector_bit(local);
     SectorCacheTags::Slot slot = tags_.find(local);
     if (slot == SectorCacheTags::kNone) {
-      if (!room_for_victim(local)) return stall(L2Stall::dram_queue);
-      slot = allocate(local);
+      if (!room_for_victim(local, access)) return stall(L2Stall::dram_queue);
+      slot = allocate(local, access);
     } else {
-      tags_.touch(slot);
+      tags_.touch(slot, [&] { return access; });
     }
     if ((tags_.valid(slot) & sector) != 0) ++region.write_hits;
     tags_.set_valid(slot, sector);
@@ -202,14 +203,14 @@ bool L2Slice::write(const MemoryRequest& access) {
   return true;
 }
 
-bool L2Slice::room_for_victim(std::uint64_t local) const {
-  const auto sectors = static_cast<std::size_t>(std::popcount(tags_.victim(local).dirty));
+bool L2Slice::room_for_victim(std::uint64_t local, const MemoryRequest& access) const {
+  const auto sectors = static_cast<std::size_t>(std::popcount(tags_.victim(local, access).dirty));
   return dram_queue_.size() + sectors <= config_.dram_queue;
 }
 
-SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local) {
+SectorCacheTags::Slot L2Slice::allocate(std::uint64_t local, const MemoryRequest& access) {
   SectorCacheTags::Victim victim;
-  const SectorCacheTags::Slot slot = tags_.insert(local, &victim);
+  const SectorCacheTags::Slot slot = tags_.insert(local, access, &victim);
   if (victim.valid) ++counters_.evictions;
   write_back(victim, written_by_[slot]);
   return slot;

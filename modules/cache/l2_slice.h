@@ -78,14 +78,15 @@ class L2Slice final : public L2SliceModule {
   void take_request(Cycle now);
   void take_completion(Cycle now);
   bool fill(Cycle now, std::uint32_t mshr);
-  bool install(std::uint64_t local);
+  bool install(const MemoryRequest& access);
   void look_up(Cycle now);
   bool read(Cycle now, const MemoryRequest& access);
   bool write(const MemoryRequest& access);
   bool stall(L2Stall reason);
   void prefetch_host(Cycle now) const;
-  bool room_for_victim(std::uint64_t local) const;
-  SectorCacheTags::Slot allocate(std::uint64_t local);
+  // local: address of `access` in the slice.
+  bool room_for_victim(std::uint64_t local, const MemoryRequest& access) const;
+  SectorCacheTags::Slot allocate(std::uint64_t local, const MemoryRequest& access);
   void write_back(const SectorCacheTags::Victim& victim, Region region);
   void reply(const MemoryRequest& access);
   void send_dram(Cycle now);

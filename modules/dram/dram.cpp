@@ -131,7 +131,7 @@ void Dram::b_transport(int id, ::tlm::tlm_generic_payload& payload, sc_core::sc_
   const Cycle access = config_.perfect ? 0 : data + t.ccd;
   payload.set_response_status(check(static_cast<unsigned>(id), payload));
   read_zeros(payload);
-  delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_fs());
+  delay += sc_core::sc_time::from_value((access + config_.fixed_latency) * clock_.period_value());
 }
 
 void Dram::restart(Caches caches) {

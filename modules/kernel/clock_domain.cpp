@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/kernel/clock_domain.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -14,8 +16,26 @@ namespace grtx::modules {
 
 namespace {
 
-/// Reading the resolution also fixes it.
-bool resolution_is_fs() { return std::abs(sc_core::sc_get_time_resolution().to_seconds() - 1e-15) < 1e-18; }
+/// The kernel's resolution, which reading also fixes; 0 if it is finer than 1 fs.
+std::uint64_t resolution_fs() {
+  return static_cast<std::uint64_t>(std::llround(sc_core::sc_get_time_resolution().to_seconds() * 1e15));
+}
+
+/// Throws Error if a clock's edges do not lie on the kernel's grid, and names the nearest frequency whose edges do.
+void check_resolution(const std::string& name, double mhz, std::uint64_t resolution_fs) {
+  const std::uint64_t period = ClockDomain::period_fs(mhz);
+  // Half a period, too, has a place there: observers look between two edges.
+  if (resolution_fs != 0 && period % resolution_fs == 0 && period >= 2 * resolution_fs) return;
+  std::string other;
+  if (resolution_fs != 0) {
+    const std::uint64_t nearest = std::max<std::uint64_t>(2, (period + resolution_fs / 2) / resolution_fs);
+    other = fmt::format(", or choose {:.10g} MHz", 1e9 / static_cast<double>(nearest * resolution_fs));
+  }
+  throw Error("SystemC kernel", "clock domain " + name,
+              fmt::format("the period of {:.10g} MHz, {} fs, is no multiple of the time resolution, {}: call "
+                          "set_time_resolution_to_fs() before anything else of SystemC{}",
+                          mhz, period, sc_core::sc_get_time_resolution().to_string(), other));
+}
 
 }  // namespace
 
@@ -23,22 +43,20 @@ void set_time_resolution_to_fs() {
   try {
     sc_core::sc_set_time_resolution(1, sc_core::SC_FS);
   } catch (const sc_core::sc_report& report) {
-    if (resolution_is_fs()) return;  // already set
-    throw Error("SystemC kernel", "time resolution",
-                "is " + sc_core::sc_get_time_resolution().to_string() +
-                    " and can no longer become 1 fs, which the clocks need: call set_time_resolution_to_fs() first (" +
-                    report.get_msg() + ")");
+    if (resolution_fs() == 1) return;  // already set
+    throw Error(
+        "SystemC kernel", "time resolution",
+        "is " + sc_core::sc_get_time_resolution().to_string() +
+            " and can no longer become 1 fs: call set_time_resolution_to_fs() before anything else of SystemC (" +
+            report.get_msg() + ")");
   }
 }
 
 ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool idle_skip)
-    : sc_module(name), period_fs_(period_fs(mhz)), idle_skip_(idle_skip) {
+    : sc_module(name), resolution_fs_(resolution_fs()), idle_skip_(idle_skip) {
   assert(mhz > 0.0);
-  if (!resolution_is_fs()) {
-    throw Error("SystemC kernel", "clock domain " + std::string(this->name()),
-                "needs a time resolution of 1 fs, not " + sc_core::sc_get_time_resolution().to_string() +
-                    ": call set_time_resolution_to_fs() before anything else of SystemC");
-  }
+  check_resolution(this->name(), mhz, resolution_fs_);
+  period_ = period_fs(mhz) / resolution_fs_;
   SC_METHOD(on_wake);
   sensitive << wake_;
   dont_initialize();
@@ -46,8 +64,8 @@ ClockDomain::ClockDomain(const sc_core::sc_module_name& name, double mhz, bool i
 
 std::uint64_t ClockDomain::period_fs(double mhz) { return static_cast<std::uint64_t>(std::llround(1e9 / mhz)); }
 
-void ClockDomain::allow_ahead(std::uint64_t until_fs) {
-  if (ahead_ != nullptr) ahead_->until_fs_ = until_fs;
+void ClockDomain::allow_ahead(std::uint64_t until_value) {
+  if (ahead_ != nullptr) ahead_->until_value_ = until_value;
 }
 
 std::size_t ClockDomain::add(Clocked& clocked) {
@@ -133,13 +151,13 @@ void ClockDomain::schedule(Cycle cycle) {
 }
 
 void ClockDomain::notify_kernel() {
-  wake_.notify(sc_core::sc_time::from_value(time_fs(next_)) - sc_core::sc_time_stamp());
+  wake_.notify(sc_core::sc_time::from_value(time_value(next_)) - sc_core::sc_time_stamp());
 }
 
 void ClockDomain::restart(Caches caches) {
   assert(ahead_ == nullptr || !ahead_->running_);
   wake_.cancel();
-  begin_fs_ = now_fs();
+  begin_ = now_value();
   cycle_ = soonest_ = ticks_ = 0;
   next_ = kNever;
   std::fill(wanted_.begin(), wanted_.end(), kNever);

@@ -55,8 +55,9 @@ class Restarted {
 /// Modules own an Alarm each; observers that need every active cycle are sensitive to tick() instead. The domain jumps
 /// from one requested cycle to the next, with one kernel notification per cycle, or none (RunAhead). Modules
 /// communicate only through registered links, so the order in which they are called within a cycle does not affect
-/// results. Times are integers in the kernel's resolution (1 fs, set before elaboration), so no rounding error
-/// accumulates. Cycle 0 is at time 0, or at the last restart().
+/// results. Times are integers in the kernel's resolution, as sc_time::value() has them, so no rounding error
+/// accumulates; the resolution must divide the period (1 fs divides all). Cycle 0 is at time 0, or at the last
+/// restart().
 class ClockDomain final : public sc_core::sc_module {
  public:
   using SC_CURRENT_USER_MODULE = ClockDomain;  // SC_HAS_PROCESS, which SystemC 3 deprecates
@@ -70,7 +71,9 @@ class ClockDomain final : public sc_core::sc_module {
   }
   /// The current cycle, that is, the cycle of the last tick. Valid inside processes sensitive to tick().
   Cycle cycle() const { return cycle_; }
-  std::uint64_t period_fs() const { return period_fs_; }
+  std::uint64_t period_fs() const { return period_ * resolution_fs_; }
+  /// The period as an sc_time's value(): in the kernel's resolution.
+  std::uint64_t period_value() const { return period_; }
   /// Clock period in fs for a frequency in MHz, rounded as every domain rounds it.
   static std::uint64_t period_fs(double mhz);
   /// Requests a tick() in `cycle`. From a tick process an earlier cycle is moved to cycle() + 1; from outside the
@@ -81,31 +84,38 @@ class ClockDomain final : public sc_core::sc_module {
     book(cycle);
   }
   /// Current time: the kernel's, or that of the last tick if the domain runs ahead of the kernel.
-  std::uint64_t now_fs() const {
-    const std::uint64_t kernel = kernel_fs();
-    return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_fs_);
+  std::uint64_t now_value() const {
+    const std::uint64_t kernel = kernel_value();
+    return ahead_ == nullptr ? kernel : std::max(kernel, ahead_->now_value_);
   }
-  /// now_fs() + delay_fs relative to the kernel's time: the delay to annotate in a TLM call.
-  sc_core::sc_time ahead_of_kernel(std::uint64_t delay_fs = 0) const {
-    return sc_core::sc_time::from_value(now_fs() - kernel_fs() + delay_fs);
+  std::uint64_t now_fs() const { return now_value() * resolution_fs_; }
+  /// now_value() + delay_value relative to the kernel's time: the delay to annotate in a TLM call.
+  sc_core::sc_time ahead_of_kernel(std::uint64_t delay_value = 0) const {
+    return sc_core::sc_time::from_value(now_value() - kernel_value() + delay_value);
   }
-  /// First edge at or after now_fs(), for callers outside the domain.
-  Cycle edge_at_or_after_now() const { return (now_fs() - begin_fs_ + period_fs_ - 1) / period_fs_; }
-  /// First edge strictly after the kernel's time + delay_fs: the cycle in which a TLM call with this annotated delay
+  /// First edge at or after now_value(), for callers outside the domain.
+  Cycle edge_at_or_after_now() const { return (now_value() - begin_ + period_ - 1) / period_; }
+  /// First edge strictly after the kernel's time + delay_value: the cycle in which a TLM call with this annotated delay
   /// becomes visible. Strictly, so that the order of caller and domain does not matter if both have an edge now.
-  Cycle edge_after(std::uint64_t delay_fs = 0) const { return (kernel_fs() - begin_fs_ + delay_fs) / period_fs_ + 1; }
+  Cycle edge_after(std::uint64_t delay_value = 0) const {
+    return (kernel_value() - begin_ + delay_value) / period_ + 1;
+  }
   /// Time of the edge of `cycle`.
-  std::uint64_t time_fs(Cycle cycle) const { return begin_fs_ + cycle * period_fs_; }
+  std::uint64_t time_value(Cycle cycle) const { return begin_ + cycle * period_; }
+  std::uint64_t time_fs(Cycle cycle) const { return time_value(cycle) * resolution_fs_; }
   /// Cycle that contains `time_fs`; 0 for times before cycle 0.
-  Cycle cycle_at(std::uint64_t time_fs) const { return time_fs <= begin_fs_ ? 0 : (time_fs - begin_fs_) / period_fs_; }
+  Cycle cycle_at(std::uint64_t time_fs) const {
+    const std::uint64_t time = time_fs / resolution_fs_;
+    return time <= begin_ ? 0 : (time - begin_) / period_;
+  }
   /// Prepares for another launch: cycle 0 is now, nothing is booked, and restart() is called on all modules and on the
   /// links that lead to them.
   void restart(Caches caches);
   std::uint64_t ticks() const { return ticks_; }  ///< cycles that were not skipped
   /// The latest cycle for which an alarm is set; 0 if none is. Linear in the number of modules; for watchdogs.
   Cycle latest() const;
-  /// Allows this domain and the other one of its RunAhead to run ahead of the kernel, to before time `until_fs`.
-  void allow_ahead(std::uint64_t until_fs);
+  /// Allows this domain and the other one of its RunAhead to run ahead of the kernel, to before time `until_value`.
+  void allow_ahead(std::uint64_t until_value);
 
  private:
   friend class Alarm;
@@ -118,8 +128,8 @@ class ClockDomain final : public sc_core::sc_module {
   struct Wheel {
     std::array<std::uint64_t, kWheel> at{};  ///< [cycle % kWheel]: bit mask of the alarms due
   };
-  std::uint64_t kernel_fs() const {
-    return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_fs_ : sc_core::sc_time_stamp().value();
+  std::uint64_t kernel_value() const {
+    return ahead_ != nullptr && ahead_->running_ ? ahead_->kernel_value_ : sc_core::sc_time_stamp().value();
   }
   std::size_t add(Clocked& clocked);
   void set(std::size_t alarm, Cycle cycle);
@@ -147,8 +157,9 @@ class ClockDomain final : public sc_core::sc_module {
   void on_wake();
   void step();
 
-  std::uint64_t period_fs_;
-  std::uint64_t begin_fs_ = 0;  ///< time of cycle 0
+  std::uint64_t resolution_fs_;  ///< of the kernel's time
+  std::uint64_t period_;         ///< in it, as the next
+  std::uint64_t begin_ = 0;      ///< time of cycle 0
   bool idle_skip_;
   sc_core::sc_event wake_;
   sc_core::sc_event tick_;
@@ -191,7 +202,8 @@ class Alarm {
   std::size_t index_;
 };
 
-/// Must be called first in sc_main and in every test fixture. Throws Error if the resolution is already fixed.
+/// Before anything else of SystemC, unless the platform has a resolution that divides the periods of its clocks. Throws
+/// Error if another one is already fixed.
 void set_time_resolution_to_fs();
 
 }  // namespace grtx::modules

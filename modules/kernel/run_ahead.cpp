@@ -21,24 +21,24 @@ RunAhead::~RunAhead() {
 // the caller must do so.
 bool RunAhead::run() {
   const std::uint64_t kernel = sc_core::sc_time_stamp().value();
-  if (!enabled_ || until_fs_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
+  if (!enabled_ || until_value_ <= kernel || sc_core::sc_pending_activity_at_current_time()) return false;
   for (ClockDomain* domain : domains_) domain->wake_.cancel();
   running_ = true;
-  kernel_fs_ = kernel;
+  kernel_value_ = kernel;
   const sc_core::sc_simcontext* const context = sc_core::sc_get_curr_simcontext();
   sc_core::sc_time pending;
   // Checked before each tick: the last one may have created work for the kernel.
   while (!context->pending_activity_at_current_time()) {
-    std::uint64_t at = until_fs_;
+    std::uint64_t at = until_value_;
     if (context->next_time(pending)) at = std::min<std::uint64_t>(at, pending.value());
     ClockDomain* earliest = nullptr;
     for (ClockDomain* domain : domains_) {
-      if (domain->next_ == kNever || domain->time_fs(domain->next_) >= at) continue;
+      if (domain->next_ == kNever || domain->time_value(domain->next_) >= at) continue;
       earliest = domain;
-      at = domain->time_fs(domain->next_);
+      at = domain->time_value(domain->next_);
     }
     if (earliest == nullptr) break;
-    now_fs_ = at;
+    now_value_ = at;
     earliest->step();
   }
   running_ = false;

@@ -28,9 +28,10 @@ class RunAhead {
 
   std::array<ClockDomain*, 2> domains_;
   bool enabled_;
-  std::uint64_t until_fs_ = 0;
-  std::uint64_t now_fs_ = 0;
-  std::uint64_t kernel_fs_ = 0;  ///< the kernel's time, valid while running_
+  // In the kernel's resolution, as sc_time::value().
+  std::uint64_t until_value_ = 0;
+  std::uint64_t now_value_ = 0;
+  std::uint64_t kernel_value_ = 0;  ///< the kernel's time, valid while running_
   bool running_ = false;
 };
 

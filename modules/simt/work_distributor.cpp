@@ -5,8 +5,10 @@
 #include <bit>
 #include <cassert>
 #include <ostream>
+#include <string>
 
 #include "grtx/base/error.h"
+#include "grtx/modules/kernel/wrong_answer.h"
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/simt/decide/register_file.h"
 
@@ -30,6 +32,8 @@ WorkDistributor::WorkDistributor(const sc_core::sc_module_name& name, ClockDomai
       source_(source),
       done_("done"),
       sms_(config.sms),
+      distribution_(make_work_distribution(config.distribution, config.sms)),
+      room_(config.sms),
       groups_(source.count()),
       free_slots_(config.sms * config.resident_warps) {
   for (Sm& sm : sms_) {
@@ -57,7 +61,7 @@ void WorkDistributor::restart(Caches) {
   ready_ = nullptr;
   groups_ = source_.count();
   next_ = 0;
-  turn_ = 0;
+  distribution_ = make_work_distribution(config_.distribution, config_.sms);
   order_ = {};
   finished_ = false;
   first_launch_ = last_launch_ = end_cycle_ = 0;
@@ -96,28 +100,38 @@ void WorkDistributor::collect(Cycle now) {
   }
 }
 
-void WorkDistributor::dispatch(Cycle now) {
-  for (unsigned i = 0; i < config_.sms; ++i) {
-    const unsigned index = (turn_ + i) % config_.sms;
-    Sm& sm = sms_[index];
-    if (sm.free_slots == 0 || !sm.launch.can_push(now)) continue;
-    LaunchWarp warp;
-    warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
-    warp.group = ready_;
-    ready_ = nullptr;
-    sm.launch.push(now, warp);
-    if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
-    sm.free_slots &= sm.free_slots - 1;
-    sm.position[warp.slot] = next_;
-    ++sm.launched;
-    if (next_ == 0) first_launch_ = now;
-    last_launch_ = now;
-    ++next_;
-    --free_slots_;
-    ++running_;
-    turn_ = (index + 1) % config_.sms;
-    return;
+unsigned WorkDistributor::chosen_sm() const {
+  const unsigned sm = distribution_->choose(*ready_, room_);
+  if (sm != WorkDistribution::kNobody && (sm >= config_.sms || room_[sm] == 0)) {
+    throw WrongAnswer("the work distribution " + config_.distribution + " chose SM " + std::to_string(sm) +
+                      ", which has no room");
   }
+  return sm;
+}
+
+void WorkDistributor::dispatch(Cycle now) {
+  bool none = true;
+  for (unsigned i = 0; i < config_.sms; ++i) {
+    room_[i] = sms_[i].launch.can_push(now) ? static_cast<unsigned>(std::popcount(sms_[i].free_slots)) : 0;
+    none = none && room_[i] == 0;
+  }
+  const unsigned index = none ? WorkDistribution::kNobody : chosen_sm();
+  if (index == WorkDistribution::kNobody) return;
+  Sm& sm = sms_[index];
+  LaunchWarp warp;
+  warp.slot = static_cast<std::uint16_t>(std::countr_zero(sm.free_slots));
+  warp.group = ready_;
+  ready_ = nullptr;
+  sm.launch.push(now, warp);
+  if (observer_ != nullptr) observer_->launched(index, warp.slot, *warp.group, now);
+  sm.free_slots &= sm.free_slots - 1;
+  sm.position[warp.slot] = next_;
+  ++sm.launched;
+  if (next_ == 0) first_launch_ = now;
+  last_launch_ = now;
+  ++next_;
+  --free_slots_;
+  ++running_;
 }
 
 void WorkDistributor::finish(Cycle now) {

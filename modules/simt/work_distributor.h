@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Work distributor of the GPU: assigns the ray groups of a trace, in index order, to SMs with a free warp slot.
-// One per GPU, in front of the SMs; the paper does not describe it (round robin is what public simulators do).
+// One per GPU, in front of the SMs; the paper does not describe it. Which SM a policy says (work_distribution.h).
 // A launch waits for the end of the previous one (launch_order.h): a frame's secondary rays for its primary rays, a
 // frame for the previous frame. Cost: a credit counter per SM; not part of the GRTX hardware.
 #pragma once
 
 #include <cstdint>
 #include <iosfwd>
+#include <memory>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/simt/decide/launch_order.h"
+#include "grtx/modules/simt/decide/work_distribution.h"
 #include "grtx/modules/simt/work_distributor_if.h"
 
 namespace grtx::modules {
@@ -53,6 +55,7 @@ class WorkDistributor final : public WorkDistributorModule {
   void restart(Caches caches) override;
   void collect(Cycle now);
   void dispatch(Cycle now);
+  unsigned chosen_sm() const;
   bool held_back(Cycle now);
   void finish(Cycle now);
 
@@ -61,11 +64,12 @@ class WorkDistributor final : public WorkDistributorModule {
   WarpObserver* observer_ = nullptr;
   sc_core::sc_event done_;
   std::vector<Sm> sms_;
-  std::uint64_t groups_;    ///< number of groups in the source
-  std::uint64_t next_ = 0;  ///< next position to launch
+  std::unique_ptr<WorkDistribution> distribution_;
+  std::vector<unsigned> room_;  ///< [sm] what the policy is told
+  std::uint64_t groups_;        ///< number of groups in the source
+  std::uint64_t next_ = 0;      ///< next position to launch
   std::uint64_t running_ = 0;
   unsigned free_slots_;                      ///< free slots of all SMs
-  unsigned turn_ = 0;                        ///< round robin: SM to try first
   const traces::RayGroup* ready_ = nullptr;  ///< acquired at next_, not launched yet
   LaunchOrder order_;
   bool finished_ = false;

@@ -115,7 +115,7 @@ void AtInitiator::begin_response(AtPayload& payload, const sc_core::sc_time& del
   complete(payload, delay);
   responding_ = &payload;
   end_cycle_ = clock_.edge_after(delay.value());
-  end_fs_ = clock_.now_fs() - clock_.ahead_of_kernel().value() + delay.value() + clock_.period_fs();
+  end_value_ = clock_.now_value() - clock_.ahead_of_kernel().value() + delay.value() + clock_.period_value();
   make_visible(end_cycle_);
 }
 
@@ -124,7 +124,7 @@ void AtInitiator::end_response(Cycle now) {
   AtPayload& payload = *std::exchange(responding_, nullptr);
   end_cycle_ = kNever;
   ::tlm::tlm_phase phase = tlm::END_RESP;
-  sc_core::sc_time delay = clock_.ahead_of_kernel(end_fs_ - clock_.time_fs(now));
+  sc_core::sc_time delay = clock_.ahead_of_kernel(end_value_ - clock_.time_value(now));
   socket->nb_transport_fw(payload, phase, delay);
   payload.release();
 }

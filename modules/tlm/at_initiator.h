@@ -124,7 +124,7 @@ class AtInitiator final {
   std::uint64_t outstanding_ = 0;
   AtPayload* responding_ = nullptr;  ///< in its response phase
   Cycle end_cycle_ = kNever;         ///< cycle in which END_RESP is sent
-  std::uint64_t end_fs_ = 0;         ///< time at which END_RESP takes effect
+  std::uint64_t end_value_ = 0;      ///< time at which END_RESP takes effect
   Cycle last_visible_ = 0;
   RingQueue<Completion> completions_;
 };

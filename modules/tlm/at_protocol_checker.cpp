@@ -169,7 +169,8 @@ void AtProtocolChecker::end_response(const tlm_generic_payload& payload, const s
   const sc_time point = sc_core::sc_time_stamp() + delay;
   require(life.state == State::responding, "15.2.4", "END_RESP without BEGIN_RESP");
   require(point >= life.last, "15.2.7 c", "END_RESP: time plus delay went back");
-  require(!config_.project_rules || point >= life.response_begun + sc_time::from_value(config_.period_fs), "project",
+  const sc_time clock(static_cast<double>(config_.period_fs), sc_core::SC_FS);
+  require(!config_.project_rules || point >= life.response_begun + clock, "project",
           "END_RESP less than one clock after BEGIN_RESP");
 }
 

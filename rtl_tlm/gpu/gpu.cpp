@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cstdlib>
 #include <functional>
 #include <ostream>
 #include <utility>
@@ -24,6 +25,10 @@ namespace grtx::sim {
 using modules::Link;
 
 namespace {
+
+// SystemC's main() prints a banner before it calls sc_main, unless the environment forbids it: whoever builds a GPU has
+// standard output and standard error for himself.
+[[maybe_unused]] const int kNoBanner = setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
 
 // Entries of a ray's stack area: room for the deepest stack of the widest tree.
 constexpr std::uint64_t kStackEntries = std::bit_ceil(modules::deepest_stack(traces::kMaxWidth));
@@ -88,7 +93,7 @@ void Gpu::build_units(modules::GroupSource& source, const BuildOptions& build) {
   const GpuParts parts = with_registered_parts(build.parts, config_);
   std::vector<std::function<void()>> builders;
   builders.push_back([&] {
-    const modules::WorkDistributorConfig work{config.sms, config.resident()};
+    const modules::WorkDistributorConfig work{config.sms, config.resident(), config.distribution};
     distributor_ = modules::made<modules::WorkDistributor>(parts.work_distributor, "work_distributor", "distributor",
                                                            core_, work, source);
   });
@@ -246,7 +251,7 @@ void require_not_stopped(const Gpu& gpu) {
 }  // namespace
 
 void run_for(Gpu& gpu, Cycle cycles) {
-  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_fs());
+  const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_value());
   gpu.core().allow_ahead((sc_core::sc_time_stamp() + length).value());
   sc_core::sc_start(length, sc_core::SC_RUN_TO_TIME);
   require_not_stopped(gpu);

@@ -10,6 +10,7 @@
 #include "grtx/base/error.h"
 #include "grtx/base/hash.h"
 #include "grtx/base/json.h"
+#include "grtx/modules/simt/decide/work_distribution.h"
 #include "grtx/rtl_tlm/gpu/config_trial.h"
 
 namespace grtx::sim {
@@ -78,6 +79,8 @@ void GpuConfig::parameters(modules::ParameterList& list) {
     keys.add("core_mhz", core_mhz, {kMinMhz, kMaxMhz}, "MHz", "clock of SMs, crossbar and L2", kTable1);
     keys.add("resident_warps", resident_warps, {1, modules::kMostResidentWarps}, "warps", "warp slots of an SM",
              kVulkanSim);
+    keys.add("distribution", distribution, modules::work_distribution_names(),
+             "policy that chooses the SM of the next ray group", kOurs);
     keys.add("rt_units", rt_units, {1, 16}, "units", "RT units of an SM; its warp slots take turns", kTable1);
   });
   list.part("rt", rt);

@@ -55,8 +55,9 @@ struct GpuConfig {
   }
 
   unsigned sms = 8;
-  unsigned resident_warps = 32;  ///< warp slots of an SM
-  unsigned rt_units = 1;         ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
+  unsigned resident_warps = 32;              ///< warp slots of an SM
+  std::string distribution = "round_robin";  ///< name of a WorkDistribution
+  unsigned rt_units = 1;  ///< RT units of an SM; the warp in slot s belongs to RT unit s mod rt_units
   double core_mhz = 1365.0;
   double memory_mhz = 3500.0;
   double dram_gb_s = 0.0;  ///< bandwidth of the built-in DRAM, all channels; 0: as the other keys give it

@@ -75,7 +75,7 @@ DramPort::DramPort(const char* name, const Config& config, modules::ClockDomain&
 void DramPort::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
   payload.set_response_status(check(payload));
   modules::read_zeros(payload);
-  delay += sc_core::sc_time::from_value(config_.fixed_latency * clock_.period_fs());
+  delay += sc_core::sc_time::from_value(config_.fixed_latency * clock_.period_value());
 }
 
 const ::tlm::tlm_generic_payload* DramPort::arrived(Cycle now) {

@@ -198,7 +198,7 @@ Cycle DramsysDram::Front::serve(Slice& slice, Cycle now) {
 
 DramsysDram::DramsysDram(const sc_core::sc_module_name& name, const PortedDramConfig& config)
     : sc_module(name), behind_(std::make_unique<Behind>(config)) {
-  const double period_fs = static_cast<double>(behind_->spec().tCK.value());
+  const double period_fs = behind_->spec().tCK.to_seconds() * 1e15;
   clock_ = std::make_unique<modules::ClockDomain>("clock", 1e9 / period_fs);
   front_ = std::make_unique<Front>("front", config, *behind_, *clock_);
 }

@@ -28,8 +28,7 @@ namespace {
 
 constexpr const char* kReport = "/grtx/gpu";
 constexpr Cycle kWatchCycles = 65536;
-constexpr std::uint64_t kBeforeTheCycleFs =
-    1;  // a point of the series shows what was before its cycle, as in `grtx sim`
+constexpr std::uint64_t kBeforeTheCycle = 1;  // a point of the series shows what was before it, as in `grtx sim`
 constexpr std::uint64_t kBaseBytes = 4096;
 constexpr Cycle kDrainCycles = 256;  // between two checks whether all is drained, as in `grtx sim`
 
@@ -147,9 +146,14 @@ void GpuComponent::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_
 }
 
 void GpuComponent::end_of_elaboration() {
-  if (reset.size() == 0) return;
-  SC_METHOD(reset_changed);
-  sensitive << reset->value_changed_event();
+  if (reset.size() > 0) {
+    SC_METHOD(reset_changed);
+    sensitive << reset->value_changed_event();
+  }
+  if (clock.size() > 0) {
+    SC_METHOD(at_edge);
+    sensitive << edge_wanted_;
+  }
 }
 
 unsigned GpuComponent::transport_dbg(::tlm::tlm_generic_payload& payload) {
@@ -191,6 +195,10 @@ void GpuComponent::command(std::uint32_t value, const sc_core::sc_time& delay) {
   if ((value & ControlBits::kReset) != 0 && launch_) {
     resetting_ = true;
     abandon_.notify(delay);
+  } else if ((value & ControlBits::kReset) != 0 && awaits_edge_) {
+    starting_ = awaits_edge_ = false;
+    error_ = LaunchError::aborted;
+    if ((value & ControlBits::kStart) == 0) raise_interrupt();
   }
   if ((value & ControlBits::kStart) == 0) return;
   if (starting_ || (launch_ && !resetting_)) return fail(LaunchError::busy, "started while a launch is under way");
@@ -247,7 +255,7 @@ void GpuComponent::refused(std::uint64_t address, const std::string& what) {
 void GpuComponent::reset_changed() {
   if (!reset->read()) return;
   start_.cancel();
-  starting_ = done_ = raised_ = false;
+  starting_ = awaits_edge_ = done_ = raised_ = false;
   written_.reset();
   error_ = LaunchError::none;
   fault_ = {};
@@ -259,6 +267,19 @@ void GpuComponent::reset_changed() {
 }
 
 void GpuComponent::start() {
+  if (clock.size() == 0) return begin_launch();
+  awaits_edge_ = true;
+  edge_wanted_.notify(sc_core::SC_ZERO_TIME);
+}
+
+void GpuComponent::at_edge() {
+  if (!awaits_edge_) return;
+  if (!clock->posedge()) return next_trigger(clock->posedge_event());
+  awaits_edge_ = false;
+  begin_launch();
+}
+
+void GpuComponent::begin_launch() {
   starting_ = false;
   fault_ = {};
   if (asked_.trace >= readers_.size()) {
@@ -289,7 +310,7 @@ void GpuComponent::start() {
   if (memory_->model() != options_.machine.dram_model) launch_->inputs["memory"] = memory_->model();
   ran_ += (ran_.empty() ? "" : " ") + reader.content_hash();
   watch_.notify(cycles(kWatchCycles));
-  sample_.notify(cycles(launch_->series.next()) - sc_core::sc_time::from_value(kBeforeTheCycleFs));
+  sample_.notify(cycles(launch_->series.next()) - sc_core::sc_time::from_value(kBeforeTheCycle));
 }
 
 std::string GpuComponent::picture_fault() const {

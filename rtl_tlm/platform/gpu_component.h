@@ -60,6 +60,10 @@ class GpuComponent final : public sc_core::sc_module {
   /// May stay unbound. While it is high nothing starts; what is under way is abandoned, and the registers are as built.
   sc_core::sc_port<sc_core::sc_signal_in_if<bool>, 1, sc_core::SC_ZERO_OR_MORE_BOUND> reset{"reset"};
 
+  /// May stay unbound. A launch then begins at its next rising edge, which is cycle 0; while it stands none begins. The
+  /// frequencies are those of Options::machine, whatever its period.
+  sc_core::sc_port<sc_core::sc_signal_in_if<bool>, 1, sc_core::SC_ZERO_OR_MORE_BOUND> clock{"clock"};
+
   Gpu& gpu() { return *gpu_; }
   MemorySystem& memory() { return *memory_; }
   /// Results of the launches that have ended, in order: the statistics and the document of `grtx sim` except host.*.
@@ -74,6 +78,8 @@ class GpuComponent final : public sc_core::sc_module {
   void command(std::uint32_t value, const sc_core::sc_time& delay);
   void build_data();
   void start();
+  void at_edge();
+  void begin_launch();
   void warps_ended();
   void drain();
   void end_launch();
@@ -88,7 +94,9 @@ class GpuComponent final : public sc_core::sc_module {
   void fail(LaunchError error, const std::string& what);
   std::string picture_fault() const;
   void raise_interrupt();
-  sc_core::sc_time cycles(Cycle count) const { return sc_core::sc_time::from_value(count * gpu_->core().period_fs()); }
+  sc_core::sc_time cycles(Cycle count) const {
+    return sc_core::sc_time::from_value(count * gpu_->core().period_value());
+  }
   void signal_interrupt() { interrupt.write(raised_); }
 
   Options options_;
@@ -104,7 +112,7 @@ class GpuComponent final : public sc_core::sc_module {
   std::unique_ptr<Launch> launch_;  ///< under way
   std::vector<SimulationResult> results_;
   std::size_t before_reset_ = 0;  ///< results that the registers no longer tell of
-  sc_core::sc_event start_, drain_, watch_, sample_, abandon_, interrupt_changed_;
+  sc_core::sc_event start_, drain_, watch_, sample_, abandon_, edge_wanted_, interrupt_changed_;
   GpuRegisters written_;
   /// Of the launch that control has asked for.
   struct {
@@ -115,8 +123,9 @@ class GpuComponent final : public sc_core::sc_module {
   std::string ran_;     ///< content hashes of the launches since the caches were cold
   bool begun_ = false;  ///< there has been a launch
   bool starting_ = false;
-  bool resetting_ = false;  ///< control, or the port, has asked that the launch is abandoned
-  bool by_port_ = false;    ///< the port: no error and no interrupt tell of it
+  bool awaits_edge_ = false;  ///< of `clock`, starting
+  bool resetting_ = false;    ///< control, or the port, has asked that the launch is abandoned
+  bool by_port_ = false;      ///< the port: no error and no interrupt tell of it
   struct Fault {
     std::uint64_t address = 0;
     std::string what;  ///< empty: none since the last start

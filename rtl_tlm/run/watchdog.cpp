@@ -11,13 +11,13 @@
 namespace grtx::sim {
 namespace {
 
-/// Throws Error before the kernel's time, 64 bits of femtoseconds, can wrap around in what is scheduled.
+/// Throws Error before the kernel's time, 64 bits, can wrap around in what is scheduled.
 void check_time(const Gpu& gpu, Cycle now) {
-  constexpr std::uint64_t kLastFs = std::uint64_t{1} << 63;
-  if (gpu.core().time_fs(now) < kLastFs && now < kLastFs / gpu.core().period_fs()) return;
+  constexpr std::uint64_t kLast = std::uint64_t{1} << 63;
+  if (gpu.core().time_value(now) < kLast && now < kLast / gpu.core().period_value()) return;
   throw Error("sim", "",
               fmt::format("{} cycles are {:.0f} s of the machine's time: more than a run can take", now,
-                          1e-15 * static_cast<double>(kLastFs)));
+                          sc_core::sc_time::from_value(kLast).to_seconds()));
 }
 
 }  // namespace

@@ -34,8 +34,8 @@ TEST(OwnStudy, GivesWhatTheProgramGives) {
       "run --scene s.ply --cameras s.cameras.json --width 32 --height 32 --machine paper-charged --set "
       "gpu.sms=2 -o program --json --quiet");
   ASSERT_EQ(program.code, 0) << program.err;
-  const std::string own = "cd '" + folder.path() + "' && SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" +
-                          paths::own_experiment() + "' s.ply s.cameras.json own >.own 2>&1";
+  const std::string own =
+      "cd '" + folder.path() + "' && '" + paths::own_experiment() + "' s.ply s.cameras.json own >.own 2>&1";
   ASSERT_EQ(std::system(own.c_str()), 0) << folder.read(".own");
   const nlohmann::json expected = results_of(folder, "program");
   EXPECT_EQ(results_of(folder, "own"), expected);
@@ -48,8 +48,8 @@ TEST(OwnStudy, GivesWhatTheProgramGives) {
 TEST(OwnStudy, GivesTheSameWhenLaunchedTwice) {
   const Folder folder;
   ASSERT_EQ(folder.run("synth --preset room --count 1500 --seed 4 -o s.ply --quiet").code, 0);
-  const std::string own = "cd '" + folder.path() + "' && SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" +
-                          paths::own_experiment() + "' s.ply s.cameras.json own >.own 2>&1";
+  const std::string own =
+      "cd '" + folder.path() + "' && '" + paths::own_experiment() + "' s.ply s.cameras.json own >.own 2>&1";
   ASSERT_EQ(std::system(own.c_str()), 0) << folder.read(".own");
   const nlohmann::json first = results_of(folder, "own");
   const std::string said = folder.read(".own");
@@ -62,8 +62,8 @@ TEST(OwnStudy, GivesTheSameWhenLaunchedTwice) {
 
 TEST(OwnStudy, RefusesInOneLineWhatItCannotRun) {
   const Folder folder;
-  const std::string own = "cd '" + folder.path() + "' && SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" +
-                          paths::own_experiment() + "' none.ply none.json own >.own 2>&1";
+  const std::string own =
+      "cd '" + folder.path() + "' && '" + paths::own_experiment() + "' none.ply none.json own >.own 2>&1";
   EXPECT_EQ(WEXITSTATUS(std::system(own.c_str())), 2);
   EXPECT_NE(folder.read(".own").find("none.json"), std::string::npos) << folder.read(".own");
 }

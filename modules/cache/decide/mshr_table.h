@@ -68,6 +68,11 @@ class MshrTable {
   std::span<const MshrWaiter> waiters(std::uint32_t entry) const {
     return {waiters_.data() + std::size_t{entry} * merges_, entries_[entry].count};
   }
+  /// The request that missed.
+  MemoryRequest first(std::uint32_t entry) const {
+    const MshrWaiter& w = waiters(entry).front();
+    return {entries_[entry].sector_address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch};
+  }
   std::uint64_t sector_address(std::uint32_t entry) const { return entries_[entry].sector_address; }
   Cycle allocated(std::uint32_t entry) const { return entries_[entry].allocated; }
   /// Whether at least one waiter is a demand access.

@@ -12,20 +12,24 @@
 #include <vector>
 
 #include "grtx/base/state_bytes.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 
+/// Each function is told of the access that it is about: address, kind of data (region), SM, port of its L1 (client),
+/// whether it writes or prefetches. For a fill it is the first that waited for the sector. A sector that is put there
+/// before a run, by preload(), comes with its address alone.
 class CacheReplacement {
  public:
   virtual ~CacheReplacement() = default;
   /// A line was placed into `way`. Empty ways are filled first, lowest first. In a full set `way` differs from victim()
   /// if the victim was dirty and could not be written back; it is then the next clean way, with wrap-around.
-  virtual void filled(std::uint64_t set, unsigned way) = 0;
+  virtual void filled(std::uint64_t set, unsigned way, const MemoryRequest& access) = 0;
   /// The line in `way` was hit.
-  virtual void referenced(std::uint64_t set, unsigned way) = 0;
-  /// The way to evict from a full set, below `ways`; another ends the run. Must return the same way until filled() is
-  /// called for the set, because a cache may ask more than once.
-  virtual unsigned victim(std::uint64_t set) const = 0;
+  virtual void referenced(std::uint64_t set, unsigned way, const MemoryRequest& access) = 0;
+  /// The way to evict from a full set for this access, below `ways`; another ends the run. Must return the same way for
+  /// the same access until filled() is called for the set, because a cache may ask more than once.
+  virtual unsigned victim(std::uint64_t set, const MemoryRequest& access) const = 0;
   /// Hardware state of the policy, in bits per line (for the cost model).
   virtual unsigned bits_per_line() const = 0;
   /// Saves the complete state, for a run that another process continues. Returns false if not supported.

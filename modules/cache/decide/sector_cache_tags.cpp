@@ -55,16 +55,16 @@ SectorCacheTags::SectorCacheTags(const Geometry& geometry)
   }
 }
 
-SectorCacheTags::Victim SectorCacheTags::preload(std::uint64_t address) {
+SectorCacheTags::Victim SectorCacheTags::preload(std::uint64_t address, const MemoryRequest& access) {
   Victim gone;
   Slot slot = find(address);
   if (slot == kNone) {
-    slot = victim(address).dirty == 0 ? victim_slot(address) : clean_victim(address);
+    slot = victim(address, access).dirty == 0 ? victim_slot(address, access) : clean_victim(address, access);
     if (slot == kNone) return gone;
-    slot = insert_at(slot, address, &gone);
+    slot = insert_at(slot, address, access, &gone);
   }
   set_valid(slot, sector_bit(address));
-  touch(slot);
+  touch(slot, [&] { return access; });
   return gone;
 }
 
@@ -163,9 +163,9 @@ SectorCacheTags::Victim SectorCacheTags::victim_in(Slot slot) const {
   return {true, std::uint64_t{line} << line_shift_, s.dirty, s.unused_prefetch};
 }
 
-SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) const {
+SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address, const MemoryRequest& access) const {
   const std::uint64_t set = set_of(line_number(address));
-  const unsigned way = filled_[set] < geometry_.ways ? filled_[set] : policy_->victim(set);
+  const unsigned way = filled_[set] < geometry_.ways ? filled_[set] : policy_->victim(set, access);
   if (way >= geometry_.ways) {
     throw WrongAnswer("the cache replacement " + geometry_.replacement + " chose way " + std::to_string(way) + " of " +
                       std::to_string(geometry_.ways));
@@ -173,13 +173,14 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
   return static_cast<Slot>(set * stride() + way);
 }
 
-[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::clean_victim(std::uint64_t address) const {
+[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::clean_victim(std::uint64_t address,
+                                                                      const MemoryRequest& access) const {
   const std::uint64_t set = set_of(line_number(address));
   const auto first = static_cast<Slot>(set * stride());
   const auto clean = [&](unsigned way) { return state(first + way).dirty == 0; };
   const unsigned ways = geometry_.ways;
   if (policy_ != nullptr) {
-    const unsigned victim = way_number(replaced_by(address));
+    const unsigned victim = way_number(replaced_by(address, access));
     for (unsigned i = 0; i < ways; ++i) {
       if (const unsigned way = (victim + i) % ways; clean(way)) return first + way;
     }
@@ -197,7 +198,8 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
 
 // insert_at() and touch_large() are noinline: inlined into the flattened tick() of the caches they cost more than the
 // call.
-[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert_at(Slot slot, std::uint64_t address, Victim* evicted) {
+[[gnu::noinline]] SectorCacheTags::Slot SectorCacheTags::insert_at(Slot slot, std::uint64_t address,
+                                                                   const MemoryRequest& access, Victim* evicted) {
   *evicted = victim_in(slot);
   std::uint32_t& line = number(slot);
   if (line == kNoLine) {
@@ -210,12 +212,12 @@ SectorCacheTags::Slot SectorCacheTags::chosen_by_policy(std::uint64_t address) c
   state(slot) = {};
   if (large_) index_.insert(line, slot);
   if (policy_ == nullptr) {
-    touch(slot);
+    touch_lru(slot);
     return slot;
   }
   unsigned& filled = filled_[set_number(slot)];
   if (filled < geometry_.ways) ++filled;
-  policy_->filled(set_number(slot), way_number(slot));
+  policy_->filled(set_number(slot), way_number(slot), access);
   return slot;
 }
 

@@ -17,6 +17,7 @@
 #include "grtx/modules/kernel/address_index.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/equal_keys.h"
+#include "grtx/modules/messages/memory_request.h"
 
 namespace grtx::modules {
 
@@ -55,30 +56,32 @@ class SectorCacheTags {
     __builtin_prefetch(set);
     __builtin_prefetch(set + 64);
   }
+  // Below, `access` is what a replacement policy is told, with the address as the GPU has it; `address` is the cache's.
   /// The line that insert(address) would replace.
-  Victim victim(std::uint64_t address) const { return victim_in(replaced_by(address)); }
+  Victim victim(std::uint64_t address, const MemoryRequest& access) const {
+    return victim_in(replaced_by(address, access));
+  }
   /// Where insert(address) would put the line.
-  Slot victim_slot(std::uint64_t address) const { return replaced_by(address); }
+  Slot victim_slot(std::uint64_t address, const MemoryRequest& access) const { return replaced_by(address, access); }
   /// Inserts the line as most recently used, without valid sectors, in place of the policy's victim (lru: the least
   /// recently used line of the set). The line must not be present.
-  Slot insert(std::uint64_t address, Victim* evicted) { return insert_at(replaced_by(address), address, evicted); }
+  Slot insert(std::uint64_t address, const MemoryRequest& access, Victim* evicted) {
+    return insert_at(replaced_by(address, access), address, access, evicted);
+  }
   /// The clean line to replace if no dirty line can be written back now. lru: the least recently used clean line;
   /// other policies: the first clean line from their victim on, with wrap-around. kNone if all lines are dirty.
-  Slot clean_victim(std::uint64_t address) const;
+  Slot clean_victim(std::uint64_t address, const MemoryRequest& access) const;
   /// Like insert(), into the slot that victim_slot() or clean_victim() returned.
-  Slot insert_at(Slot slot, std::uint64_t address, Victim* evicted);
+  Slot insert_at(Slot slot, std::uint64_t address, const MemoryRequest& access, Victim* evicted);
   /// Makes the sector valid and its line the most recently used, in place of a clean line; nothing if all are dirty.
   /// Returns what was there.
-  Victim preload(std::uint64_t address);
-  /// Marks the line as most recently used.
-  void touch(Slot slot) {
+  Victim preload(std::uint64_t address, const MemoryRequest& access);
+  /// Marks the line as most recently used. access(): asked for only where there is a policy.
+  template <typename Access>
+  void touch(Slot slot, const Access& access) {
     if (policy_ != nullptr) [[unlikely]]
-      return policy_->referenced(set_number(slot), way_number(slot));
-    if (large_) {
-      if (lines_[slot].newer != kNoWay) touch_large(slot);  // otherwise it is already the newest
-      return;
-    }
-    touch_small(small_[slot / kSmallWays], slot % kSmallWays);
+      return policy_->referenced(set_number(slot), way_number(slot), access());
+    touch_lru(slot);
   }
 
   /// Prepares for another launch: empties the tags or keeps all lines. Clears the marks of unused prefetches.
@@ -156,6 +159,13 @@ class SectorCacheTags {
     const unsigned hit = equal_keys(s.number, static_cast<std::uint32_t>(number));
     return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
   }
+  void touch_lru(Slot slot) {
+    if (large_) {
+      if (lines_[slot].newer != kNoWay) touch_large(slot);  // otherwise it is already the newest
+      return;
+    }
+    touch_small(small_[slot / kSmallWays], slot % kSmallWays);
+  }
   static void touch_small(SmallSet& set, unsigned way) {
     // Finds the lowest nibble equal to `way`: the lowest zero nibble of the XOR, by the borrow trick.
     constexpr std::uint64_t kOnes = 0x1111111111111111u;
@@ -178,10 +188,10 @@ class SectorCacheTags {
   unsigned stride() const { return large_ ? geometry_.ways : kSmallWays; }  ///< slots per set
   std::uint64_t set_number(Slot slot) const { return slot / stride(); }
   unsigned way_number(Slot slot) const { return static_cast<unsigned>(slot % stride()); }
-  Slot replaced_by(std::uint64_t address) const {
-    return policy_ == nullptr ? oldest_of(address) : chosen_by_policy(address);
+  Slot replaced_by(std::uint64_t address, const MemoryRequest& access) const {
+    return policy_ == nullptr ? oldest_of(address) : chosen_by_policy(address, access);
   }
-  Slot chosen_by_policy(std::uint64_t address) const;
+  Slot chosen_by_policy(std::uint64_t address, const MemoryRequest& access) const;
   Slot oldest_of(std::uint64_t address) const {
     const std::uint64_t set = set_of(line_number(address));
     if (large_) return static_cast<Slot>(set * geometry_.ways + sets_[set].oldest);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 
+#include <algorithm>
 #include <bit>
 #include <ostream>
 #include <string>
@@ -81,7 +82,7 @@ void RtScheduler::schedule(Cycle now) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages());
+  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages(), *this);
   const Warp& warp = buffer_->warp(entry);
   const LaneMask lanes = warp.in_state(LaneState::ready);
   ++counters_.selections;
@@ -119,6 +120,22 @@ void RtScheduler::schedule(Cycle now) {
     }
   });
   if (fetching != 0) buffer_->move(entry, fetching, LaneState::ready, LaneState::waiting_memory);
+}
+
+SelectableWarp RtScheduler::at(unsigned entry) const {
+  const Warp& warp = buffer_->warp(entry);
+  SelectableWarp seen;
+  seen.unfinished = static_cast<unsigned>(std::popcount(warp.active()));
+  for_each_bit(warp.in_state(LaneState::ready), [&](unsigned i) {
+    const EventKind kind = warp.lane[i].event.kind();
+    const NextStep step = kind == EventKind::visit_internal   ? NextStep::internal
+                          : kind == EventKind::visit_instance ? NextStep::instance
+                          : kind == EventKind::visit_leaf     ? NextStep::leaf
+                                                              : NextStep::other;
+    ++seen.lanes[static_cast<std::size_t>(step)];
+    seen.stack_depth = std::max(seen.stack_depth, warp.lane[i].stack_depth);
+  });
+  return seen;
 }
 
 void RtScheduler::count_visit(const Event& event) {

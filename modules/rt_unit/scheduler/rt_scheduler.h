@@ -25,6 +25,7 @@ class RtScheduler final : public SchedulerBase {
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
+  SelectableWarp at(unsigned entry) const override;
   void unit_result(Cycle now, LaneId id) override;
   void entry_read(LaneId id) override;
   void entries_taken(LaneId id) override;

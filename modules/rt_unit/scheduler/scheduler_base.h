@@ -26,7 +26,7 @@ class RtSchedulerState {
   ~RtSchedulerState() = default;
 };
 
-class SchedulerBase : public RtSchedulerModule, public RtSchedulerState {
+class SchedulerBase : public RtSchedulerModule, public RtSchedulerState, public SelectableWarps {
  public:
   std::uint64_t selections() const final { return counters_.selections; }
   void count_idle(Cycle cycles) final { counters_.stall[static_cast<std::size_t>(stall_reason())] += cycles; }

@@ -98,12 +98,28 @@ void WarpWalkScheduler::schedule(Cycle now) {
     count_idle(1);
     return;
   }
-  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages());
+  const unsigned entry = selected_entry(*selection_, config_.policy, candidates, buffer_->ages(), *this);
   Walk& walk = walks_[entry];
   ++counters_.selections;
   start(now, entry, walk.next);
   expand(entry);
   refresh(entry);
+}
+
+SelectableWarp WarpWalkScheduler::at(unsigned entry) const {
+  const Walk& walk = walks_[entry];
+  const WarpStackEntry& node = walk.stack.at(walk.next);
+  SelectableWarp seen;
+  seen.unfinished = static_cast<unsigned>(std::popcount(buffer_->warp(entry).active()));
+  for_each_bit(node.lanes, [&](unsigned lane) {
+    const EventKind kind = walk.lanes[lane].tree.event(node.event[lane]).kind();
+    const NextStep step = kind == EventKind::cull             ? NextStep::other
+                          : kind == EventKind::visit_internal ? NextStep::internal
+                                                              : NextStep::leaf;
+    ++seen.lanes[static_cast<std::size_t>(step)];
+  });
+  seen.stack_depth = walk.stack.depth();
+  return seen;
 }
 
 LaneMask WarpWalkScheduler::count_events(const WarpStackEntry& node, const Walk& walk) {

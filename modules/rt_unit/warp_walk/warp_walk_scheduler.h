@@ -40,6 +40,7 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
+  SelectableWarp at(unsigned entry) const override;
   void fetched(Cycle now, unsigned entry, LaneMask slots, traces::NodeKind kind) override;
   void unit_result(Cycle now, LaneId test) override;
   void stack_settled(LaneId id) override;

@@ -23,7 +23,8 @@ struct DistributorCounters {
 
 struct WorkDistributorConfig {
   unsigned sms = 8;
-  unsigned resident_warps = 32;  ///< warp slots of an SM
+  unsigned resident_warps = 32;              ///< warp slots of an SM
+  std::string distribution = "round_robin";  ///< name of a WorkDistribution
 };
 
 /// Appends the counters as prefix + ".name".

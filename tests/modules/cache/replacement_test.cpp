@@ -20,12 +20,12 @@ std::vector<std::uint64_t> evicted(const std::string& policy, unsigned ways, con
   std::vector<std::uint64_t> gone;
   for (const std::uint64_t line : lines) {
     if (const auto slot = tags.find(line * 128); slot != SectorCacheTags::kNone) {
-      tags.touch(slot);
+      tags.touch(slot, [] { return MemoryRequest(); });
       continue;
     }
-    const SectorCacheTags::Victim foretold = tags.victim(line * 128);
+    const SectorCacheTags::Victim foretold = tags.victim(line * 128, {});
     SectorCacheTags::Victim victim;
-    tags.insert(line * 128, &victim);
+    tags.insert(line * 128, {}, &victim);
     EXPECT_EQ(foretold.valid, victim.valid);
     EXPECT_EQ(foretold.address, victim.address);
     if (victim.valid) gone.push_back(victim.address / 128);
@@ -62,14 +62,14 @@ std::vector<std::uint64_t> evicted_clean(const std::string& policy, unsigned way
   SectorCacheTags tags({std::uint64_t{128} * ways, 128, 32, ways, policy});
   SectorCacheTags::Victim victim;
   for (std::uint64_t line = 0; line < ways; ++line) {
-    const auto slot = tags.insert(line * 128, &victim);
+    const auto slot = tags.insert(line * 128, {}, &victim);
     if (line < dirty) tags.set_dirty(slot, 1);
   }
   std::vector<std::uint64_t> gone;
   for (std::uint64_t line = ways; line < ways + fills; ++line) {
-    const auto slot = tags.clean_victim(line * 128);
+    const auto slot = tags.clean_victim(line * 128, {});
     if (slot == SectorCacheTags::kNone) break;
-    EXPECT_EQ(tags.insert_at(slot, line * 128, &victim), slot);
+    EXPECT_EQ(tags.insert_at(slot, line * 128, {}, &victim), slot);
     EXPECT_EQ(victim.dirty, 0);
     EXPECT_EQ(tags.find(line * 128), slot);
     gone.push_back(victim.address / 128);
@@ -96,9 +96,9 @@ TEST(CacheReplacement, DirtyLinesWithoutAWayOutArePassedOver) {
 class MostRecent final : public CacheReplacement {
  public:
   explicit MostRecent(std::uint64_t sets) : last_(sets) {}
-  void filled(std::uint64_t set, unsigned way) override { last_[set] = way; }
-  void referenced(std::uint64_t set, unsigned way) override { last_[set] = way; }
-  unsigned victim(std::uint64_t set) const override { return last_[set]; }
+  void filled(std::uint64_t set, unsigned way, const MemoryRequest&) override { last_[set] = way; }
+  void referenced(std::uint64_t set, unsigned way, const MemoryRequest&) override { last_[set] = way; }
+  unsigned victim(std::uint64_t set, const MemoryRequest&) const override { return last_[set]; }
   unsigned bits_per_line() const override { return 1; }
 
  private:
@@ -115,12 +115,46 @@ TEST(CacheReplacement, OneOfTheUsersIsRegisteredByName) {
   EXPECT_THROW(register_cache_replacement("most_recent", {}), std::logic_error);
 }
 
+/// Remembers what it was told.
+struct Listener final : CacheReplacement {
+  static std::vector<MemoryRequest>& heard() {
+    static std::vector<MemoryRequest> all;
+    return all;
+  }
+  void filled(std::uint64_t, unsigned, const MemoryRequest& access) override { heard().push_back(access); }
+  void referenced(std::uint64_t, unsigned, const MemoryRequest& access) override { heard().push_back(access); }
+  unsigned victim(std::uint64_t, const MemoryRequest& access) const override {
+    heard().push_back(access);
+    return 0;
+  }
+  unsigned bits_per_line() const override { return 0; }
+};
+
+TEST(CacheReplacement, APolicyHeardOfSetsAndWaysOnly) {
+  register_cache_replacement("listener", [](std::uint64_t, unsigned) { return std::make_unique<Listener>(); });
+  SectorCacheTags tags({128, 128, 32, 1, "listener"});
+  SectorCacheTags::Victim victim;
+  const MemoryRequest first{.address = 0x1000, .client = 3, .sm = 2, .region = Region::instance};
+  const MemoryRequest second{.address = 0x2020, .client = 1, .sm = 5, .region = Region::k_buffer, .write = true};
+  tags.touch(tags.insert(0, first, &victim), [&] { return second; });
+  tags.insert(128, second, &victim);
+  ASSERT_EQ(Listener::heard().size(), 4u);
+  for (const auto& [i, wanted] : {std::pair(0, first), {1, second}, {2, second}, {3, second}}) {
+    const MemoryRequest& heard = Listener::heard()[static_cast<std::size_t>(i)];
+    EXPECT_EQ(heard.address, wanted.address) << i;
+    EXPECT_EQ(heard.region, wanted.region) << i;
+    EXPECT_EQ(heard.sm, wanted.sm) << i;
+    EXPECT_EQ(heard.client, wanted.client) << i;
+    EXPECT_EQ(heard.write, wanted.write) << i;
+  }
+}
+
 /// Names a way that no cache has.
 class Nonsense final : public CacheReplacement {
  public:
-  void filled(std::uint64_t, unsigned) override {}
-  void referenced(std::uint64_t, unsigned) override {}
-  unsigned victim(std::uint64_t) const override { return 4711; }
+  void filled(std::uint64_t, unsigned, const MemoryRequest&) override {}
+  void referenced(std::uint64_t, unsigned, const MemoryRequest&) override {}
+  unsigned victim(std::uint64_t, const MemoryRequest&) const override { return 4711; }
   unsigned bits_per_line() const override { return 0; }
 };
 

@@ -54,8 +54,8 @@ TEST(SectorCacheTagsTest, AgreesWithLruLists) {
       ASSERT_EQ(slot == SectorCacheTags::kNone, line == set.end());
       if (line == set.end()) {
         SectorCacheTags::Victim victim;
-        const SectorCacheTags::Victim foreseen = tags.victim(address);
-        slot = tags.insert(address, &victim);
+        const SectorCacheTags::Victim foreseen = tags.victim(address, {});
+        slot = tags.insert(address, {}, &victim);
         ASSERT_EQ(victim.valid, set.size() == c.ways);
         ASSERT_EQ(foreseen.valid, victim.valid);
         if (victim.valid) {
@@ -68,7 +68,7 @@ TEST(SectorCacheTagsTest, AgreesWithLruLists) {
       } else {
         ASSERT_EQ(tags.valid(slot), line->valid);
         ASSERT_EQ(tags.dirty(slot), line->dirty);
-        tags.touch(slot);
+        tags.touch(slot, [] { return MemoryRequest(); });
         set.splice(set.begin(), set, line);
       }
       tags.set_valid(slot, sector);
@@ -110,8 +110,8 @@ TEST(SectorCacheTagsTest, LoadedTagsDoWhatTheSavedOnesWouldHave) {
       const auto access = [&](SectorCacheTags& cache, std::uint64_t address, bool dirty,
                               SectorCacheTags::Victim& victim) {
         SectorCacheTags::Slot slot = cache.find(address);
-        if (slot == SectorCacheTags::kNone) slot = cache.insert(address, &victim);
-        cache.touch(slot);
+        if (slot == SectorCacheTags::kNone) slot = cache.insert(address, {}, &victim);
+        cache.touch(slot, [] { return MemoryRequest(); });
         cache.set_valid(slot, cache.sector_bit(address));
         if (dirty) cache.set_dirty(slot, cache.sector_bit(address));
       };
@@ -145,7 +145,7 @@ TEST(SectorCacheTagsTest, LoadRefusesWhatNoTagsHaveSaved) {
   for (const SectorCacheTags::Geometry& geometry : {small, large}) {
     SectorCacheTags tags(geometry);
     SectorCacheTags::Victim victim;
-    for (std::uint64_t line = 0; line < geometry.ways; ++line) tags.insert(line * 128, &victim);
+    for (std::uint64_t line = 0; line < geometry.ways; ++line) tags.insert(line * 128, {}, &victim);
     StateWriter out;
     tags.save(out);
     unsigned refused = 0;
@@ -161,7 +161,7 @@ TEST(SectorCacheTagsTest, LoadRefusesWhatNoTagsHaveSaved) {
         continue;
       }
       for (std::uint64_t line = 0; line < 3 * geometry.ways; ++line) {  // it is some state of such a cache
-        if (loaded.find(line * 128) == SectorCacheTags::kNone) loaded.insert(line * 128, &victim);
+        if (loaded.find(line * 128) == SectorCacheTags::kNone) loaded.insert(line * 128, {}, &victim);
       }
       EXPECT_EQ(loaded.lines_valid(), geometry.bytes / 128);
     }

@@ -57,8 +57,9 @@ class WorkBench {
     friend bool operator==(const Seen&, const Seen&) = default;
   };
 
-  WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration)
-      : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots}, source) {
+  WorkBench(std::size_t groups, unsigned sms, unsigned slots, std::function<Cycle(std::uint32_t)> duration,
+            const std::string& policy = "round_robin")
+      : source(groups), clock("clock", 1365.0), distributor("distributor", clock, {sms, slots, policy}, source) {
     for (unsigned sm = 0; sm < sms; ++sm) {
       launches.emplace_back(std::make_unique<Link<LaunchWarp>>("launch" + std::to_string(sm), 1, slots));
       ends.emplace_back(std::make_unique<Link<WarpEnded>>("ended" + std::to_string(sm), 1, slots));
@@ -108,6 +109,24 @@ TEST_F(WorkDistributorTest, OneGroupACycleRoundRobinLowestFreeSlot) {
   using S = WorkBench::Seen;
   EXPECT_THAT(bench.seen,
               ElementsAre(S{1, 0, 0, 0}, S{2, 1, 0, 1}, S{3, 0, 1, 2}, S{4, 1, 1, 3}, S{5, 0, 2, 4}, S{6, 1, 2, 5}));
+}
+
+/// All to the last SM; while that is full the group waits.
+struct LastOnly final : WorkDistribution {
+  unsigned choose(const traces::RayGroup&, const std::vector<unsigned>& room) override {
+    return room.back() != 0 ? static_cast<unsigned>(room.size()) - 1 : kNobody;
+  }
+};
+
+TEST_F(WorkDistributorTest, APolicyOfTheUsersMayLetAGroupWait) {
+  register_work_distribution("last_only", [](unsigned) { return std::make_unique<LastOnly>(); });
+  WorkBench bench(
+      3, 2, 2, [](std::uint32_t) { return 10; }, "last_only");
+  EXPECT_TRUE(run_until_quiet(bench.clock, 10000));
+  using S = WorkBench::Seen;
+  // Group 0 ends in 11, which is seen in 12; group 2 starts in 13.
+  EXPECT_THAT(bench.seen, ElementsAre(S{1, 1, 0, 0}, S{2, 1, 1, 1}, S{13, 1, 0, 2}));
+  EXPECT_EQ(work_distribution_names(), (std::vector<std::string>{"round_robin", "last_only"}));
 }
 
 TEST_F(WorkDistributorTest, AFreedSlotIsReusedTheCycleItsEndIsSeen) {

@@ -15,7 +15,7 @@ namespace grtx::sim {
 namespace {
 
 std::string printed_by_own_rtl(const std::string& arguments) {
-  const std::string command = "SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" + paths::own_rtl() + "' " + arguments + " 2>&1";
+  const std::string command = "'" + paths::own_rtl() + "' " + arguments + " 2>&1";
   std::FILE* pipe = ::popen(command.c_str(), "r");
   std::string out;
   std::array<char, 256> buffer{};

@@ -22,8 +22,7 @@ struct Outcome {
 };
 
 Outcome own_dram(const std::string& arguments) {
-  const std::string command =
-      "SYSTEMC_DISABLE_COPYRIGHT_MESSAGE=1 '" + grtx::paths::own_dram() + "' " + arguments + " 2>&1";
+  const std::string command = "'" + grtx::paths::own_dram() + "' " + arguments + " 2>&1";
   std::FILE* pipe = ::popen(command.c_str(), "r");
   Outcome outcome;
   std::array<char, 256> buffer{};

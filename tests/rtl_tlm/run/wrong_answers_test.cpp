@@ -13,6 +13,7 @@
 #include "grtx/modules/cache/decide/replacement.h"
 #include "grtx/modules/dram/decide/dram_scheduling.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
+#include "grtx/modules/simt/decide/work_distribution.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
@@ -78,24 +79,30 @@ TEST(WrongAnswers, AreBlamedOnTheUnitThatGivesThem) {
 
 /// Policies that answer nonsense.
 struct Way4711 final : modules::CacheReplacement {
-  void filled(std::uint64_t, unsigned) override {}
-  void referenced(std::uint64_t, unsigned) override {}
-  unsigned victim(std::uint64_t) const override { return 4711; }
+  void filled(std::uint64_t, unsigned, const modules::MemoryRequest&) override {}
+  void referenced(std::uint64_t, unsigned, const modules::MemoryRequest&) override {}
+  unsigned victim(std::uint64_t, const modules::MemoryRequest&) const override { return 4711; }
   unsigned bits_per_line() const override { return 0; }
 };
 struct Bank4711 final : modules::DramScheduling {
   modules::DramChoice choose(Cycle, const modules::DramQueues&) override { return {.row = 4711}; }
 };
 struct Entry4711 final : modules::WarpSelection {
-  unsigned select(LaneMask, const std::vector<std::uint64_t>&) override { return 4711; }
+  unsigned select(LaneMask, const std::vector<std::uint64_t>&, const modules::SelectableWarps&) override {
+    return 4711;
+  }
+};
+
+struct Sm4711 final : modules::WorkDistribution {
+  unsigned choose(const traces::RayGroup&, const std::vector<unsigned>&) override { return 4711; }
 };
 
 /// Another dirty way whenever it is asked.
 struct FickleWay final : modules::CacheReplacement {
   explicit FickleWay(unsigned ways) : ways_(ways) {}
-  void filled(std::uint64_t, unsigned) override {}
-  void referenced(std::uint64_t, unsigned) override {}
-  unsigned victim(std::uint64_t) const override { return asked_++ % ways_; }
+  void filled(std::uint64_t, unsigned, const modules::MemoryRequest&) override {}
+  void referenced(std::uint64_t, unsigned, const modules::MemoryRequest&) override {}
+  unsigned victim(std::uint64_t, const modules::MemoryRequest&) const override { return asked_++ % ways_; }
   unsigned bits_per_line() const override { return 0; }
 
  private:
@@ -114,6 +121,7 @@ std::string failure_with(const std::string& setting, const std::string& more = "
     modules::register_dram_scheduling("bank_4711",
                                       [](const modules::DramChannelConfig&) { return std::make_unique<Bank4711>(); });
     modules::register_warp_selection("entry_4711", [] { return std::make_unique<Entry4711>(); });
+    modules::register_work_distribution("sm_4711", [](unsigned) { return std::make_unique<Sm4711>(); });
     register_memory_system("no_memory", [](Gpu&, const BuildOptions&) { return nullptr; });
     try {
       simulate(run.path("t.grtx"), load_config(grtx::paths::source_dir() + "/configs/small.toml", {setting, more}), {});
@@ -144,6 +152,8 @@ TEST(WrongAnswers, OfPoliciesAreNamedInOneLine) {
               MatchesRegex("gpu\\.sm[0-9]+\\.rt: .*: the warp selection entry_4711 chose entry 4711, which is no "
                            "candidate"))
       << "it was a segmentation fault";
+  EXPECT_THAT(failure_with("gpu.distribution=sm_4711"),
+              MatchesRegex("gpu\\.distributor: .*: the work distribution sm_4711 chose SM 4711, which has no room"));
   EXPECT_EQ(failure_with("dram.model=no_memory"), "parts: no_memory: its factory made nothing");
 }
 

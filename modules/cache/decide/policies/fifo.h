@@ -13,9 +13,11 @@ namespace grtx::modules {
 class Fifo final : public CacheReplacement {
  public:
   Fifo(std::uint64_t sets, unsigned ways) : ways_(ways), next_(sets) {}
-  void filled(std::uint64_t set, unsigned way) override { next_[set] = way + 1 == ways_ ? 0 : way + 1; }
-  void referenced(std::uint64_t, unsigned) override {}
-  unsigned victim(std::uint64_t set) const override { return next_[set]; }
+  void filled(std::uint64_t set, unsigned way, const MemoryRequest&) override {
+    next_[set] = way + 1 == ways_ ? 0 : way + 1;
+  }
+  void referenced(std::uint64_t, unsigned, const MemoryRequest&) override {}
+  unsigned victim(std::uint64_t set, const MemoryRequest&) const override { return next_[set]; }
   /// One counter per set, rounded up to 1 bit per line.
   unsigned bits_per_line() const override { return 1; }
   bool save(StateWriter& state) const override {

@@ -12,12 +12,12 @@ namespace grtx::modules {
 class PseudoRandom final : public CacheReplacement {
  public:
   PseudoRandom(std::uint64_t sets, unsigned ways) : ways_(ways), victim_(sets) {}
-  void filled(std::uint64_t set, unsigned) override {
+  void filled(std::uint64_t set, unsigned, const MemoryRequest&) override {
     state_ = state_ * 6364136223846793005u + 1442695040888963407u;  // Knuth's MMIX generator
     victim_[set] = static_cast<unsigned>((state_ >> 33) % ways_);
   }
-  void referenced(std::uint64_t, unsigned) override {}
-  unsigned victim(std::uint64_t set) const override { return victim_[set]; }
+  void referenced(std::uint64_t, unsigned, const MemoryRequest&) override {}
+  unsigned victim(std::uint64_t set, const MemoryRequest&) const override { return victim_[set]; }
   unsigned bits_per_line() const override { return 0; }
   bool save(StateWriter& state) const override {
     state.put(state_);

@@ -33,8 +33,8 @@ std::vector<std::string> warp_selection_names() { return selections().names(); }
 std::unique_ptr<WarpSelection> make_warp_selection(std::string_view name) { return selections().make(name); }
 
 unsigned selected_entry(WarpSelection& selection, const std::string& name, LaneMask candidates,
-                        const std::vector<std::uint64_t>& ages) {
-  const unsigned entry = selection.select(candidates, ages);
+                        const std::vector<std::uint64_t>& ages, const SelectableWarps& warps) {
+  const unsigned entry = selection.select(candidates, ages, warps);
   if (entry >= 64 || (candidates & bit(entry)) == 0) [[unlikely]] {
     throw WrongAnswer("the warp selection " + name + " chose entry " + std::to_string(entry) +
                       ", which is no candidate");

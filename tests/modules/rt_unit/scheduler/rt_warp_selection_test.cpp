@@ -18,10 +18,16 @@ struct Step {
   unsigned expected;
 };
 
+/// Nobody asks of them.
+struct NoWarps final : SelectableWarps {
+  SelectableWarp at(unsigned) const override { return {}; }
+};
+
 void expect_choices(const char* policy, const std::vector<Step>& steps) {
   const auto selection = make_warp_selection(policy);
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    EXPECT_EQ(selection->select(steps[i].candidates, steps[i].ages), steps[i].expected) << policy << " step " << i;
+    EXPECT_EQ(selection->select(steps[i].candidates, steps[i].ages, NoWarps()), steps[i].expected)
+        << policy << " step " << i;
   }
 }
 
@@ -53,7 +59,7 @@ TEST(RtWarpSelection, GreedyStaysUntilItsWarpCannotGoOnThenTakesTheOldest) {
 /// The highest entry: made here, known by its name from then on.
 class HighestEntry final : public WarpSelection {
  public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&) override {
+  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&, const SelectableWarps&) override {
     return 63U - static_cast<unsigned>(std::countl_zero(candidates));
   }
 };

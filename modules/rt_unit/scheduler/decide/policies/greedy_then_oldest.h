@@ -9,7 +9,7 @@ namespace grtx::modules {
 /// Selects the last selected warp as long as it is a candidate, else the oldest.
 class GreedyThenOldest final : public WarpSelection {
  public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {
+  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages, const SelectableWarps&) override {
     const bool stays = served_ && (candidates >> entry_ & 1) != 0 && ages[entry_] == age_;
     if (!stays) entry_ = OldestFirst::oldest(candidates, ages);
     age_ = ages[entry_];

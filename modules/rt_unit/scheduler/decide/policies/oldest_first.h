@@ -12,7 +12,7 @@ namespace grtx::modules {
 /// Selects the warp that entered the buffer first (as in Vulkan-Sim).
 class OldestFirst final : public WarpSelection {
  public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages) override {
+  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>& ages, const SelectableWarps&) override {
     return oldest(candidates, ages);
   }
   static unsigned oldest(LaneMask candidates, const std::vector<std::uint64_t>& ages) {

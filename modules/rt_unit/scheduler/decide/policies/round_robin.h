@@ -12,7 +12,7 @@ namespace grtx::modules {
 /// Selects the next candidate after the last selected entry, by entry number.
 class RoundRobin final : public WarpSelection {
  public:
-  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&) override {
+  unsigned select(LaneMask candidates, const std::vector<std::uint64_t>&, const SelectableWarps&) override {
     assert(candidates != 0);
     const LaneMask after = last_ >= 63 ? 0 : candidates & (~LaneMask{0} << (last_ + 1));
     last_ = static_cast<unsigned>(std::countr_zero(after != 0 ? after : candidates));
