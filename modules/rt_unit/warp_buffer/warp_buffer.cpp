@@ -7,8 +7,7 @@
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-                       const StackEntryLayout& stack_entry, bool objects, unsigned bvh_width,
-                       unsigned ray_readers)
+                       const StackEntryLayout& stack_entry, bool objects, unsigned bvh_width, unsigned ray_readers)
     : WarpBufferModule(name),
       config_(config),
       checkpoint_(checkpoint),

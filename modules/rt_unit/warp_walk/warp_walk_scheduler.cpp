@@ -363,12 +363,13 @@ Inventory WarpWalkScheduler::inventory() const {
   const unsigned banks = std::max(1U, stacks_.write_ports);
   storage.push_back({"stack", StorageKind::ram, n * stacks_.entries * layout_.bits, 1, 1, false, layout_.bits, banks});
   storage.push_back({"links", StorageKind::flip_flop, n * stacks_.entries * (2 * place + 1)});
-  // Of each place in the window: the entry's number, node slot, whether a leaf, number of lanes. Places move up and down.
+  // Of each place in the window: the entry's number, node slot, whether a leaf, number of lanes. Places move up and
+  // down.
   const std::uint64_t window = stacks_.window != 0 ? stacks_.window : stacks_.entries;
   const unsigned window_bits = place + slot_bits + 1 + 6;
   storage.push_back({"window", StorageKind::flip_flop, n * window * window_bits});
   inventory.operators.push_back({"mux", window_bits, 2 * n * window});
-  inventory.operators.push_back({"int_compare", 8, n * window});  // room for the hits of a leaf's lanes
+  inventory.operators.push_back({"int_compare", 8, n * window});       // room for the hits of a leaf's lanes
   const unsigned node_ports = node_ports_ != 0 ? 2 * node_ports_ : 1;  // units that read: boxes, leaves
   storage.push_back({"nodes", StorageKind::ram, slots * record_bits_, node_ports, 1, false, record_bits_});
   // Of a slot: address, place in the stack, state; lanes, those to be tested, those being tested, those of each of

@@ -107,12 +107,12 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
   StackEntryLayout layout_;
   unsigned record_bits_;  ///< of a node, as read
   unsigned node_ports_;
-  bool by_slot_;          ///< children are visited in slot order
+  bool by_slot_;  ///< children are visited in slot order
   node_test_if* units_ = nullptr;
   traces::NodeKind leaf_{};
-  std::vector<Walk> walks_;            ///< [entry]
-  std::array<Entering, 2> entering_;   ///< nodes, leaves
-  LaneMask writing_ = 0;               ///< entries whose warp has children to write
+  std::vector<Walk> walks_;           ///< [entry]
+  std::array<Entering, 2> entering_;  ///< nodes, leaves
+  LaneMask writing_ = 0;              ///< entries whose warp has children to write
 };
 
 /// Throws Error unless warps can walk a trace with this header.

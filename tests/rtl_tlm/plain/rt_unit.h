@@ -47,8 +47,18 @@ class RtUnit {
       : config_(config), header_(header), map_(map), sm_(sm), messages_(messages), memory_(memory) {
     warps_.resize(config.warp_buffer.entries);
     const auto pipelines = [&](const modules::IntersectionUnit::Config& c) {
-      return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0,
-                  config.warp_buffer.ray_banks, config.memory.node_ports};
+      return Unit{c.count,
+                  c.latency,
+                  c.interval,
+                  std::vector<Cycle>(c.count, 0),
+                  {},
+                  {},
+                  0,
+                  0,
+                  0,
+                  0,
+                  config.warp_buffer.ray_banks,
+                  config.memory.node_ports};
     };
     units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_gaussian), pipelines(config.ray_transform)};
@@ -1443,7 +1453,8 @@ class RtUnit {
     auto child = std::find_if(children.begin(), children.end(),
                               [address](const WarpWalk::Entry& other) { return other.address == address; });
     if (child == children.end()) {
-      child = children.insert(child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}, {}, {}, false});
+      child = children.insert(
+          child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}, {}, {}, false});
     }
     child->events[lane] = number;
   }
@@ -1512,9 +1523,9 @@ class RtUnit {
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, triggers_replayed_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0,
                 prefetch_sectors_ = 0;
-  std::uint64_t nodes_that_came_ = 0;                                     // to units
+  std::uint64_t nodes_that_came_ = 0;                                      // to units
   std::array<std::deque<std::pair<unsigned, unsigned>>, 2> walk_arrived_;  // nodes, leaves: entry, slot
-  std::array<unsigned, 2> walk_tests_{};                                  // of each, queued or in pipelines
+  std::array<unsigned, 2> walk_tests_{};                                   // of each, queued or in pipelines
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
   std::uint64_t walk_entries_ = 0, walk_dropped_ = 0, walk_in_vain_ = 0, walk_under_way_ = 0, walk_most_ = 0;
 };

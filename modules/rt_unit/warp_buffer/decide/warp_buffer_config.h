@@ -32,10 +32,11 @@ struct WarpBufferConfig {
              "stack entries beyond the warp buffer are written to memory and read back; else there is room for the "
              "deepest stack (140 entries with nodes of 6 children)",
              kOurs);
-    list.add("ray_banks", ray_banks, {0, kMaxLanes}, "banks",
-             "each unit that reads rays has a copy of them, with lane l in bank l mod so many, and reads each bank once "
-             "a cycle; 0: pipelines read as they start, and one port is priced",
-             assumed("this project: papers name no ports; designs gautracer and walk have 4"));
+    list.add(
+        "ray_banks", ray_banks, {0, kMaxLanes}, "banks",
+        "each unit that reads rays has a copy of them, with lane l in bank l mod so many, and reads each bank once "
+        "a cycle; 0: pipelines read as they start, and one port is priced",
+        assumed("this project: papers name no ports; designs gautracer and walk have 4"));
     list.rule(
         "stack_entries", [this] { return !spill || stack_entries >= 2; },
         "must be at least 2 with rt.warp_buffer.spill");

@@ -77,7 +77,8 @@ class WarpStack {
       : entries_(config.entries),
         ahead_(config.ahead),
         window_(config.window),
-        spill_(config.entries, in_a_sector), nodes_(config.ahead) {}
+        spill_(config.entries, in_a_sector),
+        nodes_(config.ahead) {}
 
   /// The stack, which must be empty, holds the root.
   void begin(const WarpStackEntry& root);

@@ -29,7 +29,7 @@ struct WarpStackConfig {
   unsigned ahead = 16;
   unsigned window = 16;      ///< 0: all entries
   unsigned write_ports = 1;  ///< 0: as many as children come
-  unsigned tests = 256;      ///< 0: a place for each lane of each node slot
+  unsigned tests = 128;      ///< 0: a place for each lane of each node slot
   /// Node slots of an RT unit, and bits of a test's name: its slot and lane.
   std::uint64_t slots(unsigned warps) const { return std::uint64_t{warps} * ahead; }
   unsigned test_bits(unsigned warps) const {
@@ -42,10 +42,11 @@ struct WarpStackConfig {
     list.add("ahead", ahead, {1, kMostAhead}, "entries",
              "with rt.traversal = warp: entries of a warp's stack that may be under way at once, the topmost ones",
              kOurs);
-    list.add("window", window, {0, 1024}, "entries",
-             "with rt.traversal = warp: topmost places of a warp's stack, waiting or under way, of which one may start; "
-             "0: all",
-             kOurs);
+    list.add(
+        "window", window, {0, 1024}, "entries",
+        "with rt.traversal = warp: topmost places of a warp's stack, waiting or under way, of which one may start; "
+        "0: all",
+        kOurs);
     list.add("write_ports", write_ports, {0, 64}, "entries/cycle",
              "with rt.traversal = warp: entries that are written to the stacks of an RT unit in a cycle; 0: any number",
              kOurs);
