@@ -13,9 +13,11 @@ namespace grtx::explore {
 
 const std::vector<Design>& designs() {
   // GauTracer: one level, a leaf of 64 B for each Gaussian; the hit is the peak of its response; heaps of 16 hits of
-  // three words in registers (keys_for()), beside the 32 that the ray generation shader is assumed to need.
-  const Design::Texts heaps = {
-      {"rt.gaussian.enabled", "true"}, {"rt.any_hit_unit.enabled", "true"}, {"simt.registers_per_thread", "32"}};
+  // three words in registers (keys_for()), beside the 32 that the ray generation shader is assumed to need. Rays are
+  // read in four banks, nodes one a cycle and unit; eight heap logics have a row of the register file each.
+  const Design::Texts heaps = {{"rt.gaussian.enabled", "true"}, {"rt.any_hit_unit.enabled", "true"},
+                               {"rt.any_hit_unit.count", "8"},  {"rt.warp_buffer.ray_banks", "4"},
+                               {"rt.memory.node_ports", "1"},   {"simt.registers_per_thread", "32"}};
   // Its units with heaps of 64 hits, by entry, leaves of 32 B, and warps that walk together (docs/model/warp_walk.md).
   // Its stack spills, and its nodes have six children, whatever a machine's lanes and nodes do.
   Design::Texts walk = heaps;

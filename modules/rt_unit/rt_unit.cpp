@@ -77,6 +77,9 @@ void RtUnitConfig::parameters(ParameterList& list) {
   list.under("transform", [&](ParameterList& unit) {
     ray_transform.parameters(unit, "ray-transform",
                              assumed("UBC 2024 has 4; our operators need 6 at least (grtx cost)"));
+    unit.add("decode_latency", leaf_decode_latency, {0, kMaxLatency}, "cycles",
+             "a leaf of layout quantised is decoded before its transform",
+             assumed("this project: shifter, adder and one addition, in a cycle"));
     unit.add("implementation", transform_implementation, kUnitImplementations, kOurs);
   });
 }
@@ -112,10 +115,10 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
   if (config_.walks()) stack_entry.bits = 0;  // the stack of a warp is in the warp walk scheduler
   warp_buffer_ = made(parts.warp_buffer, "warp_buffer", context_, [&](const char* name) {
     return std::make_unique<WarpBuffer>(name, config_.warp_buffer, header.checkpoint, stack_entry, header.three_level(),
-                                        header.bvh_width);
+                                        header.bvh_width, header.two_level ? 3 : 2);
   });
   memory_ = made(parts.memory_scheduler, "memory_scheduler", context_, [&](const char* name) {
-    return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries);
+    return std::make_unique<MemoryScheduler>(name, config_.memory, header, entries, !config_.walks());
   });
   if (config_.any_hit_unit.enabled) {
     any_hit_ = made(parts.any_hit_unit, "any_hit_unit", context_, [&](const char* name) {
@@ -159,7 +162,8 @@ void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& hea
   if (config_.walks()) {
     require_walkable(header);
     scheduler_ = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
-      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header);
+      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header,
+                                                 config_.memory.node_ports);
     });
     return;
   }
@@ -170,10 +174,12 @@ void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& hea
 
 void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
+  const bool behind = transforms_leaves(header);  // the transform unit passes ray and Gaussian on
   const auto unit = [&](const RtUnitParts::Factory<IntersectionModule>& factory, const char* of,
-                        const IntersectionUnit::Config& config, const DataPath& path) {
-    return made(factory, of, context_,
-                [&](const char* name) { return std::make_unique<IntersectionUnit>(name, config, entries, path); });
+                        const IntersectionUnit::Config& config, const DataPath& path, bool reads = true) {
+    return made(factory, of, context_, [&](const char* name) {
+      return std::make_unique<IntersectionUnit>(name, config, entries, path, config_.test_input(reads));
+    });
   };
   ray_box_ = unit(parts.ray_box, "ray_box", config_.ray_box, config_.box_path(header));
   if (traffic_.leaf_kind() == NodeKind::triangle) {
@@ -181,13 +187,13 @@ void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header)
   } else if (config_.tests_gaussians(header)) {
     ray_gaussian_ =
         unit(parts.ray_gaussian, "ray_gaussian", config_.ray_gaussian,
-             ray_gaussian_path(header.inputs.contains("sort_key") && header.inputs.at("sort_key") == "entry"));
+             ray_gaussian_path(header.inputs.contains("sort_key") && header.inputs.at("sort_key") == "entry"), !behind);
   } else if (!traces::has_box_leaves(header.accel)) {
-    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path());
+    ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path(), !behind);
   }
-  if (header.two_level || transforms_leaves(header)) {
-    ray_transform_ =
-        unit(parts.ray_transform, "ray_transform", config_.ray_transform, RtUnitConfig::transform_path(header));
+  if (header.two_level || behind) {
+    ray_transform_ = unit(parts.ray_transform, "ray_transform", config_.transform_unit(header),
+                          RtUnitConfig::transform_path(header));
   }
 }
 
@@ -348,6 +354,7 @@ inline void RtUnit::run_stages(Cycle now) {
   if (checkpoint_ && checkpoint_->awake()) checkpoint_->accept(now);
   if (any_hit_->awake() || shader_dones_.next_visible() <= now) any_hit_->invoke(now);
   if (warps_->finished_entries() != 0) warp_buffer_->retire(now);
+  if (scheduler_->working()) scheduler_->prepare(now);
   if (warps_->ready_entries() != 0) {
     scheduler_->schedule(now);
   } else {
@@ -358,7 +365,7 @@ inline void RtUnit::run_stages(Cycle now) {
 
 inline Cycle RtUnit::next_due(Cycle now) const {
   const auto busy = [](const MemoryClient& client) { return client.part->awake() && client.part->busy(); };
-  if (warps_->ready_entries() != 0 || warps_->finished_entries() != 0 ||
+  if (warps_->ready_entries() != 0 || warps_->finished_entries() != 0 || scheduler_->working() ||
       std::any_of(clients_.begin(), clients_.end(), busy)) {
     return now + 1;
   }

@@ -39,6 +39,7 @@ struct RtUnitConfig {
   IntersectionConfig ray_sphere = kRaySphereUnit;
   IntersectionConfig ray_gaussian = kRayGaussianUnit;
   IntersectionConfig ray_transform = kRayTransformUnit;
+  unsigned leaf_decode_latency = 1;
   UnitImplementation box_implementation = UnitImplementation::tlm;
   UnitImplementation transform_implementation = UnitImplementation::tlm;
   TraversalWay traversal = TraversalWay::lane;
@@ -58,6 +59,23 @@ struct RtUnitConfig {
   /// Data path of a ray-transform pipeline for a trace with this header.
   static DataPath transform_path(const traces::Header& header) {
     return ray_transform_path(header.node_sizes().coded_transforms());
+  }
+  /// The transform unit for a trace with this header: coded maps are decoded first.
+  IntersectionConfig transform_unit(const traces::Header& header) const {
+    IntersectionConfig unit = ray_transform;
+    if (header.node_sizes().coded_transforms()) unit.latency += leaf_decode_latency;
+    return unit;
+  }
+  /// How tests come to a unit. reads: it reads rays and nodes, else another unit passes them on.
+  TestInput test_input(bool reads) const {
+    TestInput input;
+    if (walks()) {
+      input.places = warp_stack.places(warp_buffer.entries);
+      input.name_bits = warp_stack.test_bits(warp_buffer.entries);
+    }
+    if (reads) input.ray_banks = warp_buffer.ray_banks;
+    if (reads) input.node_ports = memory.node_ports;
+    return input;
   }
   /// Whether an RT unit for a trace with this header has a prefetcher.
   bool has_prefetcher(const traces::Header&) const { return sibling_prefetch && !walks(); }

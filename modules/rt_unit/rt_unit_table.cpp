@@ -31,9 +31,9 @@ std::vector<PartInfo> part_table(const RtUnitConfig& c, const OwnKeys& own) {
   std::vector<PartInfo> parts = {
       part_info(c.scheduler),
       part_info(c.warp_buffer),
-      with_idle(part_info(c.warp_stack, c.walks()), !c.walks(), "rt.warp_stack.", traversal),
+      with_idle(part_info(c.warp_stack, c.walks(), c.warp_buffer.ray_banks), !c.walks(), "rt.warp_stack.", traversal),
       with_idle(stack_unit_info(), c.walks(), "rt.warp_buffer.stack_entries", traversal),
-      part_info(c.memory),
+      part_info(c.memory, c.walks()),
       ray_box_info(c.ray_box),
       ray_triangle_info(c.ray_triangle),
       ray_sphere_info(c.ray_sphere),

@@ -424,7 +424,7 @@ std::unique_ptr<IntersectionModule> make_verilated_ray_box(const char* name, con
 std::unique_ptr<IntersectionModule> make_verilated_ray_transform(const char* name, const RtUnitContext& rt,
                                                                  const RtlBenchOptions& options) {
   using Limits = IntersectionRtlLimits;
-  const IntersectionConfig config = rt.config.ray_transform;
+  const IntersectionConfig config = rt.config.transform_unit(rt.header);
   const unsigned entries = rt.config.warp_buffer.entries;
   const auto made = [&]<typename Block, unsigned kCount>(unsigned stages) {
     return std::make_unique<IntersectionRtl<Block, kCount>>(name, config, rt.config.transform_path(rt.header), stages,

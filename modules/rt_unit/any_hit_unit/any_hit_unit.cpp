@@ -135,6 +135,10 @@ Inventory AnyHitUnit::inventory() const {
   inventory.operators.push_back({"fp_compare", 32, config_.count});
   inventory.operators.push_back({"int_compare", 32, config_.count});
   inventory.operators.push_back({"int_add", 8, config_.count});
+  // The lanes of a heap logic have rows of the register file of their own: to read and to write, a decoder for each
+  // logic beyond the first, two gates a row.
+  constexpr std::uint64_t kRegisterRows = 2048;  // 65,536 registers of threads, 32 to a row
+  inventory.operators.push_back({"mux", 1, 2 * kRegisterRows * (config_.count - 1)});
   if (!bounded_) return inventory;
   // For each lane the sum of its heap's opacities and that at which its ray ends.
   inventory.storage.push_back({"opacity", StorageKind::ram, lanes * 2 * kOpacityBits, 1, 1, false, 2 * kOpacityBits});

@@ -21,6 +21,8 @@ class intersection_if : public virtual sc_core::sc_interface {
   /// walk together (rt.traversal), `id` is a walk_test(), and a lane may have several requests. May be called after
   /// the unit's tick() in the same cycle; the earliest start is the next cycle.
   virtual void enqueue(Cycle now, LaneId id, unsigned tests) = 0;
+  /// Requests from here on are of another node.
+  virtual void begin_node() {}
 };
 
 /// The node dispatch as the warp walk scheduler sees it.
@@ -29,6 +31,8 @@ class node_test_if : public virtual sc_core::sc_interface {
   /// Passes a lane at a node of this kind, which has been fetched, to the unit that tests it. children: of an internal
   /// node. The result comes with `test` as the lane's number.
   virtual void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) = 0;
+  /// Tests of nodes of this kind are of another node from here on.
+  virtual void begin_node(traces::NodeKind kind) = 0;
 };
 
 /// Receives results.

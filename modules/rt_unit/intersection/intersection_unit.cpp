@@ -23,10 +23,11 @@ const CounterTable<IntersectionCounters>& IntersectionCounters::table() {
 }
 
 IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Config& config, unsigned entries,
-                                   DataPath path)
+                                   DataPath path, const TestInput& input)
     : IntersectionModule(name),
       config_(config),
       path_(std::move(path)),
+      input_(input),
       free_from_(config.count),
       lanes_(std::size_t{entries} * kMaxLanes) {
   if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
@@ -39,6 +40,7 @@ void IntersectionUnit::restart() {
   flights_.clear();
   std::fill(free_from_.begin(), free_from_.end(), 0);
   next_free_ = 0;
+  node_ = 0;
   due_ = kNever;
   counters_ = {};
 }
@@ -55,11 +57,25 @@ void IntersectionUnit::tick(Cycle now) {
   if (!queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
 }
 
+bool IntersectionUnit::read(const Request& request, Reads& reads) const {
+  if (input_.node_ports != 0 && (reads.nodes == 0 || request.node != reads.node)) {
+    if (reads.nodes == input_.node_ports) return false;
+    ++reads.nodes;
+    reads.node = request.node;
+  }
+  if (input_.ray_banks == 0) return true;
+  const LaneMask bank = bit(lane_of(request.lane) % input_.ray_banks);
+  if ((reads.banks & bank) != 0) return false;
+  reads.banks |= bank;
+  return true;
+}
+
 void IntersectionUnit::start_queued(Cycle now) {
   Cycle earliest = kNever;
+  Reads reads;
   for (Cycle& free_from : free_from_) {
     if (free_from <= now) {
-      if (queue_.empty()) {
+      if (queue_.empty() || !read(queue_.front(), reads)) {
         earliest = now;
         break;
       }
@@ -96,17 +112,19 @@ std::vector<UnitProbe> IntersectionState::probes() const {
           {"in_flight", width, [this] { return in_flight(); }}};
 }
 
-Inventory IntersectionUnit::inventory() const { return intersection_inventory(name(), config_, path_, lanes_); }
+Inventory IntersectionUnit::inventory() const { return intersection_inventory(name(), config_, path_, lanes_, input_); }
 
 Inventory intersection_inventory(const char* name, const IntersectionUnit::Config& config, const DataPath& path,
-                                 std::uint64_t lanes) {
+                                 std::uint64_t lanes, const TestInput& input) {
   Inventory inventory{name, {}, {}};
   // A pipeline that starts a test every `interval` cycles can use each operator that many times per test.
   for (Operators o : path.operators) {
     o.count = (o.count + config.interval - 1) / config.interval * config.count;
     inventory.operators.push_back(std::move(o));
   }
-  inventory.storage.push_back({"queue", StorageKind::ram, lanes * 8, 1, 1, false, 8});  // lane numbers
+  const std::uint64_t places = input.places != 0 ? input.places : lanes;
+  inventory.storage.push_back(
+      {"queue", StorageKind::ram, places * input.name_bits, 1, 1, false, input.name_bits});  // names of tests
   // Pipeline registers: one stage per cycle of latency, one test per `interval` stages.
   const std::uint64_t stages = (config.latency + config.interval - 1) / config.interval;
   inventory.storage.push_back({"pipeline_registers", StorageKind::flip_flop, config.count * stages * path.stage_bits});

@@ -53,11 +53,12 @@ const CounterTable<MemorySchedulerCounters>& MemorySchedulerCounters::table() {
 }
 
 MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Config& config,
-                                 const traces::Header& header, unsigned entries)
+                                 const traces::Header& header, unsigned entries, bool holds_nodes)
     : NodeFetchModule(name),
       config_(config),
       header_(header),
       traffic_(header, config.traffic),
+      holds_nodes_(holds_nodes),
       fetches_(std::size_t{entries} * kMaxLanes),
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
@@ -273,6 +274,13 @@ Inventory MemoryScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
   // A record: lanes, node address (48 bits), kind, sectors still missing.
   inventory.storage.push_back({"fetches", StorageKind::ram, fetches_.size() * (kMaxLanes + 48 + 3 + 4)});
+  if (holds_nodes_ && config_.node_ports != 0) {
+    const traces::NodeSizes sizes = header_.node_sizes();
+    const auto node_bits = static_cast<unsigned>(
+        8 * std::max(sizes.read_bytes(traces::NodeKind::internal), sizes.read_bytes(traffic_.leaf_kind())));
+    const unsigned ports = config_.node_ports * (header_.two_level ? 3 : 2);  // of each unit that reads
+    inventory.storage.push_back({"nodes", StorageKind::ram, fetches_.size() * node_bits, ports, 1, false, node_bits});
+  }
   inventory.storage.push_back({"queue", StorageKind::flip_flop, std::uint64_t{config_.queue} * (8 + 3)});
   inventory.operators.push_back({"match", 48, std::uint64_t{kMaxLanes} * (kMaxLanes - 1) / 2});
   return inventory;
@@ -289,9 +297,15 @@ void MemoryScheduler::dump_state(std::ostream& out) const {
   }
 }
 
-PartInfo part_info(const MemorySchedulerConfig& config) {
+PartInfo part_info(const MemorySchedulerConfig& config, bool walks) {
   PartInfo part;
   part.name = "memory_scheduler";
+  if (!walks && config.node_ports != 0) {
+    part.energy = {{.name = "rt.memory.nodes",
+                    .statistics = {"gpu.rt.node_fetches"},
+                    .terms = {writes(part.name, "nodes"), reads(part.name, "nodes")},
+                    .basis = "nodes that have been fetched, in and out"}};
+  }
   part.title = "memory scheduler";
   part.statistics = {"gpu.rt.node_", "gpu.rt.merge_", "gpu.rt.shader_fetch."};
   part.keys = {"rt.memory"};

@@ -34,8 +34,10 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
  public:
   using Config = MemorySchedulerConfig;
   using Counters = MemorySchedulerCounters;
+
+  /// entries: warps of the warp buffer. holds_nodes: what has been fetched stays here until its last test.
   MemoryScheduler(const sc_core::sc_module_name& name, const Config& config, const traces::Header& header,
-                  unsigned entries);
+                  unsigned entries, bool holds_nodes = true);
 
   const NodeTraffic& traffic() const override { return traffic_; }
   bool has_room() const override { return queue_.room() >= kMaxLanes; }
@@ -101,6 +103,7 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   Config config_;
   const traces::Header& header_;
   NodeTraffic traffic_;
+  bool holds_nodes_;
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
   LinkWriter<MemoryRequest> requests_;

@@ -54,6 +54,7 @@ void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind s
     return for_each_bit(lanes, [&](unsigned i) { client_->unit_result(now, lane_id(entry, i)); });
   }
   intersection_if& unit = unit_of(kind);
+  unit.begin_node();
   const Warp& warp = warps_->warp(entry);
   warps_->move(entry, lanes, LaneState::waiting_memory, LaneState::in_unit);
   for_each_bit(lanes, [&](unsigned i) {

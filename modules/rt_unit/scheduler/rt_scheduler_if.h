@@ -38,6 +38,9 @@ class RtSchedulerModule : public RtPart,
 
   /// Selects a warp, if any is ready, and handles the next event of all its ready lanes.
   virtual void schedule(Cycle now) = 0;
+  /// Whether there is work of the scheduler's own in this cycle: prepare() is then called before schedule().
+  bool working() const { return working_; }
+  virtual void prepare(Cycle /*now*/) {}
   /// Counts `cycles` cycles in which nothing happened, under the stall reason of the current state.
   virtual void count_idle(Cycle cycles) = 0;
   /// Number of cycles so far in which a warp was scheduled.
@@ -52,6 +55,7 @@ class RtSchedulerModule : public RtPart,
 
  protected:
   using RtPart::RtPart;
+  bool working_ = false;
 };
 
 }  // namespace grtx::modules

@@ -7,13 +7,14 @@
 namespace grtx::modules {
 
 WarpBuffer::WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-                       const StackEntryLayout& stack_entry, bool objects, unsigned bvh_width)
+                       const StackEntryLayout& stack_entry, bool objects, unsigned bvh_width, unsigned ray_readers)
     : WarpBufferModule(name),
       config_(config),
       checkpoint_(checkpoint),
       stack_entry_(stack_entry),
       objects_(objects),
       bvh_width_(bvh_width),
+      ray_readers_(ray_readers),
       table_(config.entries) {
   require_allowed("rt.warp_buffer", config);
 }
@@ -59,7 +60,11 @@ Inventory WarpBuffer::inventory() const {
   const std::uint64_t lanes = std::uint64_t{config_.entries} * kMaxLanes;
   Inventory inventory{name(), {}, {}};
   auto& storage = inventory.storage;
-  storage.push_back({"ray", StorageKind::ram, lanes * 8 * 32});   // origin, direction, t_min, t_max: 8 x fp32
+  constexpr unsigned kRayBits = 8 * 32;  // origin, direction, t_min, t_max
+  storage.push_back({"ray", StorageKind::ram, lanes * kRayBits});
+  if (config_.ray_banks != 0) {
+    storage.back() = {"ray", StorageKind::ram, lanes * kRayBits, ray_readers_, 1, false, kRayBits, config_.ray_banks};
+  }
   storage.push_back({"hit", StorageKind::ram, lanes * 2 * 32});   // t_hit, primitive id
   storage.push_back({"instance", StorageKind::ram, lanes * 64});  // address of the TLAS leaf the ray is inside
   if (stack_entry_.bits != 0) {

@@ -31,8 +31,10 @@ class WarpBuffer final : public WarpBufferModule, public Probed {
   /// stack_entry: layout of a stack entry; without bits, the stacks are in another part.
   /// objects: the trace has three levels, so the ray is also kept in object space.
   /// bvh_width: of the trace; the depth of stacks that do not spill follows from it.
+  /// ray_readers: units that read rays.
   WarpBuffer(const sc_core::sc_module_name& name, const Config& config, bool checkpoint,
-             const StackEntryLayout& stack_entry, bool objects = false, unsigned bvh_width = 6);
+             const StackEntryLayout& stack_entry, bool objects = false, unsigned bvh_width = 6,
+             unsigned ray_readers = 2);
 
   WarpTable& warps() override { return table_; }
   const WarpTable& warps() const { return table_; }
@@ -57,6 +59,7 @@ class WarpBuffer final : public WarpBufferModule, public Probed {
   StackEntryLayout stack_entry_;
   bool objects_;
   unsigned bvh_width_;
+  unsigned ray_readers_;
   WarpTable table_;
   warp_admission_if* admission_ = nullptr;
   LinkReader<TraceCall> calls_;

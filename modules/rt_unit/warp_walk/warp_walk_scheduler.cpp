@@ -30,10 +30,12 @@ void require_walkable(const traces::Header& header) {
 }
 
 WarpWalkScheduler::WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config,
-                                     const RtSchedulerConfig& scheduler, unsigned entries, const traces::Header& header)
+                                     const RtSchedulerConfig& scheduler, unsigned entries, const traces::Header& header,
+                                     unsigned node_ports)
     : SchedulerBase(name, scheduler, entries, traces::has_box_leaves(header.accel)),
       stacks_(config),
       layout_(warp_stack_entry_layout(header.pop_test)),
+      node_ports_(node_ports),
       by_slot_(header.child_order == traces::ChildOrder::slot) {
   require_allowed("rt.warp_stack", config);
   require_walkable(header);
@@ -53,6 +55,9 @@ void WarpWalkScheduler::restart() {
   SchedulerBase::restart();
   walks_.clear();
   for (unsigned entry = 0; entry < entries_; ++entry) walks_.emplace_back(WarpStack(stacks_, layout_.in_a_sector));
+  for (Entering& unit : entering_) unit = Entering();
+  writing_ = 0;
+  working_ = false;
 }
 
 void WarpWalkScheduler::begin(unsigned entry) {
@@ -89,7 +94,8 @@ void WarpWalkScheduler::refresh(unsigned entry) {
   Walk& walk = walks_[entry];
   walk.next = walk.stack.next(WarpStackConfig::kHits - walk.held, leaf_);
   const LaneMask ready = walk.next != WarpStack::kNone ? 1 : 0;
-  buffer_->tell(entry, wait_of(ready, walk.fetching, 0, walk.moving ? 1 : 0, walk.testing, walk.hits));
+  const LaneMask by_stack = walk.moving || !walk.done.empty() ? 1 : 0;
+  buffer_->tell(entry, wait_of(ready, walk.fetching, 0, by_stack, walk.testing, walk.hits));
 }
 
 void WarpWalkScheduler::schedule(Cycle now) {
@@ -102,7 +108,7 @@ void WarpWalkScheduler::schedule(Cycle now) {
   Walk& walk = walks_[entry];
   ++counters_.selections;
   start(now, entry, walk.next);
-  expand(entry);
+  refill(entry);
   refresh(entry);
 }
 
@@ -120,6 +126,59 @@ SelectableWarp WarpWalkScheduler::at(unsigned entry) const {
   });
   seen.stack_depth = walk.stack.depth();
   return seen;
+}
+
+void WarpWalkScheduler::prepare(Cycle now) {
+  for (Entering& unit : entering_) enter(now, unit);
+  if (writing_ != 0) write_children();
+  working_ = writing_ != 0 || can_enter(entering_[0]) || can_enter(entering_[1]);
+}
+
+void WarpWalkScheduler::enter(Cycle now, Entering& unit) {
+  while (can_enter(unit)) {
+    const unsigned entry = entry_of(unit.nodes.front()), slot = lane_of(unit.nodes.front());
+    WarpStack::Node& node = walks_[entry].stack.node(slot);
+    if (node.entering == node.entry.lanes) units_->begin_node(node.entry.kind);
+    const auto lane = static_cast<unsigned>(std::countr_zero(node.entering));
+    node.entering &= ~bit(lane);
+    if (node.entering == 0) unit.nodes.pop();
+    ++unit.tests;
+    units_->test(now, walk_test(entry, slot, lane), node.entry.kind, children_in_node(entry, node.entry));
+  }
+}
+
+// The oldest warp's come first.
+void WarpWalkScheduler::write_children() {
+  for (unsigned written = 0; writing_ != 0 && (stacks_.write_ports == 0 || written < stacks_.write_ports);) {
+    const unsigned entry = buffer_->oldest(writing_);
+    if (write_child(entry)) ++written;
+    note_children(entry);
+    refill(entry);
+    refresh(entry);
+  }
+}
+
+bool WarpWalkScheduler::write_child(unsigned entry) {
+  Walk& walk = walks_[entry];
+  const unsigned slot = walk.done.front();
+  const WarpStack::Node& node = walk.stack.node(slot);
+  if (node.written == 0 && !walk.stack.has_room(node.children.size())) {
+    move(entry, node.children.size(), false);
+    return false;
+  }
+  if (walk.stack.write_child(slot)) walk.done.pop_front();
+  counters_.walk.most_waiting = std::max<std::uint64_t>(counters_.walk.most_waiting, walk.stack.depth());
+  return true;
+}
+
+void WarpWalkScheduler::note_children(unsigned entry) {
+  const Walk& walk = walks_[entry];
+  if (!walk.moving && !walk.done.empty()) {
+    writing_ |= bit(entry);
+    working_ = true;
+  } else {
+    writing_ &= ~bit(entry);
+  }
 }
 
 LaneMask WarpWalkScheduler::count_events(const WarpStackEntry& node, const Walk& walk) {
@@ -154,7 +213,7 @@ void WarpWalkScheduler::start(Cycle now, unsigned entry, std::size_t place) {
   const auto visits = static_cast<unsigned>(std::popcount(visiting));
   counters_.walk.in_vain += lanes - visits;
   counters_.walk.under_way += walk.stack.under_way();
-  if (traces::without_width(node.kind) == leaf_) walk.held += lanes;
+  if (is_leaf(node.kind)) walk.held += lanes;
   const NodeVisit visit{node.kind, traffic_->address(node.address), false};
   memory_->begin_warp(now, entry);
   memory_->visit(lane_id(entry, slot), visit.kind, visit.address, visit.header);
@@ -170,18 +229,26 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
     --walk.fetching;
     const LaneMask lanes = node.entry.lanes;
     walk.testing += static_cast<unsigned>(std::popcount(lanes));
-    unsigned children = 0;
-    if (kind == NodeKind::internal) {
-      for_each_bit(lanes, [&](unsigned lane) {
-        const Event& event = walk.lanes[lane].tree.event(node.entry.event[lane]);
-        if (event.kind() == EventKind::visit_internal) {
-          children = buffer_->warp(entry).group->nodes[event.node].child_count;
-        }
-      });
+    if (boxes_ && is_leaf(kind)) {  // no unit tests it
+      for_each_bit(lanes, [&](unsigned lane) { units_->test(now, walk_test(entry, slot, lane), kind, 0); });
+      return;
     }
-    for_each_bit(lanes, [&](unsigned lane) { units_->test(now, walk_test(entry, slot, lane), kind, children); });
+    entering_[is_leaf(kind) ? 1 : 0].nodes.push(lane_id(entry, slot));
+    working_ = true;
   });
   refresh(entry);
+}
+
+unsigned WarpWalkScheduler::children_in_node(unsigned entry, const WarpStackEntry& node) const {
+  unsigned children = 0;
+  if (is_leaf(node.kind)) return children;
+  for_each_bit(node.lanes, [&](unsigned lane) {
+    const Event& event = walks_[entry].lanes[lane].tree.event(node.event[lane]);
+    if (event.kind() == EventKind::visit_internal) {
+      children = buffer_->warp(entry).group->nodes[event.node].child_count;
+    }
+  });
+  return children;
 }
 
 void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
@@ -194,11 +261,16 @@ void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
   WarpStack::Node& node = walk.stack.node(slot);
   node.testing &= ~bit(lane);
   --walk.testing;
+  if (!(boxes_ && is_leaf(node.entry.kind))) {
+    Entering& unit = entering_[is_leaf(node.entry.kind) ? 1 : 0];
+    --unit.tests;
+    if (!unit.nodes.empty()) working_ = true;
+  }
   const std::uint32_t index = node.entry.event[lane];
   if (EventEffect(walk.lanes[lane].tree.event(index)).calls_shader(boxes_)) {
     found(now, entry, lane, index);
   } else {
-    if (traces::without_width(node.entry.kind) == leaf_) --walk.held;
+    if (is_leaf(node.entry.kind)) --walk.held;
     event_done(entry, lane);
   }
   if (node.testing == 0) node_done(entry, slot);
@@ -245,27 +317,23 @@ void WarpWalkScheduler::event_done(unsigned entry, unsigned lane) {
 }
 
 void WarpWalkScheduler::node_done(unsigned entry, unsigned slot) {
-  walks_[entry].done.push_back(slot);
-  expand(entry);
-}
-
-void WarpWalkScheduler::children(const Walk& walk, const WarpStackEntry& node) {
-  children_of(
-      node, by_slot_, [&](unsigned lane) -> const LaneTree& { return walk.lanes[lane].tree; }, children_);
-}
-
-void WarpWalkScheduler::expand(unsigned entry) {
   Walk& walk = walks_[entry];
-  WarpStack& entries = walk.stack;
-  while (!walk.moving && !walk.done.empty()) {
-    const unsigned slot = walk.done.front();
-    children(walk, entries.node(slot).entry);
-    if (!entries.has_room(children_.size())) return move(entry, children_.size(), false);
-    entries.finish(slot, children_);
-    walk.done.pop_front();
-    counters_.walk.most_waiting = std::max<std::uint64_t>(counters_.walk.most_waiting, entries.depth());
+  WarpStack::Node& node = walk.stack.node(slot);
+  children_of(
+      node.entry, by_slot_, [&](unsigned lane) -> const LaneTree& { return walk.lanes[lane].tree; }, node.children);
+  if (node.children.empty()) {
+    walk.stack.finish(slot);
+    return refill(entry);
   }
-  if (!walk.moving && entries.waiting() == 0 && entries.in_memory() != 0 && entries.has_slot()) move(entry, 0, true);
+  walk.done.push_back(slot);
+  note_children(entry);
+}
+
+void WarpWalkScheduler::refill(unsigned entry) {
+  Walk& walk = walks_[entry];
+  const WarpStack& entries = walk.stack;
+  if (!walk.moving && walk.done.empty() && entries.waiting() == 0 && entries.in_memory() != 0 && entries.has_slot())
+    move(entry, 0, true);
 }
 
 void WarpWalkScheduler::move(unsigned entry, std::size_t more, bool top) {
@@ -281,7 +349,8 @@ void WarpWalkScheduler::stack_settled(LaneId id) {
   Walk& walk = walks_[entry];
   if (walk.filling) walk.stack.filled();
   walk.moving = walk.filling = false;
-  expand(entry);
+  note_children(entry);
+  refill(entry);
   refresh(entry);
 }
 
@@ -301,14 +370,31 @@ std::vector<UnitProbe> WarpWalkScheduler::probes() const {
 
 Inventory WarpWalkScheduler::inventory() const {
   Inventory inventory{name(), {}, {}};
-  const std::uint64_t n = entries_, slots = n * stacks_.ahead;
+  const std::uint64_t n = entries_, slots = stacks_.slots(entries_);
   const unsigned place = static_cast<unsigned>(std::bit_width(stacks_.entries - 1));
-  const unsigned entry_bits = layout_.bits + place;  // entries are linked, so that children come where their parent was
+  const auto slot_bits = static_cast<unsigned>(std::bit_width(stacks_.ahead));
   auto& storage = inventory.storage;
-  storage.push_back({"stack", StorageKind::ram, n * stacks_.entries * entry_bits, 1, 1, false, entry_bits});
-  storage.push_back({"nodes", StorageKind::ram, slots * record_bits_, 1, 1, false, record_bits_});
-  // Of a slot: address, place in the stack, state; lanes, those being tested, those of each of eight children.
-  storage.push_back({"slots", StorageKind::flip_flop, slots * (48 + place + 2 + kMaxLanes * (2 + traces::kMaxWidth))});
+  // Entries have one port to read and as many to write as are configured: banks. They are linked in order, so that
+  // children come where their parent was; links both ways and which places are free change beside each other.
+  const unsigned banks = std::max(1U, stacks_.write_ports);
+  storage.push_back({"stack", StorageKind::ram, n * stacks_.entries * layout_.bits, 1, 1, false, layout_.bits, banks});
+  storage.push_back({"links", StorageKind::flip_flop, n * stacks_.entries * (2 * place + 1)});
+  // Of each place in the window: the entry's number, node slot, whether a leaf, number of lanes. Places move up and
+  // down.
+  const std::uint64_t window = stacks_.window != 0 ? stacks_.window : stacks_.entries;
+  const unsigned window_bits = place + slot_bits + 1 + 6;
+  storage.push_back({"window", StorageKind::flip_flop, n * window * window_bits});
+  inventory.operators.push_back({"mux", window_bits, 2 * n * window});
+  inventory.operators.push_back({"int_compare", 8, n * window});       // room for the hits of a leaf's lanes
+  const unsigned node_ports = node_ports_ != 0 ? 2 * node_ports_ : 1;  // units that read: boxes, leaves
+  storage.push_back({"nodes", StorageKind::ram, slots * record_bits_, node_ports, 1, false, record_bits_});
+  // Of a slot: address, place in the stack, state; lanes, those to be tested, those being tested, those of each of
+  // eight children.
+  storage.push_back({"slots", StorageKind::flip_flop, slots * (48 + place + 2 + kMaxLanes * (3 + traces::kMaxWidth))});
+  // Orders of node slots: of a warp, whose children are to be written; of all, whose lanes are to be tested.
+  storage.push_back({"done", StorageKind::flip_flop, slots * slot_bits});
+  const auto node_name = static_cast<unsigned>(std::bit_width(slots - 1));
+  storage.push_back({"arrived", StorageKind::ram, 2 * slots * node_name, 1, 1, false, node_name, 2});
   // Hits are linked, a list for each lane: t, alpha, id and the next one; the first and the last of each list.
   constexpr unsigned kHitBits = 32 * HitHeap::kEntryWords + 7;
   storage.push_back({"hits", StorageKind::ram, n * WarpStackConfig::kHits * kHitBits, 1, 1, false, kHitBits});
@@ -331,15 +417,20 @@ void WarpWalkScheduler::dump_state(std::ostream& out) const {
   });
 }
 
-PartInfo part_info(const WarpStackConfig&, bool used) {
+PartInfo part_info(const WarpStackConfig&, bool used, unsigned ray_banks) {
   PartInfo part;
   part.name = "warp_walk_scheduler";
   if (!used) return part;
   part.energy = {{.name = "rt.warp_stack",
                   .statistics = {"gpu.rt.walk.entries"},
-                  .terms = {reads(part.name, "stack"), writes(part.name, "stack"), reads(part.name, "nodes"),
-                            writes(part.name, "nodes")},
-                  .basis = "entries of warps: each and its node, in and out",
+                  .terms = {reads(part.name, "stack"), writes(part.name, "stack"), writes(part.name, "nodes")},
+                  .basis = "entries of warps: each in and out, and its node in",
+                  .off_by_default = true},
+                 {.name = "rt.warp_nodes",
+                  .statistics = {"gpu.rt.lanes_handled"},
+                  .factor = 1.0 / std::max(1U, ray_banks),
+                  .terms = {reads(part.name, "nodes")},
+                  .basis = "nodes read for tests that start together",
                   .off_by_default = true},
                  {.name = "rt.warp_hits",
                   .statistics = {"gpu.rt.any_hit_calls"},

@@ -33,14 +33,16 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
  public:
   using Config = WarpStackConfig;
 
-  /// scheduler: the policy. entries: warps of the warp buffer. Throws Error for a trace that warps cannot
-  /// walk.
+  /// scheduler: the policy. entries: warps of the warp buffer. node_ports: nodes that a unit reads in a cycle. Throws
+  /// Error for a trace that warps cannot walk.
   WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtSchedulerConfig& scheduler,
-                    unsigned entries, const traces::Header& header);
+                    unsigned entries, const traces::Header& header, unsigned node_ports);
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
   SelectableWarp at(unsigned entry) const override;
+  /// Passes lanes of fetched nodes to their units, and writes children to the stacks.
+  void prepare(Cycle now) override;
   void fetched(Cycle now, unsigned entry, LaneMask slots, traces::NodeKind kind) override;
   void unit_result(Cycle now, LaneId test) override;
   void stack_settled(LaneId id) override;
@@ -64,7 +66,7 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
     explicit Walk(WarpStack of_warp) : stack(std::move(of_warp)) {}
     WarpStack stack;
     std::vector<LaneWalk> lanes = std::vector<LaneWalk>(kMaxLanes);
-    std::deque<unsigned> done;  ///< slots of finished nodes whose children are not on the stack yet
+    std::deque<unsigned> done;  ///< slots of finished nodes whose children are not all on the stack yet
     std::size_t next = WarpStack::kNone;
     unsigned fetching = 0;                 ///< slots whose node has not arrived
     unsigned testing = 0;                  ///< tests of lanes in the units
@@ -72,7 +74,19 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
     unsigned held = 0;                     ///< places reserved for hits, by leaf tests and by hits
     bool moving = false, filling = false;  ///< the stack unit works for this warp
   };
+  /// Nodes that have been fetched and whose tests do not all have a place in the queue of their unit, and tests there.
+  struct Entering {
+    RingQueue<LaneId> nodes;  ///< lane_id(entry, slot)
+    unsigned tests = 0;       ///< queued or in pipelines
+  };
   void end_of_elaboration() override;
+  bool is_leaf(traces::NodeKind kind) const { return traces::without_width(kind) == leaf_; }
+  bool can_enter(const Entering& unit) const {
+    return !unit.nodes.empty() && (stacks_.tests == 0 || unit.tests < stacks_.tests);
+  }
+  void enter(Cycle now, Entering& unit);
+  unsigned children_in_node(unsigned entry, const WarpStackEntry& node) const;
+  void write_children();
   /// Starts the entry at `place` of the warp's stack.
   void start(Cycle now, unsigned entry, std::size_t place);
   /// Counts the events of an entry; returns the lanes that visit its node. The others cull it.
@@ -81,19 +95,25 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
   void event_done(unsigned entry, unsigned lane);
   void found(Cycle now, unsigned entry, unsigned lane, std::uint32_t event);
   void offer(Cycle now, unsigned entry, unsigned lane);
-  void expand(unsigned entry);
+  /// Writes the next child of the warp's first finished node, if it has room for all of them.
+  bool write_child(unsigned entry);
+  /// Entries come back from memory when none waits here.
+  void refill(unsigned entry);
   void move(unsigned entry, std::size_t more, bool top);
   void refresh(unsigned entry);
-  void children(const Walk& walk, const WarpStackEntry& node);
+  /// Updates whether the warp has children to write.
+  void note_children(unsigned entry);
 
   Config stacks_;
   StackEntryLayout layout_;
   unsigned record_bits_;  ///< of a node, as read
-  bool by_slot_;          ///< children are visited in slot order
+  unsigned node_ports_;
+  bool by_slot_;  ///< children are visited in slot order
   node_test_if* units_ = nullptr;
   traces::NodeKind leaf_{};
-  std::vector<Walk> walks_;               ///< [entry]
-  std::vector<WarpStackEntry> children_;  ///< of the node being finished
+  std::vector<Walk> walks_;           ///< [entry]
+  std::array<Entering, 2> entering_;  ///< nodes, leaves
+  LaneMask writing_ = 0;              ///< entries whose warp has children to write
 };
 
 /// Throws Error unless warps can walk a trace with this header.

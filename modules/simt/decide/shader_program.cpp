@@ -227,9 +227,7 @@ ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBat
       hits.last_written[lane] = fill_after - 1;
       hits.entering |= bit(lane);
       hits.most_hidden = std::max<std::uint32_t>(hits.most_hidden, batch.hidden[lane]);
-      warp.fill[lane] = bounded_ ? warp.fill[lane] + (outcome == traces::LeafOutcome::inserted ? 1 : 0) -
-                                       static_cast<std::int32_t>(batch.hidden[lane])
-                                 : static_cast<std::int32_t>(fill_after);
+      warp.fill[lane] += (outcome == traces::LeafOutcome::inserted ? 1 : 0) - static_cast<int>(batch.hidden[lane]);
     } else {
       hits.reads[lane] = std::min(shifts + 1, fill);
     }

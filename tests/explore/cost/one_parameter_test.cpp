@@ -110,6 +110,12 @@ const std::vector<Mutation>& mutations() {
       {"rt.traversal", "warp", kBoth, "", {}, "walked"},
       {"rt.warp_stack.entries", "10", kBoth, "", {"rt.traversal=warp", "rt.warp_stack.ahead=8"}, "walked"},
       {"rt.warp_stack.ahead", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_stack.window", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_stack.write_ports", "0", kTiming, "any number of ports has no price", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_stack.tests", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
+      {"rt.warp_buffer.ray_banks", "1", kBoth},
+      {"rt.memory.node_ports", "1", kBoth},
+      {"rt.transform.decode_latency", "9", kBoth, "", {}, "quantised ellipsoid"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},
       {"rt.transform.interval", "64", kBoth},
@@ -260,6 +266,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.tracing = tracing;
       if (kind == "walked") random.depth = 5;  // deep enough to fill a warp's stack
       if (kind == "bins") random.bins = 4;
+      if (kind.starts_with("quantised")) random.layout = traces::NodeLayout::quantised, random.procedural = true;
       auto made = traces::testing::random_trace(random);
       if (kind == "sphere") made.header.accel = traces::AccelKind::tlas_sphere;
       if (kind.starts_with("bounded")) made.header.opacity_bound = traces::OpacityBound::on;
@@ -286,6 +293,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       if (kind.starts_with("bounded")) use.opacity_bound = traces::OpacityBound::on;
       if (kind == "sphere" || ellipsoid || kind == "walked") use.leaves = sim::LeafTest::spheres;
       if (kind == "box") use.leaves = sim::LeafTest::boxes;
+      if (kind.starts_with("quantised")) use.layout = traces::NodeLayout::quantised;
       if (kind == "bins") use.checkpoint_bins = 4, use.checkpoint_capacity = traces::testing::RandomOptions().capacity;
       const std::vector<modules::Inventory> inventories = sim::machine_inventory(config, use);
       const auto value = [&](const std::string& name) {

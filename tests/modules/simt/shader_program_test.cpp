@@ -83,6 +83,19 @@ TEST(ShaderAnyHit, LanesAtDifferentFillDoNotCoalesce) {
   EXPECT_EQ(p.phase.stores.size(), 4u);       // two entries, two fields
 }
 
+// A warp that walks together may meet the hit that displaces before those that fill the buffer. It was counted as an
+// entry of its own, so the buffer seemed full too early.
+TEST(ShaderAnyHit, ADisplacingHitThatComesFirstIsNoFurtherEntry) {
+  Program p(simt_header());
+  const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));
+  p.program.begin(kSlot, group);
+  p.any_hit(kAllLanes, LeafOutcome::displaced, 0);
+  p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, 0, 0, 0));
+  p.any_hit(kAllLanes, LeafOutcome::inserted, 0);
+  EXPECT_EQ(p.phase.stores[0].address, p.map.k_buffer(kSlot, 1, 0, 0));
+}
+
 TEST(ShaderAnyHit, CostsTheShiftsOfTheLongestLane) {
   Program p(simt_header());
   const traces::RayGroup group = uniform_group(32, std::vector<RoundScript>(1));

@@ -262,6 +262,13 @@ inline GpuConfig random_machine(Random& random) {
   }
   Random walks = registers;  // likewise; for machines that walk warps (make_possible())
   rt.warp_stack = {walks.one_of({64U, 10U, 11U, 16U}), walks.one_of({1U, 2U, 3U, 8U, 32U})};
+  Random ports = walks;  // likewise
+  rt.warp_stack.window = ports.one_of({16U, 0U, 1U, 3U});
+  rt.warp_stack.write_ports = ports.one_of({1U, 0U, 1U, 3U});
+  rt.warp_stack.tests = ports.one_of({256U, 0U, 1U, 5U, 32U});
+  rt.warp_buffer.ray_banks = ports.one_of({0U, 1U, 3U, 4U});
+  rt.memory.node_ports = ports.one_of({0U, 1U, 2U});
+  rt.leaf_decode_latency = ports.one_of({1U, 0U, 7U});
   Random bandwidth = walks;  // likewise
   if (bandwidth.upto(3) == 0) c.dram_gb_s = c.peak_dram_gb_s() * (bandwidth.coin() ? 0.5 : 1.3);
   Random reads = bandwidth;  // likewise

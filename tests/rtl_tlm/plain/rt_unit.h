@@ -46,13 +46,26 @@ class RtUnit {
          RtMessages& messages, const Memory& memory)
       : config_(config), header_(header), map_(map), sm_(sm), messages_(messages), memory_(memory) {
     warps_.resize(config.warp_buffer.entries);
-    const auto pipelines = [](const modules::IntersectionUnit::Config& c) {
-      return Unit{c.count, c.latency, c.interval, std::vector<Cycle>(c.count, 0), {}, {}, 0, 0, 0, 0};
+    const auto pipelines = [&](const modules::IntersectionUnit::Config& c) {
+      return Unit{c.count,
+                  c.latency,
+                  c.interval,
+                  std::vector<Cycle>(c.count, 0),
+                  {},
+                  {},
+                  0,
+                  0,
+                  0,
+                  0,
+                  config.warp_buffer.ray_banks,
+                  config.memory.node_ports};
     };
     units_ = {pipelines(config.ray_box), pipelines(config.ray_triangle), pipelines(config.ray_sphere),
               pipelines(config.ray_gaussian), pipelines(config.ray_transform)};
     leaf_unit_ = !traces::has_procedural_leaves(header.accel) ? 1 : config.gaussian_unit ? 3 : 2;
     ellipsoid_ = header.accel == traces::AccelKind::ellipsoid;
+    if (header.layout == traces::NodeLayout::quantised) units_[4].latency += config.leaf_decode_latency;
+    if (ellipsoid_) units_[leaf_unit_].ray_banks = units_[leaf_unit_].node_ports = 0;  // all comes from the transform
     boxes_ = header.accel == traces::AccelKind::box || header.accel == traces::AccelKind::tlas_box;
     heaps_.resize(config.any_hit_unit.count);
   }
@@ -73,6 +86,10 @@ class RtUnit {
     hand_over();
     any_hit();
     retire();
+    if (walks()) {
+      walk_enter();
+      walk_write();
+    }
     schedule();
     accept();
   }
@@ -218,6 +235,7 @@ class RtUnit {
     LaneName lane;
     Cycle queued;
     unsigned tests;
+    std::uint64_t node;  // of how many that came to units before
   };
   struct Result {
     Cycle due;
@@ -230,6 +248,7 @@ class RtUnit {
     std::deque<Operation> queue;
     std::vector<Result> flying;
     std::uint64_t operations, tests, queue_cycles, queue_max;
+    unsigned ray_banks, node_ports;
   };
   static constexpr Cycle kLater = ~Cycle{0};
   struct HeapHit {
@@ -345,7 +364,7 @@ class RtUnit {
       const LaneName name = unit.flying.front().lane;
       unit.flying.erase(unit.flying.begin());
       if (ellipsoid_ && &unit == &units_[4]) {
-        queue_at(units_[leaf_unit_], {name, now_, 1});  // a leaf with a matrix of its own: transformed, then tested
+        queue_at(units_[leaf_unit_], {name, now_, 1, 0});  // a leaf with a matrix of its own: transformed, then tested
       } else {
         result(name);
       }
@@ -432,9 +451,16 @@ class RtUnit {
 
   // --- 2 start -----------------------------------------------------------------------------------------------------
   void start_operations(Unit& unit) {
+    std::set<unsigned> banks;
+    std::set<std::uint64_t> nodes;
     for (Cycle& free : unit.free_from) {
       if (free > now_ || unit.queue.empty() || unit.queue.front().queued >= now_) continue;
       const Operation op = unit.queue.front();
+      const unsigned bank = unit.ray_banks == 0 ? 0 : op.lane.second % kLanes % unit.ray_banks;
+      if (unit.node_ports != 0 && !nodes.contains(op.node) && nodes.size() == unit.node_ports) break;
+      if (unit.ray_banks != 0 && banks.contains(bank)) break;
+      banks.insert(bank);
+      nodes.insert(op.node);
       unit.queue.pop_front();
       free = now_ + Cycle{op.tests} * unit.interval;
       unit.flying.push_back({now_ + unit.latency + Cycle{op.tests - 1} * unit.interval, order_++, op.lane});
@@ -488,7 +514,8 @@ class RtUnit {
     }
     const bool internal = fetch.kind == traces::NodeKind::internal;
     Unit& unit = units_[internal ? 0 : is_instance(fetch.kind) || ellipsoid_ ? 4 : leaf_unit_];
-    if (walks()) return walk_fetched(fetch, unit);
+    if (walks()) return walk_fetched(fetch);
+    ++nodes_that_came_;
     for (const unsigned l : lanes) {
       Warp& warp = warps_[fetch.entry];
       Lane& lane = warp.lanes[l];
@@ -500,7 +527,7 @@ class RtUnit {
       lane.state = State::unit;
       if (internal && config_.box_op_per_child) tests = definition(warp, event(lane)).child_count;
       if (event(lane).kind() == traces::EventKind::visit_leaf && compact() && leaf_unit_ == 1) tests = 4;
-      queue_at(unit, {{fetch.entry, l}, now_, tests});
+      queue_at(unit, {{fetch.entry, l}, now_, tests, nodes_that_came_});
     }
   }
   static void queue_at(Unit& unit, const Operation& operation) {
@@ -1218,9 +1245,9 @@ class RtUnit {
   Wait walk_waits_for(const Warp& warp) const {
     const WarpWalk& walk = warp.walk;
     const auto any = [&](auto&& holds) { return std::any_of(walk.stack.begin(), walk.stack.end(), holds); };
-    if (walk.next(config_.warp_stack.ahead) != nullptr) return kReady;
+    if (walk.next(config_.warp_stack.ahead, config_.warp_stack.window) != nullptr) return kReady;
     if (any([](const WarpWalk::Entry& e) { return e.slot && !e.fetched; })) return kMemory;
-    if (walk.moving) return kStack;
+    if (walk.moving || !walk.done.empty()) return kStack;
     if (any([](const WarpWalk::Entry& e) { return e.slot && !e.testing.empty(); })) return kUnit;
     return walk.hits_held() > 0 ? kAnyHit : kRetire;
   }
@@ -1264,7 +1291,7 @@ class RtUnit {
   void walk_start(unsigned w) {
     Warp& warp = warps_[w];
     WarpWalk& walk = warp.walk;
-    const auto entry = walk.place_of(walk.next(config_.warp_stack.ahead));
+    const auto entry = walk.place_of(walk.next(config_.warp_stack.ahead, config_.warp_stack.window));
     lanes_handled_ += entry->events.size();
     ++walk_entries_;
     std::vector<unsigned> visiting;
@@ -1289,34 +1316,54 @@ class RtUnit {
       fetch({w, slot}, entry->kind, address, false);
       node_visits_[modules::index(region_of(entry->kind, address))] += visiting.size() - 1;
     }
-    walk_settle(warp);
+    walk_refill(warp);
   }
-  void walk_fetched(const Fetch& fetch, Unit& unit) {
+  void walk_fetched(const Fetch& fetch) {
     const auto entry = warps_[fetch.entry].walk.in_slot(fetch.leader);
     entry->fetched = true;
     const std::map<unsigned, std::size_t> lanes = entry->events;
-    unsigned tests = 1;
-    for (const auto& [lane, number] : lanes) {
-      const traces::Event& e = walk_event(warps_[fetch.entry], *entry, lane);
+    if (boxes_ && is_procedural(fetch.kind)) {
+      for (const auto& [lane, number] : lanes) walk_result(test_name(fetch.entry, fetch.leader, lane));
+      return;
+    }
+    for (const auto& [lane, number] : lanes) entry->to_test.push_back(lane);
+    walk_arrived_[fetch.kind == traces::NodeKind::internal ? 0 : 1].emplace_back(fetch.entry, fetch.leader);
+  }
+  // Lanes of the nodes that came first are queued first, as long as tests of their kind are few enough.
+  void walk_enter() {
+    for (const unsigned kind : {0U, 1U}) {
+      auto& arrived = walk_arrived_[kind];
+      while (!arrived.empty() && (config_.warp_stack.tests == 0 || walk_tests_[kind] < config_.warp_stack.tests)) {
+        const auto [w, slot] = arrived.front();
+        const auto entry = warps_[w].walk.in_slot(slot);
+        if (entry->to_test.size() == entry->events.size()) ++nodes_that_came_;
+        const unsigned lane = entry->to_test.front();
+        entry->to_test.pop_front();
+        if (entry->to_test.empty()) arrived.pop_front();
+        ++walk_tests_[kind];
+        Unit& unit = units_[kind == 0 ? 0 : ellipsoid_ ? 4 : leaf_unit_];
+        queue_at(unit, {test_name(w, slot, lane), now_, walk_tests_of(warps_[w], *entry), nodes_that_came_});
+      }
+    }
+  }
+  unsigned walk_tests_of(const Warp& warp, const WarpWalk::Entry& entry) const {
+    if (entry.kind == traces::NodeKind::triangle && compact()) return 4;
+    for (const auto& [lane, number] : entry.events) {
+      const traces::Event& e = walk_event(warp, entry, lane);
       if (e.kind() == traces::EventKind::visit_internal && config_.box_op_per_child) {
-        tests = std::max(1U, unsigned{definition(warps_[fetch.entry], e).child_count});
+        return std::max(1U, unsigned{definition(warp, e).child_count});
       }
     }
-    if (fetch.kind == traces::NodeKind::triangle && compact()) tests = 4;
-    for (const auto& [lane, number] : lanes) {
-      const LaneName name = test_name(fetch.entry, fetch.leader, lane);
-      if (boxes_ && is_procedural(fetch.kind)) {
-        walk_result(name);
-      } else {
-        queue_at(unit, {name, now_, tests});
-      }
-    }
+    return 1;
   }
   void walk_result(LaneName name) {
     const unsigned lane = name.second % kLanes, slot = name.second / kLanes;
     Warp& warp = warps_[name.first];
     const auto entry = warp.walk.in_slot(slot);
     std::erase(entry->testing, lane);
+    if (!boxes_ || entry->kind == traces::NodeKind::internal) {
+      --walk_tests_[entry->kind == traces::NodeKind::internal ? 0 : 1];
+    }
     const traces::Event& e = walk_event(warp, *entry, lane);
     if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       auto& hits = warp.walk.hits[lane];
@@ -1325,8 +1372,11 @@ class RtUnit {
     } else {
       walk_event_done(warp, lane);
     }
-    if (entry->testing.empty()) warp.walk.done.push_back(slot);
-    walk_settle(warp);
+    if (!entry->testing.empty()) return;
+    entry->children = walk_children(warp, *entry);
+    if (!entry->children.empty()) return warp.walk.done.push_back(slot);
+    warp.walk.stack.erase(entry);
+    walk_refill(warp);
   }
   // The lane's next hit goes to the any-hit unit or waits for the shader.
   void walk_next_hit(LaneName name) {
@@ -1344,36 +1394,55 @@ class RtUnit {
     warp.walk.hits[name.second].pop_front();
     walk_event_done(warp, name.second);
   }
-  // Children come where their parent was, in the order in which nodes were done; when there is no room, the lowest
-  // entries leave first. When none is left to start, some come back.
-  void walk_settle(Warp& warp) {
-    WarpWalk& walk = warp.walk;
-    while (!walk.moving && !walk.done.empty()) {
+  std::vector<WarpWalk::Entry> walk_children(Warp& warp, const WarpWalk::Entry& parent) {
+    std::vector<WarpWalk::Entry> children;
+    for (const auto& [lane, number] : parent.events) {
+      for (const std::size_t child : warp.walk.children[lane][number]) {
+        add_child(children, warp, lane, child, definition(warp, warp.lanes[lane].ray->events[number]));
+      }
+    }
+    if (header_.child_order == traces::ChildOrder::slot) {
+      std::sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
+    }
+    return children;
+  }
+  // Children come above their parent and below those before them, as many a cycle as there are ports, those of the
+  // oldest warp first. When a warp has no room for all children of a node, its lowest entries leave before.
+  void walk_write() {
+    for (unsigned written = 0; config_.warp_stack.write_ports == 0 || written < config_.warp_stack.write_ports;) {
+      Warp* oldest = nullptr;
+      for (Warp& warp : warps_) {
+        if (!warp.used || warp.walk.moving || warp.walk.done.empty()) continue;
+        if (oldest == nullptr || warp.age < oldest->age) oldest = &warp;
+      }
+      if (oldest == nullptr) return;
+      WarpWalk& walk = oldest->walk;
       const auto parent = walk.in_slot(walk.done.front());
-      std::vector<WarpWalk::Entry> children;
-      for (const auto& [lane, number] : parent->events) {
-        for (const std::size_t child : walk.children[lane][number]) {
-          add_child(children, warp, lane, child, definition(warp, warp.lanes[lane].ray->events[number]));
-        }
-      }
-      if (header_.child_order == traces::ChildOrder::slot) {
-        std::sort(children.begin(), children.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
-      }
-      if (walk.waiting() + children.size() > config_.warp_stack.entries) {
-        while (walk.waiting() + children.size() > config_.warp_stack.entries) {
-          move_walk(warp, true);
+      if (!parent->writing && walk.waiting() + parent->children.size() > config_.warp_stack.entries) {
+        while (walk.waiting() + parent->children.size() > config_.warp_stack.entries) {
+          move_walk(*oldest, true);
           walk.spill_sector();
         }
         max_spilled_ = std::max<std::uint64_t>(max_spilled_, walk.memory.size());
-        return;
+        continue;
       }
-      walk.stack.insert(parent, children.begin(), children.end());
-      walk.stack.erase(parent);
-      walk.done.pop_front();
+      parent->writing = true;
+      walk.stack.insert(parent, parent->children.front());
+      parent->children.erase(parent->children.begin());
+      ++written;
+      if (parent->children.empty()) {
+        walk.stack.erase(parent);
+        walk.done.pop_front();
+      }
       walk_most_ = std::max<std::uint64_t>(walk_most_, walk.waiting() + walk.memory.size());
+      walk_refill(*oldest);
     }
+  }
+  // When none is left to start, some come back.
+  void walk_refill(Warp& warp) {
+    WarpWalk& walk = warp.walk;
     const bool slot = walk.under_way() < config_.warp_stack.ahead;
-    if (!walk.moving && walk.waiting() == 0 && !walk.memory.empty() && slot) {
+    if (!walk.moving && walk.done.empty() && walk.waiting() == 0 && !walk.memory.empty() && slot) {
       walk.fill_sector();
       move_walk(warp, false);
     }
@@ -1384,7 +1453,8 @@ class RtUnit {
     auto child = std::find_if(children.begin(), children.end(),
                               [address](const WarpWalk::Entry& other) { return other.address == address; });
     if (child == children.end()) {
-      child = children.insert(child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}});
+      child = children.insert(
+          child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}, {}, {}, false});
     }
     child->events[lane] = number;
   }
@@ -1396,7 +1466,7 @@ class RtUnit {
   void walk_stack_moved(Warp& warp) {
     warp.walk.moving = false;
     warp.walk.filled();
-    walk_settle(warp);
+    walk_refill(warp);
   }
 
   modules::RtUnitConfig config_;
@@ -1453,6 +1523,9 @@ class RtUnit {
   std::uint64_t straddling_written_ = 0, straddling_read_ = 0, max_entries_ = 0, blocked_cycles_ = 0;
   std::uint64_t triggers_ = 0, triggers_replayed_ = 0, prefetch_nodes_ = 0, prefetch_merged_ = 0, prefetch_dropped_ = 0,
                 prefetch_sectors_ = 0;
+  std::uint64_t nodes_that_came_ = 0;                                      // to units
+  std::array<std::deque<std::pair<unsigned, unsigned>>, 2> walk_arrived_;  // nodes, leaves: entry, slot
+  std::array<unsigned, 2> walk_tests_{};                                   // of each, queued or in pipelines
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
   std::uint64_t walk_entries_ = 0, walk_dropped_ = 0, walk_in_vain_ = 0, walk_under_way_ = 0, walk_most_ = 0;
 };

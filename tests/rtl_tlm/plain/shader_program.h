@@ -398,11 +398,7 @@ class ShaderProgram {
       for (std::uint64_t i = 0; i < reads; ++i) walk.reads.push_back(f - 1 - i);
       if (enters) {
         for (std::uint64_t i = 0; i < std::min(s + 1, after); ++i) walk.writes.push_back(after - 1 - i);
-        if (bounded()) {
-          lane.filled += (call.outcome == LeafOutcome::inserted ? 1 : 0) - static_cast<std::int64_t>(call.hidden);
-        } else {
-          lane.filled = static_cast<std::int64_t>(after);
-        }
+        lane.filled += (call.outcome == LeafOutcome::inserted ? 1 : 0) - static_cast<std::int64_t>(call.hidden);
         walk.enters = true;
         walk.hidden = call.hidden;
         walk.leaf = call.leaf;

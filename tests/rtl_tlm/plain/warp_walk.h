@@ -24,11 +24,14 @@ struct WarpWalk {
     std::optional<unsigned> slot;            // under way there
     bool fetched = false;
     std::vector<unsigned> testing;  // lanes without a result
+    std::deque<unsigned> to_test;   // lanes whose test is not queued yet
+    std::vector<Entry> children;    // to be written, the topmost first
+    bool writing = false;           // some of them are there
   };
   std::list<Entry> stack;     // the topmost first
   std::deque<Entry> memory;   // the topmost first
   std::deque<Entry> filling;  // on their way back
-  std::deque<unsigned> done;  // slots of nodes whose children are not there yet
+  std::deque<unsigned> done;  // slots of nodes whose children are not all there yet
   std::map<unsigned, std::map<std::size_t, std::vector<std::size_t>>> children;  // lane, event: events of its children
   std::map<unsigned, std::size_t> left;                                          // lane: events that are not done
   std::map<unsigned, std::deque<std::size_t>> hits;                              // lane: the first is being answered
@@ -64,13 +67,13 @@ struct WarpWalk {
     }
     return all;
   }
-  /// Of the topmost `ahead` that wait, the topmost that may start.
-  const Entry* next(unsigned ahead) const {
+  /// In the topmost places of the window (0: all) the topmost that waits and may start.
+  const Entry* next(unsigned ahead, unsigned window) const {
     if (under_way() >= ahead) return nullptr;
     unsigned looked_at = 0;
-    for (auto entry = stack.begin(); entry != stack.end() && looked_at < ahead; ++entry) {
-      if (entry->slot) continue;
+    for (auto entry = stack.begin(); entry != stack.end() && (window == 0 || looked_at < window); ++entry) {
       ++looked_at;
+      if (entry->slot) continue;
       const bool leaf = entry->kind != traces::NodeKind::internal;
       const bool blocked = leaf && held() + entry->events.size() > 128;
       if (!blocked) return &*entry;

@@ -178,6 +178,10 @@ TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
     rt.warp_buffer.spill = true;
     constexpr unsigned kEntries[] = {10, 11, 16, 64}, kAhead[] = {1, 2, 5, 8, 32};
     rt.warp_stack = {kEntries[pick(3)], kAhead[pick(4)]};
+    constexpr unsigned kWindows[] = {16, 0, 1, 4}, kWritePorts[] = {1, 0, 3}, kTests[] = {256, 0, 1, 7};
+    rt.warp_stack.window = kWindows[pick(3)];
+    rt.warp_stack.write_ports = kWritePorts[pick(2)];
+    rt.warp_stack.tests = kTests[pick(3)];
     rt.gaussian_unit = pick(1) == 0;
     rt.any_hit_unit.enabled = pick(1) == 0;
     rt.any_hit_unit.count = 1 + pick(31);

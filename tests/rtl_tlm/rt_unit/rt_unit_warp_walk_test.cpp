@@ -59,8 +59,36 @@ TEST_F(WarpWalk, OneEntryAtATimeWaitsForEachNode) {
   RtBench bench(small_header(), walking(1));
   bench.run(group);
   ASSERT_EQ(bench.dones.size(), 1u);
-  // A result makes the next entry startable in its cycle.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + 3 * (kFetch + kTriangle));
+  // A result makes the next entry startable in its cycle; the root keeps the slot until its third child is written.
+  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + 2 + 3 * (kFetch + kTriangle));
+}
+
+// All children of all nodes that were done in a cycle came into the stack at once.
+TEST_F(WarpWalk, ChildrenWaitForThePortThatWritesThem) {
+  const auto group = fan(32, 5);
+  const auto end = [&](unsigned ports) {
+    BenchOptions options = walking(1);
+    options.rt.warp_stack.write_ports = ports;
+    RtBench bench(small_header(), options);
+    bench.run(group);
+    return bench.dones[0].cycle;
+  };
+  const Cycle unlimited = kFirst + (kFetch + kBox) + 5 * (kFetch + kTriangle);
+  EXPECT_EQ(end(0), unlimited);
+  EXPECT_EQ(end(1), unlimited + 4);
+  EXPECT_EQ(end(2), unlimited + 2);
+}
+
+// Queues of tests had no end: 128 nodes of 32 lanes are 4,096 tests.
+TEST_F(WarpWalk, TestsBeyondTheQueueWaitInTheirNodes) {
+  const auto group = fan(32, 2);
+  BenchOptions options = walking(8);
+  options.rt.warp_stack.tests = 32;
+  RtBench bench(small_header(), options);
+  bench.run(group);
+  // The second leaf's tests are queued with the results of the first's, and start a cycle later.
+  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + kBox) + (kFetch + kTriangle) + 1 + kTriangle);
+  EXPECT_EQ(bench.counters().ray_triangle.queue_max, 32u);
 }
 
 TEST_F(WarpWalk, EntriesThatRunAheadShareTheLatency) {

@@ -38,6 +38,14 @@ inline constexpr IntersectionConfig kRaySphereUnit = kRayTriangleUnit;  ///< no 
 inline constexpr IntersectionConfig kRayTransformUnit{4, 6, 1};
 inline constexpr IntersectionConfig kRayGaussianUnit{4, 27, 1};
 
+/// How tests come to a unit: its queue, and what it reads for them.
+struct TestInput {
+  std::uint64_t places = 0;  ///< of the queue; 0: one for each lane of the warp buffer
+  unsigned name_bits = 8;    ///< of a test in the queue
+  unsigned ray_banks = 0;    ///< lane l's ray lies in bank l mod so many, each read once a cycle; 0: no limit
+  unsigned node_ports = 0;   ///< nodes whose tests start in a cycle; 0: no limit
+};
+
 /// Hardware of one pipeline.
 struct DataPath {
   std::vector<Operators> operators;  ///< for one test per cycle

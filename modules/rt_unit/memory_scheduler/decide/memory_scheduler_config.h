@@ -21,6 +21,7 @@ struct MemorySchedulerConfig {
   bool by_shader = false;
   unsigned sectors_per_cycle = 1;
   unsigned l1_hit_latency = kThroughThePort;
+  unsigned node_ports = 0;
   NodeTrafficConfig traffic;
   static constexpr unsigned kThroughThePort = kMaxLatency;
   /// Whether the L1 is asked in the cycle of the request, not through links.
@@ -41,11 +42,15 @@ struct MemorySchedulerConfig {
              assumed("10000, a port as others have; Vulkan-Sim: 0"));
     list.rule(
         "l1_hit_latency", [this] { return !asks_at_once() || !by_shader; }, "needs rt.memory.by_shader = false");
+    list.add("node_ports", node_ports, {0, kMaxLanes}, "nodes/cycle",
+             "nodes that a unit reads in a cycle, of those that have been fetched, each for all tests of it that "
+             "start; 0: pipelines read as they start, and of lanes nothing is priced",
+             assumed("this project: papers name no ports; designs gautracer and walk have 1"));
     traffic.parameters(list);
   }
 };
 /// The part's row in the table of all parts.
-PartInfo part_info(const MemorySchedulerConfig& config);
+PartInfo part_info(const MemorySchedulerConfig& config, bool walks);
 
 struct MemorySchedulerCounters {
   std::array<std::uint64_t, kRegionCount> visits{};   ///< lane visits

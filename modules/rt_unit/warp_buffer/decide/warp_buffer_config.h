@@ -8,6 +8,7 @@
 #include <string>
 
 #include "grtx/modules/kernel/declare.h"
+#include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/part/part_info.h"
 #include "grtx/modules/rt_unit/stack/decide/stack_entry.h"
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
@@ -18,6 +19,7 @@ struct WarpBufferConfig {
   unsigned entries = 8;
   unsigned stack_entries = 8;
   bool spill = true;  ///< needs the StackUnit
+  unsigned ray_banks = 0;
   /// Stack entries of a lane in the warp buffer.
   unsigned on_chip_entries(unsigned bvh_width) const {
     return spill ? stack_entries : std::max(stack_entries, deepest_stack(bvh_width));
@@ -30,6 +32,11 @@ struct WarpBufferConfig {
              "stack entries beyond the warp buffer are written to memory and read back; else there is room for the "
              "deepest stack (140 entries with nodes of 6 children)",
              kOurs);
+    list.add(
+        "ray_banks", ray_banks, {0, kMaxLanes}, "banks",
+        "each unit that reads rays has a copy of them, with lane l in bank l mod so many, and reads each bank once "
+        "a cycle; 0: pipelines read as they start, and one port is priced",
+        assumed("this project: papers name no ports; designs gautracer and walk have 4"));
     list.rule(
         "stack_entries", [this] { return !spill || stack_entries >= 2; },
         "must be at least 2 with rt.warp_buffer.spill");

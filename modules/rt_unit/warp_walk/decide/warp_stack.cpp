@@ -60,14 +60,13 @@ void WarpStack::begin(const WarpStackEntry& root) {
 
 std::size_t WarpStack::next(unsigned room, NodeKind leaf) const {
   if (!has_slot()) return kNone;
-  unsigned seen = 0;
-  for (std::size_t place = order_.size(); place-- > 0 && seen < ahead_;) {
+  const std::size_t lowest = window_ == 0 || window_ > order_.size() ? 0 : order_.size() - window_;
+  for (std::size_t place = order_.size(); place-- > lowest;) {
     const Item& item = order_[place];
     if (item.slot >= 0) continue;
     if (traces::without_width(item.entry.kind) != leaf ||
         static_cast<unsigned>(std::popcount(item.entry.lanes)) <= room)
       return place;
-    ++seen;
   }
   return kNone;
 }
@@ -76,7 +75,7 @@ unsigned WarpStack::start(std::size_t place) {
   unsigned slot = 0;
   while (nodes_[slot].used) ++slot;
   Item& item = order_[place];
-  nodes_[slot] = {item.entry, item.entry.lanes, true, false};
+  nodes_[slot] = {item.entry, item.entry.lanes, true, false, item.entry.lanes, {}, 0};
   item.slot = static_cast<int>(slot);
   --waiting_;
   ++under_way_;
@@ -94,18 +93,25 @@ std::size_t WarpStack::place_of(unsigned slot) const {
   return place;
 }
 
-void WarpStack::finish(unsigned slot, std::span<const WarpStackEntry> children) {
-  const auto place = order_.begin() + static_cast<std::ptrdiff_t>(place_of(slot));
+void WarpStack::finish(unsigned slot) {
   nodes_[slot].used = false;
   --under_way_;
-  waiting_ += static_cast<unsigned>(children.size());
-  if (children.empty()) {
-    order_.erase(place);
-    return;
+  order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(place_of(slot)));
+}
+
+bool WarpStack::write_child(unsigned slot) {
+  Node& node = nodes_[slot];
+  const auto parent = order_.begin() + static_cast<std::ptrdiff_t>(place_of(slot));
+  const WarpStackEntry& child = node.children[node.written++];
+  ++waiting_;
+  if (node.written < node.children.size()) {
+    order_.insert(parent + 1, {child, -1});
+    return false;
   }
-  *place = {children[0], -1};
-  std::vector<Item>::iterator below = place;
-  for (std::size_t i = 1; i < children.size(); ++i) below = order_.insert(below, {children[i], -1});
+  *parent = {child, -1};
+  node.used = false;
+  --under_way_;
+  return true;
 }
 
 StackSpill::Move WarpStack::settle(std::size_t more, bool top) {

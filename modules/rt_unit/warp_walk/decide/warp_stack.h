@@ -68,10 +68,17 @@ class WarpStack {
     LaneMask testing = 0;  ///< lanes whose test is not done
     bool used = false;
     bool fetched = false;
+    LaneMask entering = 0;                 ///< lanes whose test is not in the queue of its unit yet
+    std::vector<WarpStackEntry> children;  ///< the topmost first
+    std::size_t written = 0;               ///< children that are on the stack
   };
 
   explicit WarpStack(const WarpStackConfig& config, unsigned in_a_sector)
-      : entries_(config.entries), ahead_(config.ahead), spill_(config.entries, in_a_sector), nodes_(config.ahead) {}
+      : entries_(config.entries),
+        ahead_(config.ahead),
+        window_(config.window),
+        spill_(config.entries, in_a_sector),
+        nodes_(config.ahead) {}
 
   /// The stack, which must be empty, holds the root.
   void begin(const WarpStackEntry& root);
@@ -85,8 +92,8 @@ class WarpStack {
   const Node& node(unsigned slot) const { return nodes_[slot]; }
   unsigned slots() const { return ahead_; }
 
-  /// Place of the entry to start next: of the topmost `ahead` that wait, the topmost that may start; kNone if there is
-  /// none, or no slot. room: hits that the warp has room for; a leaf with more lanes must wait.
+  /// Place of the entry to start next: in the topmost `window` places the topmost that waits and may start; kNone if
+  /// there is none, or no slot. room: hits that the warp has room for; a leaf with more lanes must wait.
   static constexpr std::size_t kNone = ~std::size_t{0};
   std::size_t next(unsigned room, traces::NodeKind leaf) const;
   const WarpStackEntry& at(std::size_t place) const { return order_[place].entry; }
@@ -94,8 +101,10 @@ class WarpStack {
   unsigned start(std::size_t place);
   /// Takes the entry at `place` off the stack.
   void drop(std::size_t place);
-  /// The entry in `slot` is done: its children, the topmost first, take its place.
-  void finish(unsigned slot, std::span<const WarpStackEntry> children);
+  /// The entry in `slot` is done and has no children.
+  void finish(unsigned slot);
+  /// Writes the next of the children of the entry in `slot`; the last one takes its place. Returns whether it was.
+  bool write_child(unsigned slot);
   bool has_room(std::size_t children) const { return waiting_ + children <= entries_; }
   /// The move needed before `more` entries come (StackSpill); spilled entries leave at once. top: an entry is to start.
   StackSpill::Move settle(std::size_t more, bool top);
@@ -109,7 +118,7 @@ class WarpStack {
   };
   std::size_t place_of(unsigned slot) const;
 
-  unsigned entries_, ahead_;
+  unsigned entries_, ahead_, window_;
   StackSpill spill_;
   StackSpill::Lane spilled_;
   std::vector<Node> nodes_;             ///< [slot]

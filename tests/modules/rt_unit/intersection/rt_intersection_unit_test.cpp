@@ -26,6 +26,39 @@ struct UnitCase {
   std::vector<std::pair<Cycle, LaneId>> results;
 };
 
+struct PortCase {
+  const char* what;
+  TestInput input;
+  std::vector<std::vector<LaneId>> nodes;  ///< lanes of each, queued in cycle 0
+  std::vector<std::pair<Cycle, LaneId>> results;
+};
+
+// Eight pipelines read eight rays and eight nodes in a cycle, from memories with one port.
+TEST_F(RtIntersectionUnitTest, PipelinesStartWhatCanBeReadInACycle) {
+  const std::vector<PortCase> cases = {
+      {"no limit", {}, {{0, 2}, {4, 6}}, {{2, 0}, {2, 2}, {2, 4}, {2, 6}}},
+      {"banks", {0, 8, 2, 0}, {{0, 1, 2, 3, 5}}, {{2, 0}, {2, 1}, {3, 2}, {3, 3}, {4, 5}}},
+      {"all in one bank", {0, 8, 2, 0}, {{0, 2, 4}}, {{2, 0}, {3, 2}, {4, 4}}},
+      {"a node a cycle", {0, 8, 0, 1}, {{0, 1, 2}, {3}, {4, 5}}, {{2, 0}, {2, 1}, {2, 2}, {3, 3}, {4, 4}, {4, 5}}},
+      {"two nodes", {0, 8, 0, 2}, {{0, 1}, {3}, {4, 5}}, {{2, 0}, {2, 1}, {2, 3}, {3, 4}, {3, 5}}},
+      {"both", {0, 8, 4, 1}, {{0, 1, 4}, {2}}, {{2, 0}, {2, 1}, {3, 4}, {4, 2}}},
+  };
+  for (const PortCase& c : cases) {
+    SCOPED_TRACE(c.what);
+    fresh_context();
+    IntersectionUnit unit("unit", {8, 1, 1}, 1, ray_triangle_path(), c.input);
+    Results results;
+    unit.client.bind(results);
+    elaborate();
+    for (const auto& node : c.nodes) {
+      unit.begin_node();
+      for (const LaneId lane : node) unit.enqueue(0, lane, 1);
+    }
+    for (Cycle now = 1; !unit.idle() && now < 100; now = unit.due()) unit.tick(now);
+    EXPECT_EQ(results.seen, c.results);
+  }
+}
+
 TEST_F(RtIntersectionUnitTest, ResultsComeInTheCycleOfTheFormula) {
   const std::vector<UnitCase> cases = {
       {"one pipeline", {1, 13, 1}, {1, 1, 1}, {{14, 0}, {15, 1}, {16, 2}}},

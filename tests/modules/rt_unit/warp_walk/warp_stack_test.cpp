@@ -28,10 +28,17 @@ std::vector<std::uint32_t> starts(WarpStack& stack, unsigned room = 128) {
   return addresses;
 }
 
+void finish(WarpStack& stack, unsigned slot, const std::vector<WarpStackEntry>& children) {
+  if (children.empty()) return stack.finish(slot);
+  stack.node(slot).children = children;
+  while (!stack.write_child(slot)) {
+  }
+}
+
 WarpStack with_children(WarpStackConfig config, const std::vector<WarpStackEntry>& children) {
   WarpStack stack(config, 2);
   stack.begin(entry(1));
-  stack.finish(stack.start(stack.next(128, NodeKind::triangle)), children);
+  finish(stack, stack.start(stack.next(128, NodeKind::triangle)), children);
   return stack;
 }
 
@@ -45,12 +52,11 @@ TEST(WarpStack, StartsTheTopmostEntriesAsLongAsThereAreSlots) {
 TEST(WarpStack, ChildrenComeWhereTheirParentWas) {
   WarpStack stack = with_children({64, 2}, {entry(11), entry(12), entry(13)});
   EXPECT_THAT(starts(stack), ElementsAre(11, 12));
-  const WarpStackEntry below[] = {entry(21), entry(22)};
-  stack.finish(1, below);  // 12 was in slot 1
+  finish(stack, 1, {entry(21), entry(22)});  // 12 was in slot 1
   EXPECT_THAT(starts(stack), ElementsAre(21));
-  stack.finish(0, {});  // 11, on top
+  stack.finish(0);  // 11, on top
   EXPECT_THAT(starts(stack), ElementsAre(22));
-  stack.finish(0, {});
+  stack.finish(0);
   EXPECT_THAT(starts(stack), ElementsAre(13));
 }
 
@@ -60,9 +66,38 @@ TEST(WarpStack, ALeafWaitsForRoomForItsLanesHitsAndOthersPassIt) {
   EXPECT_THAT(starts(stack, 2), ElementsAre(12, 13, 14));
 }
 
-TEST(WarpStack, LooksNoDeeperThanTheTopmostEntriesThatMayBeUnderWay) {
-  WarpStack stack = with_children({64, 1}, {entry(11, 1, NodeKind::triangle), entry(12)});
-  EXPECT_THAT(starts(stack, 0), IsEmpty());
+TEST(WarpStack, LooksNoDeeperThanItsWindow) {
+  const std::vector<WarpStackEntry> children = {entry(11, 1, NodeKind::triangle), entry(12, 1, NodeKind::triangle),
+                                                entry(13)};
+  for (const unsigned window : {1U, 2U}) {
+    WarpStack stack = with_children({64, 4, window}, children);
+    EXPECT_THAT(starts(stack, 0), IsEmpty()) << window;
+  }
+  for (const unsigned window : {3U, 0U}) {
+    WarpStack stack = with_children({64, 4, window}, children);
+    EXPECT_THAT(starts(stack, 0), ElementsAre(13)) << window;
+  }
+}
+
+TEST(WarpStack, EntriesUnderWayTakePlacesOfTheWindow) {
+  WarpStack stack = with_children({64, 8, 2}, {entry(11), entry(12), entry(13)});
+  EXPECT_THAT(starts(stack), ElementsAre(11, 12));
+  EXPECT_TRUE(stack.has_slot());
+  stack.finish(0);
+  EXPECT_THAT(starts(stack), ElementsAre(13));
+}
+
+// All children of a node, and of other nodes done in the same cycle, came at once.
+TEST(WarpStack, ChildrenComeOneByOneBelowEachOther) {
+  WarpStack stack = with_children({64, 4}, {entry(11), entry(12)});
+  EXPECT_THAT(starts(stack), ElementsAre(11, 12));
+  stack.node(0).children = {entry(21), entry(22)};
+  EXPECT_FALSE(stack.write_child(0));
+  EXPECT_THAT(starts(stack), ElementsAre(21));
+  EXPECT_EQ(stack.under_way(), 3u);  // 11 keeps its slot
+  EXPECT_TRUE(stack.write_child(0));
+  EXPECT_EQ(stack.under_way(), 2u);
+  EXPECT_THAT(starts(stack), ElementsAre(22));
 }
 
 TEST(WarpStack, SpillsTheLowestThatWaitAndFillsThemWhenNoneIsLeft) {
@@ -77,18 +112,18 @@ TEST(WarpStack, SpillsTheLowestThatWaitAndFillsThemWhenNoneIsLeft) {
   EXPECT_EQ(move.first, 0u);
   EXPECT_EQ(stack.waiting(), 5u);
   EXPECT_EQ(stack.in_memory(), 2u);
-  stack.finish(slot, {});
+  stack.finish(slot);
   for (std::uint32_t address = 11; address < 16; ++address) {
     EXPECT_THAT(starts(stack), ElementsAre(address));
-    stack.finish(0, {});
+    stack.finish(0);
   }
   EXPECT_EQ(stack.waiting(), 0u);
   EXPECT_TRUE(stack.settle(0, true).fill);
   stack.filled();
   EXPECT_THAT(starts(stack), ElementsAre(16));
-  stack.finish(0, {});
+  stack.finish(0);
   EXPECT_THAT(starts(stack), ElementsAre(17));
-  stack.finish(0, {});
+  stack.finish(0);
   EXPECT_TRUE(stack.empty());
 }
 
