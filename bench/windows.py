@@ -6,8 +6,8 @@
 
 FRAMES are drawn by DATE, none by hand: generated scenes of six presets, small ones since cycle mode runs them whole, and public ones (scripts/scenes.sh), each with
 machines of 8 to 512 warp slots and designs from shuffled decks. They run in strata: by turns one frame and machine of each dear design
-and each kind of public scene, then of whole frames, first on machines of up to 64 slots. Windows go first; what they refuse costs no
-run in cycle mode. Results lie in FOLDER/cycle.sqlite and FOLDER/windows.sqlite; what is there is not run again, so a run that was
+and each kind of public scene and of whole frames, first on machines of up to 64 slots; last what takes minutes, dear designs of public
+scenes. Windows go first; what they refuse costs no run in cycle mode. Results lie in FOLDER/cycle.sqlite and FOLDER/windows.sqlite; what is there is not run again, so a run that was
 killed goes on, and another rule of windows mode needs windows.sqlite alone (remove the file). Traces lie in FOLDER/traces and serve all
 machines. Cases are the cycles of each (frame, machine, design) and the speed-up over the first design of the same frame and machine. A
 case is of half `tune` or `show` by a hash of its frame and machine: whoever changes the rule looks at the first half only.
@@ -37,6 +37,7 @@ DESIGNS = {"baseline": ["--accel", "tri20", "--checkpoint", "off", *K], "sw": ["
            "gautracer": ["--accel", "ellipsoid", "--checkpoint", "off", *K, "--sort-key", "peak", "--tmax-update", "kth"],
            "walk": ["--accel", "ellipsoid", "--checkpoint", "off", "--k", "64", "--tmax-update", "kth", "--ahead", "16", "--layout", "quantised",
                     "--bvh-width", "6"]}
+CHEAP = ("gautracer", "walk")
 MACHINES = {  # name: machine, slots, settings
     "1 x 8": ("paper-charged", 8, {"gpu.sms": 1, "gpu.resident_warps": 8, "l2.bytes": 524288, "l2.slices": 1}),
     "2 x 16": ("paper-charged", 32, {"gpu.sms": 2, "gpu.resident_warps": 16, "l2.bytes": 1048576, "l2.slices": 1}),
@@ -80,7 +81,7 @@ def draw():
     frames = []
     for number in range(60):
         kind = ("small", "large", "small", "small", "public")[number % 5]
-        frame = {"view": lot.randrange(4), "rays": 8 if number < 30 else 32, "seed": lot.randrange(1 << 30), "designs": ["gautracer", "walk"]}
+        frame = {"view": lot.randrange(4), "rays": 8 if number < 30 else 32, "seed": lot.randrange(1 << 30), "designs": [*CHEAP]}
         frame["edge"] = EDGES[kind][frame["rays"] == 32]
         if kind == "public":  # without the large trees of triangles
             frame["scene"] = next(public)
@@ -98,11 +99,11 @@ def draw():
         have = {name for name, _ in frame["machines"]}
         frame["machines"] += [(name, 0.25 if kind == "large" else 0.5) for name in FEW_SLOTS if name not in have]
         frames.append(frame)
-    # The first large frames again as whole ones: machines of a card's slots, and what the mode is for, a small share.
-    for frame in frames[1:12:5]:
-        frames.append({**frame, "edge": EDGES["whole"][0], "machines": [("paper", 0.5), ("rdna4-share", 0.5), ("2 x 16", 0.125)]})
-    for frame in frames[3:12:5]:  # twenty windows are 7 % of these
+    # What the mode is for, a small share: some frames again as whole ones. Twenty windows are 7 % of the first two.
+    for frame in frames[3:12:5]:
         frames.append({**frame, "edge": EDGES["full HD"][0], "machines": [("4 x 16", 0.07), ("2 x 16", 0.07)]})
+    for frame in frames[1:12:5]:  # and machines of a card's slots
+        frames.append({**frame, "edge": EDGES["whole"][0], "machines": [("paper", 0.5), ("rdna4-share", 0.5), ("2 x 16", 0.125)]})
     # Public rooms and buildings, all with warps of 8 rays, have a design with triangles or instances each, too.
     dear = deck_of(random.Random(DATE + 1), ["grtx", "sw", "baseline", "hw"])
     for frame in [frame for frame in frames if frame["scene"] in PUBLIC and frame["class"] != "object"]:
@@ -215,7 +216,7 @@ def stratum_of(frame):
 
 def points(frames):
     """In the order in which they run: by turns one frame and machine of each stratum, warps of 8 rays first. Machines of more slots, which
-    refuse all but whole frames, come last."""
+    refuse all but whole frames, come after them, dear designs of public scenes last."""
     strata = defaultdict(list)
     for rays, turn in itertools.product((8, 32), range(len(FEW_SLOTS))):
         for number, frame in enumerate(frames):
@@ -227,8 +228,8 @@ def points(frames):
             if machine[0] not in FEW_SLOTS:
                 strata["whole" if stratum_of(frame) == "whole" else "many slots"].append((frame, *machine))
     many = strata.pop("many slots")
-    return [(*cell, design) for cell in [*filter(None, itertools.chain(*itertools.zip_longest(*strata.values()))), *many]
-            for design in cell[0]["designs"]]
+    found = [(*cell, design) for cell in [*filter(None, itertools.chain(*itertools.zip_longest(*strata.values()))), *many] for design in cell[0]["designs"]]
+    return sorted(found, key=lambda point: point[0]["scene"] in PUBLIC and point[3] not in CHEAP)
 
 
 def student_quantile(p, degrees):
