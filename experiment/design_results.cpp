@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "grtx/base/error.h"
 #include "grtx/experiment/machine_notes.h"
+#include "grtx/report/page/speedup_terms.h"
 #include "grtx/rtl_tlm/estimate/estimate.h"
 #include "grtx/rtl_tlm/run/model_version.h"
 #include "grtx/traces/reader.h"
@@ -29,6 +31,25 @@ void add_speedups_by_kind(ordered_json& results, const DesignComparison& compari
     for (const std::string& name : comparison.others()) {
       const double own = statistic(results["designs"][name], cycles);
       if (own > 0.0) results[fmt::format("speedup_{}", kind)][name] = reference / own;
+    }
+  }
+}
+
+/// What each term of a design contributes to its speed-up.
+void add_waterfall(ordered_json& results, const DesignComparison& comparison) {
+  const auto values_of = [&](const std::string& design) {
+    return [&own = results["designs"][design]](const std::string& name) {
+      const auto found = own.find(name);
+      return found == own.end() ? std::nan("") : found->at("value").get<double>();
+    };
+  };
+  for (const std::string& name : comparison.others()) {
+    for (const report::SpeedupTerm& term : report::speedup_terms(values_of(comparison.reference()), values_of(name))) {
+      results["waterfall"][name].push_back({{"term", term.name},
+                                            {"from", term.from},
+                                            {"to", term.to},
+                                            {"cycles", term.cycles},
+                                            {"speedup", term.factor}});
     }
   }
 }
@@ -110,6 +131,7 @@ ordered_json machine_results(DesignResults& run, const RunPlan& plan, const Mach
   for (const std::string& name : comparison.others()) {
     results["speedup"][name] = reference / statistic(results["designs"][name], "gpu.cycles");
   }
+  add_waterfall(results, comparison);
   if (run.mode != sim::SimulationMode::cycle) add_intervals(documents, comparison, results);
   if (run.mode != sim::SimulationMode::windows && plan.tracer.secondary.what != "none") {
     add_speedups_by_kind(results, comparison);
@@ -187,6 +209,7 @@ DesignResults design_results(const RunPlan& plan, const DesignComparison& compar
     results["machines"] = std::move(of_machines);
   }
   results["images"] = images;
+  if (!comparison.left_out().empty()) results["left_out"] = comparison.left_out();
   if (sequence && machines.size() == 1) add_frames(results, comparison, plan.view.views, traced.front().images.size());
   results["images_identical"] = traced.front().identical;
   for (const auto& [name, order] : traced.front().other_orders) {

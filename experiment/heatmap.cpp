@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <numeric>
 
 #include "grtx/base/error.h"
 #include "grtx/base/nearest_name.h"
@@ -17,6 +19,9 @@ namespace {
 
 constexpr unsigned kSmallest = 384;  // pixels of the longer side of the map in the picture
 constexpr unsigned kMargin = 8, kTextScale = 2, kBarWidth = 20, kTicks = 5;
+constexpr unsigned kLine = kGlyphHeight * kTextScale + kMargin / 2;
+constexpr std::size_t kMarks = 10;
+constexpr glm::vec3 kMark(0.2f, 0.95f, 1.0f);  // far from all heat colours
 constexpr glm::vec3 kBackground(0.12f), kInk(0.92f);
 
 void fill(frontend::Image& image, unsigned x, unsigned y, unsigned width, unsigned height, const glm::vec3& colour) {
@@ -27,13 +32,13 @@ void fill(frontend::Image& image, unsigned x, unsigned y, unsigned width, unsign
 
 unsigned text_width(const std::string& text) { return static_cast<unsigned>(text.size()) * kGlyphAdvance * kTextScale; }
 
-void draw_text(frontend::Image& image, unsigned x, unsigned y, const std::string& text) {
+void draw_text(frontend::Image& image, unsigned x, unsigned y, const std::string& text, const glm::vec3& ink = kInk) {
   for (const char c : text) {
     const auto rows = glyph(c);
     for (unsigned row = 0; row < kGlyphHeight; ++row) {
       for (unsigned column = 0; column < kGlyphWidth; ++column) {
         if ((rows[row] >> (kGlyphWidth - 1 - column) & 1) == 0) continue;
-        fill(image, x + column * kTextScale, y + row * kTextScale, kTextScale, kTextScale, kInk);
+        fill(image, x + column * kTextScale, y + row * kTextScale, kTextScale, kTextScale, ink);
       }
     }
     x += kGlyphAdvance * kTextScale;
@@ -43,6 +48,42 @@ void draw_text(frontend::Image& image, unsigned x, unsigned y, const std::string
 std::string label(double value) {
   if (value == std::floor(value) && value < 1e6) return fmt::format("{:.0f}", value);
   return value < 1e6 ? fmt::format("{:.1f}", value) : fmt::format("{:.3g}", value);
+}
+
+/// Pixels of the largest values, one per value: rays of a warp share theirs.
+std::vector<std::size_t> largest_pixels(const Heatmap& map) {
+  std::vector<std::size_t> order(map.values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t pixel) { return map.values[pixel]; });
+  std::vector<std::size_t> largest;
+  for (const std::size_t pixel : order) {
+    if (largest.size() == kMarks || !(map.values[pixel] > 0.0)) break;
+    if (largest.empty() || map.values[pixel] != map.values[largest.back()]) largest.push_back(pixel);
+  }
+  return largest;
+}
+
+/// Pixel numbers below and left of a map whose corner is at x, y.
+void draw_axes(frontend::Image& image, const Heatmap& map, unsigned x, unsigned y, unsigned zoom) {
+  for (unsigned tick = 0; tick + 1 < kTicks; ++tick) {
+    const unsigned column = tick * (map.width - 1) / (kTicks - 2), row = tick * (map.height - 1) / (kTicks - 2);
+    const std::string across = std::to_string(column), down = std::to_string(row);
+    const unsigned at_x = x + column * zoom + zoom / 2, at_y = y + row * zoom + zoom / 2;
+    fill(image, at_x, y + map.height * zoom, 1, kMargin / 2, kInk);
+    fill(image, x - kMargin / 2, at_y, kMargin / 2, 1, kInk);
+    draw_text(image, at_x - std::min(at_x, text_width(across) / 2), y + map.height * zoom + kMargin / 2 + 2, across);
+    draw_text(image, x - kMargin / 2 - text_width(down), at_y - std::min(at_y, kGlyphHeight * kTextScale / 2), down);
+  }
+}
+
+/// A frame around a pixel, and its number.
+void draw_mark(frontend::Image& image, unsigned x, unsigned y, unsigned zoom, const std::string& number) {
+  const unsigned left = x < 2 ? 0 : x - 2, top = y < 2 ? 0 : y - 2, side = zoom + 4;
+  fill(image, left, top, side, 2, kMark);
+  fill(image, left, top + side - 2, side, 2, kMark);
+  fill(image, left, top, 2, side, kMark);
+  fill(image, left + side - 2, top, 2, side, kMark);
+  draw_text(image, left + side + 1, top, number, kMark);
 }
 
 }  // namespace
@@ -89,17 +130,37 @@ frontend::Image draw_heatmap(const Heatmap& map) {
   const unsigned map_width = map.width * zoom, map_height = std::max(map.height * zoom, 12 * kGlyphHeight * kTextScale);
   const unsigned top = 2 * kMargin + kGlyphHeight * kTextScale;
   const std::string title = map.name + " " + map.unit + ", largest " + label(largest);
-  const unsigned bar_x = kMargin + map_width + 2 * kMargin;
+  const std::vector<std::size_t> marked = largest_pixels(map);
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    const std::string pixel = fmt::format("{} at {},{}", i + 1, marked[i] % map.width, marked[i] / map.width);
+    if (i % 2 == 0) {
+      lines.push_back(pixel);
+    } else {
+      lines.back() += "   " + pixel;
+    }
+  }
+  const unsigned left = kMargin + text_width(std::to_string(std::max(1u, map.height) - 1)) + kMargin / 2;
+  const unsigned bar_x = left + map_width + 2 * kMargin;
   const unsigned labels_x = bar_x + kBarWidth + kMargin;
   const unsigned width = std::max(labels_x + text_width(label(largest) + "00"), 2 * kMargin + text_width(title));
-  frontend::Image image(width, top + map_height + kMargin);
+  const unsigned list_y = top + map_height + kMargin / 2 + kLine + kMargin / 2;
+  frontend::Image image(width, list_y + kLine * static_cast<unsigned>(lines.size()) + kMargin / 2);
   fill(image, 0, 0, image.width, image.height, kBackground);
   draw_text(image, kMargin, kMargin, title);
   for (unsigned y = 0; y < map.height; ++y) {
     for (unsigned x = 0; x < map.width; ++x) {
       const double value = map.values[std::size_t{y} * map.width + x];
-      fill(image, kMargin + x * zoom, top + y * zoom, zoom, zoom, heat_colour(value * scale));
+      fill(image, left + x * zoom, top + y * zoom, zoom, zoom, heat_colour(value * scale));
     }
+  }
+  if (map.width > 0 && map.height > 0) draw_axes(image, map, left, top, zoom);
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    const auto x = static_cast<unsigned>(marked[i] % map.width), y = static_cast<unsigned>(marked[i] / map.width);
+    draw_mark(image, left + x * zoom, top + y * zoom, zoom, std::to_string(i + 1));
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    draw_text(image, kMargin, list_y + kLine * static_cast<unsigned>(i), lines[i]);
   }
   for (unsigned y = 0; y < map_height; ++y) {
     fill(image, bar_x, top + y, kBarWidth, 1, heat_colour(1.0 - static_cast<double>(y) / (map_height - 1)));

@@ -30,7 +30,8 @@ std::vector<HeatmapRequest> heatmap_requests(const std::vector<std::string>& tex
 
 /// Colour of a value between 0 (black) and 1 (pale yellow); lightness increases monotonically.
 glm::vec3 heat_colour(double value);
-/// The picture with title and colour bar, from 0 to the largest value. Small maps are enlarged by whole factors.
+/// The picture with title, pixel numbers at its edges and colour bar, from 0 to the largest value. The ten largest
+/// values are marked and listed. Small maps are enlarged by whole factors.
 frontend::Image draw_heatmap(const Heatmap& map);
 /// Writes `path` (.png) and, beside it, the same name with .exr: all three channels hold the value, as 32-bit floats.
 void write_heatmap(const std::string& path, const Heatmap& map);

@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "grtx/base/error.h"
 #include "grtx/experiment/ray_scene.h"
+#include "grtx/experiment/slow_rays.h"
 #include "grtx/frontend/camera/camera.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/ray/ray_page.h"
@@ -41,6 +43,55 @@ report::RayPage empty_page(const RayPlan& plan, const traces::Reader& reader) {
                                : fmt::format("Ray of pixel {},{}", plan.rays.pixel[0], plan.rays.pixel[1])) +
                " in " + std::filesystem::path(plan.trace).filename().string();
   return page;
+}
+
+/// What the primary rays of the pixel did.
+report::PixelBeside beside(const std::string& trace, const traces::Reader& reader, const RayChoice& choice,
+                           const std::vector<ChosenRays>& chosen) {
+  const traces::Header& header = reader.header();
+  report::PixelBeside did;
+  did.trace = trace;
+  did.design =
+      fmt::format("{}, checkpoints {}, k = {}", name_of(header.accel), header.checkpoint ? "on" : "off", header.k) +
+      (header.ahead > 1 ? fmt::format(", {} nodes under way", header.ahead) : "");
+  for (const ChosenRays& rays : chosen) {
+    if (rays.group.kind != traces::RayKind::primary) continue;
+    for (const unsigned lane : rays.lanes) {
+      const traces::Ray& ray = rays.group.rays[lane];
+      did.visits += visits_of(ray);
+      did.rounds += ray.rounds.size();
+      for (const traces::Round& round : ray.rounds) did.processed += round.processed_count;
+    }
+  }
+  did.median = median_visits(reader, choice.frame);
+  return did;
+}
+
+/// The same pixel in this trace and in others, which must be of the same view.
+std::vector<report::PixelBeside> all_beside(const RayPlan& plan, const traces::Reader& reader,
+                                            const std::vector<ChosenRays>& chosen) {
+  std::vector<report::PixelBeside> all;
+  if (plan.beside.empty()) return all;
+  if (plan.rays.warp) throw Error("ray", "--beside", "is for a --pixel: warps hold other rays in another trace");
+  all.push_back(beside(plan.trace, reader, plan.rays, chosen));
+  const auto input = [](const traces::Reader& of, const char* name) {
+    const auto found = of.header().inputs.find(name);
+    return found == of.header().inputs.end() ? std::string() : found->second;
+  };
+  for (const std::string& trace : plan.beside) {
+    const traces::Reader other(trace);
+    for (const char* fact : {"files_hash", "camera"}) {
+      if (input(other, fact) != input(reader, fact))
+        throw Error(trace, "header", "is of another view than " + plan.trace);
+    }
+    if (other.header().width != reader.header().width || other.header().height != reader.header().height) {
+      throw Error(trace, "header", "is of another size than " + plan.trace);
+    }
+    const std::vector<ChosenRays> rays = chosen_rays(trace, other, plan.rays);
+    for (const ChosenRays& one : rays) traces::check_group(trace, other.header(), one.group);
+    all.push_back(beside(trace, other, plan.rays, rays));
+  }
+  return all;
 }
 
 /// Timeline of each group; empty without a timeline.
@@ -83,6 +134,8 @@ RayStudy study_rays(const RayPlan& plan) {
   const traces::Header& header = reader.header();
   const std::vector<ChosenRays> chosen = chosen_rays(plan.trace, reader, plan.rays);
   report::RayPage page = empty_page(plan, reader);
+  page.median_visits = median_visits(reader, chosen.front().group.frame);
+  page.beside = all_beside(plan, reader, chosen);
   for (const ChosenRays& rays : chosen) traces::check_group(plan.trace, header, rays.group);
   std::vector<report::WarpTimeline> timelines = timelines_of(plan, reader, chosen);
   if (!plan.timeline.empty()) page.timeline_config = timelines.front().config_hash;

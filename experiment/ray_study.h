@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "grtx/base/files_read.h"
 #include "grtx/experiment/ray_choice.h"
@@ -19,6 +20,7 @@ struct RayPlan {
   ViewOptions view;                              ///< used with a scene; default resolution: the trace's
   bool recorded_view = true;                     ///< take the view recorded in the trace, not view.view
   std::string image;                             ///< picture of the view to mark the pixel in; "": none
+  std::vector<std::string> beside;               ///< other traces of the view, for the same pixel
   std::string timeline;                          ///< file from grtx sim --timeline; "": no time axis
   std::function<void(const FilesRead&)> opened;  ///< called with all scene and camera files that were read
 };

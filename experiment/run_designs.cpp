@@ -37,12 +37,12 @@ constexpr const char* kLock = "run.lock";
 
 /// With ErtCheck::round an image depends on k: designs that blend in one order must have one k. Throws Error.
 void check_one_k(const RunPlan& plan, const DesignComparison& comparison) {
-  std::map<frontend::SortKey, unsigned> k_of;
+  std::map<std::string, unsigned> k_of;
   for (const MachinePlan& machine : machines_of(plan)) {
     for (const ComparedDesign& design : comparison.designs()) {
-      const frontend::TracerOptions options =
-          tracer_options(design_settings(machine.tracer, design, plan.named), design.checkpoint, design.kind);
-      const unsigned k = k_of.try_emplace(options.sort_key, options.k).first->second;
+      const TracerSettings settings = design_settings(machine.tracer, design, plan.named);
+      const frontend::TracerOptions options = tracer_options(settings, design.checkpoint, design.kind);
+      const unsigned k = k_of.try_emplace(order_of(settings, design.kind), options.k).first->second;
       if (options.ert_check == frontend::ErtCheck::round && k != options.k) {
         throw Error("--ert-check", "round",
                     "gives images that differ with k; run compares identical ones: it needs --k");
@@ -69,6 +69,22 @@ void check_machines(const RunPlan& plan) {
   }
 }
 
+/// Throws Error for what a design refuses of the options and keys on any machine.
+void check_design_of(const RunPlan& plan, const ComparedDesign& design) {
+  for (const MachinePlan& machine : machines_of(plan)) {
+    const TracerSettings settings = design_settings(machine.tracer, design, plan.named);
+    tracer_options(settings, design.checkpoint, design.kind);
+    accel_options(settings, design.kind);
+    const sim::GpuConfig config = design_config(plan, machine, design);
+    if (config.rt.any_hit_unit.enabled && settings.tracing != name_of(traces::Tracing::multi)) {
+      throw Error("--tracing", settings.tracing, "has no rounds of k hits, which are what the design's heaps hold");
+    }
+    sim::check_config(
+        config, "design " + design.name + (plan.further.empty() ? "" : " on machine " + machine_name(machine.machine)));
+    sim::check_mode(config, plan.mode.value_or(sim::SimulationMode::cycle));
+  }
+}
+
 /// Throws Error for options with which designs cannot be compared.
 void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
   check_machines(plan);
@@ -77,16 +93,11 @@ void check_plan(const RunPlan& plan, const DesignComparison& comparison) {
       throw Error("--triangle-test", "world",
                   "gives images that differ with the structure; run compares identical ones");
     }
-    for (const ComparedDesign& design : comparison.designs()) {
-      tracer_options(design_settings(machine.tracer, design, plan.named), design.checkpoint, design.kind);
-      const sim::GpuConfig config = design_config(plan, machine, design);
-      sim::check_config(config, "design " + design.name +
-                                    (plan.further.empty() ? "" : " on machine " + machine_name(machine.machine)));
-      sim::check_mode(config, plan.mode.value_or(sim::SimulationMode::cycle));
-    }
   }
+  for (const ComparedDesign& design : comparison.designs()) check_design_of(plan, design);
   check_secondary(plan.tracer.secondary);
   check_one_k(plan, comparison);
+  if (plan.latency && plan.mode == sim::SimulationMode::windows) sim::refuse_latency("run");
   if (!plan.view.views.empty()) sim::check_mode_of_frames(plan.mode.value_or(sim::SimulationMode::cycle));
 }
 
@@ -215,8 +226,12 @@ RunPlan plan_on(const std::string& machine, const std::vector<std::string>& sett
 
 DesignResults run_designs(RunPlan plan) {
   const bool objects = frontend::is_object_list(plan.scene) && !plan.flatten;
-  const DesignComparison comparison(plan.designs, objects);
+  const DesignComparison comparison(plan.designs, objects,
+                                    [&](const ComparedDesign& design) { check_design_of(plan, design); });
   check_plan(plan, comparison);
+  for (const auto& [name, why] : comparison.left_out()) {
+    fmt::print(stderr, "grtx: run: {} is left out: {}\n", name, why);
+  }
   sim::warn_of(idle_in_all(plan, comparison));
   const MadeFolder folder(plan.output);
   const FileLock lock(plan.output + "/" + kLock, plan.output, "another grtx run is filling it");
@@ -251,10 +266,12 @@ DesignResults run_designs(RunPlan plan) {
       on.configs[design.name] = design_config(plan, machines[m], design);
     }
   }
+  if (!plan.mode && plan.latency) plan.mode = sim::SimulationMode::cycle;
   if (!plan.mode) plan.mode = unnamed_mode(simulations, comparison, plan.windows);
   DesignResults results = design_results(
       plan, comparison, traced,
-      simulate_designs(simulations, comparison, {*plan.mode, plan.windows, plan.jobs, plan.quiet}), images);
+      simulate_designs(simulations, comparison, {*plan.mode, plan.windows, plan.jobs, plan.quiet, plan.latency}),
+      images);
 
   const std::string path = plan.output + "/results.json";
   write_file(path, json_text(results.json, 1) + "\n");

@@ -47,8 +47,9 @@ struct RunPlan : MachinePlan {
   bool flatten = false;                     ///< merge a list of objects into one scene
   std::optional<sim::SimulationMode> mode;  ///< none: chosen by unnamed_mode()
   sim::WindowOptions windows;
-  unsigned jobs = 0;   ///< parallel simulations, each a process; 0: one per core, limited by free memory
-  bool quiet = false;  ///< no progress on stderr
+  bool latency = false;  ///< where reads spend their time; of mode cycle, which it chooses
+  unsigned jobs = 0;     ///< parallel simulations, each a process; 0: one per core, limited by free memory
+  bool quiet = false;    ///< no progress on stderr
   std::function<void(const FilesRead&)> opened;  ///< called with all files read, before any is written
 };
 /// Configuration of a design on a machine of the plan: the machine's, with the design's own keys.

@@ -47,6 +47,7 @@ std::string simulated_text(const std::string& trace, const sim::GpuConfig& confi
                            modules::WarpObserver* observer) {
   sim::SimulationOptions simulation;
   simulation.observer = observer;
+  simulation.latency = asked.latency;
   simulation.price = explore::describe_energy;
   const sim::SimulationResult result = simulate_in_mode(asked.mode, trace, config, simulation, asked.windows).result;
   nlohmann::ordered_json document = result.document;

@@ -34,6 +34,7 @@ struct DesignSimulation {
   sim::WindowOptions windows;
   unsigned jobs = 0;  ///< parallel simulations; 0: one per core, limited by free memory
   bool quiet = false;
+  bool latency = false;  ///< sim::SimulationOptions::latency
 };
 
 /// Returns for each machine the statistics document of each design, with "violations" and "binding_bound".

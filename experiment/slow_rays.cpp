@@ -3,13 +3,22 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace grtx::experiment {
-namespace {
 
 std::uint64_t visits_of(const traces::Ray& ray) {
   return static_cast<std::uint64_t>(std::ranges::count_if(
       ray.events, [](const traces::Event& event) { return event.kind() <= traces::EventKind::visit_leaf; }));
+}
+
+namespace {
+
+std::uint64_t median_of(std::vector<std::uint64_t> all) {
+  if (all.empty()) return 0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::ranges::nth_element(all, middle);
+  return *middle;
 }
 
 }  // namespace
@@ -34,12 +43,26 @@ SlowRays slowest_rays(const traces::Reader& reader, std::size_t count) {
     if (slow.rays.size() > 2 * count + 4096) keep(count);
   }
   keep(count);
-  if (!all.empty()) {
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::ranges::nth_element(all, middle);
-    slow.median = *middle;
-  }
+  slow.median = median_of(std::move(all));
   return slow;
+}
+
+std::uint64_t median_visits(const traces::Reader& reader, std::uint32_t frame) {
+  constexpr std::uint64_t kMostWarps = 2048;
+  const std::vector<std::uint64_t>& frames = reader.header().frame_groups;
+  std::uint64_t begin = 0;
+  for (std::uint32_t i = 0; i < frame; ++i) begin += frames.at(i);
+  const std::uint64_t end = frames.empty() ? reader.group_count() : begin + frames.at(frame);
+  const std::uint64_t step = std::max<std::uint64_t>(1, (end - begin) / kMostWarps);
+  std::vector<std::uint64_t> all;
+  traces::RayGroup group;
+  for (std::uint64_t warp = begin; warp < end; warp += step) {
+    reader.read(warp, group);
+    for (const traces::Ray& ray : group.rays) {
+      if (!ray.rounds.empty()) all.push_back(visits_of(ray));
+    }
+  }
+  return median_of(std::move(all));
 }
 
 }  // namespace grtx::experiment

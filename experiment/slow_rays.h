@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "grtx/traces/event.h"
 #include "grtx/traces/reader.h"
 
 namespace grtx::experiment {
@@ -24,7 +25,13 @@ struct SlowRays {
   std::uint64_t median = 0;   ///< visits of the median ray that traced a round
 };
 
+/// Nodes that a ray visits in all its rounds.
+std::uint64_t visits_of(const traces::Ray& ray);
+
 /// At most `count` of them.
 SlowRays slowest_rays(const traces::Reader& reader, std::size_t count);
+
+/// Visits of the median ray of a frame; of a large one, of warps spread evenly over it. 0 without rays.
+std::uint64_t median_visits(const traces::Reader& reader, std::uint32_t frame);
 
 }  // namespace grtx::experiment

@@ -22,15 +22,6 @@ bool same(const Images& a, const Images& b) {
   return true;
 }
 
-/// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not. Gaussians that
-/// are rounded to their codes have an order of their own.
-std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
-  const std::string suffix = frontend::is_quantised(settings.layout) ? " of quantised Gaussians" : "";
-  if (settings.options.sort_key == frontend::SortKey::peak) return "peak" + suffix;
-  return (frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra") +
-         suffix;
-}
-
 /// A trace to make, for all designs and machines that ask for the same: of a design, with options.
 struct AskedTrace {
   const ComparedDesign* design = nullptr;
@@ -165,6 +156,13 @@ TracerSettings design_settings(TracerSettings settings, const explore::Design& d
     if (!named.contains(option)) set_option(settings, option, value);
   }
   return settings;
+}
+
+std::string order_of(const TracerSettings& settings, frontend::AccelKind kind) {
+  const std::string suffix = frontend::is_quantised(settings.layout) ? " of quantised Gaussians" : "";
+  if (settings.options.sort_key == frontend::SortKey::peak) return "peak" + suffix;
+  return (frontend::proxy_of(kind) == frontend::ProxyKind::sphere ? "entry into spheres" : "entry into polyhedra") +
+         suffix;
 }
 
 std::string trace_path(const std::string& folder, const std::string& design, const std::string& machine) {

@@ -65,6 +65,10 @@ struct DesignTracing {
 TracerSettings design_settings(TracerSettings settings, const explore::Design& design,
                                const std::set<std::string>& named);
 
+/// The order in which a design's hits are blended. Peaks are the same for all proxies, entries are not. Gaussians that
+/// are rounded to their codes have an order of their own.
+std::string order_of(const TracerSettings& settings, frontend::AccelKind kind);
+
 /// Where a design's trace lies: NAME.grtx, or NAME.MACHINE.grtx for a machine whose trace is not that of the first.
 std::string trace_path(const std::string& folder, const std::string& design, const std::string& machine = "");
 

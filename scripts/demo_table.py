@@ -24,11 +24,11 @@ def main(program, files):
     modes = sorted({inputs["mode"] for run in runs for inputs in run["inputs"].values()})
     versions = sorted({str(run["model_version"]) for run in runs})
     print(f"mode {', '.join(modes)}; model version {', '.join(versions)}")
-    print(f"{'machine':<14}{'design':<10}{'speed-up':>8}" + "".join(f"{title:>{WIDTH}}" for title, *_ in COLUMNS))
+    print(f"{'machine':<13}{'design':<10}{'k':>3}{'speed-up':>9}" + "".join(f"{title:>{WIDTH}}" for title, *_ in COLUMNS))
     for run in runs:
         for design in run["designs"]:
             cells = (form.format(value(run, design, statistic) * scale) for _, statistic, scale, form in COLUMNS)
-            print(f"{run['machine']:<14}{design:<10}{speedup(run, design):>8.2f}" + "".join(f"{cell:>{WIDTH}}" for cell in cells))
+            print(f"{run['machine']:<13}{design:<10}{run['inputs'][design]['trace.k']:>3}{speedup(run, design):>9.2f}" + "".join(f"{cell:>{WIDTH}}" for cell in cells))
     launches = {}  # how full a machine is and the machines
     for run in runs:
         warps, slots = value(run, "baseline", "gpu.distributor.groups"), run["config"]["gpu.sms"] * run["config"]["gpu.resident_warps"]
@@ -53,7 +53,8 @@ def main(program, files):
     free = f", where checkpoint traffic is free ({charging[0]} charges it)" if charging and first["machine"] not in charging else ""
     print(f"""
 1. On the machine {first['machine']}{free}, grtx is {speedup(first, 'grtx'):.1f} times as fast as the baseline: one BLAS for all Gaussians (sw)
-   takes the L1 hits of nodes from {hits[0]:.0f} to {hits[1]:.0f} %, checkpoints (hw) divide node fetches by {fewer:.1f}.
+   takes the L1 hits of nodes from {hits[0]:.0f} to {hits[1]:.0f} %; with checkpoints (hw) {fewer:.1f} times fewer nodes are fetched.
+   Each design has the k, the hits that a ray collects per round, at which it is fast; --k 8 would be the paper's for all.
 2. gautracer, which takes the shaders out of the traversal and has no checkpoints, is {speedup(first, 'gautracer'):.1f} times as fast.
    walk, where the lanes of a warp also share a stack and a Gaussian takes 32 bytes, is {speedup(first, 'walk'):.1f} times as fast.
 3. On {last['machine']}, a share of a GPU of today as far as it is known, the same view gives {speedup(last, 'sw'):.1f} (sw),

@@ -123,6 +123,12 @@ void add_ray(CLI::App& app, CommonOptions& common) {
                    "Picture of the view (PNG, JPEG, GIF, WebP), in which the page marks the pixel (default: none)")
       ->type_name(kInputFile);
   command
+      ->add_option("--beside", options->plan.beside,
+                   "Traces of other designs of the view, in which the page looks at the same pixel (default: none)")
+      ->delimiter(',')
+      ->type_name(kInputFile)
+      ->excludes("--warp");
+  command
       ->add_option("--timeline", options->plan.timeline,
                    "File of 'grtx sim --timeline', for a time axis (default: none)")
       ->type_name(kInputFile);

@@ -240,7 +240,8 @@ void add_run(CLI::App& app, CommonOptions& common) {
   add_views_option(command, options->plan.view);
   command
       ->add_option("--designs", options->plan.designs,
-                   "Designs to compare, with commas; speed-ups are over the first of the table (default: all but walk)")
+                   "Designs to compare, with commas; speed-ups are over the first of the table (default: all, but "
+                   "those that refuse an option)")
       ->delimiter(',')
       ->check(one_of(explore::design_names()));
   add_tracer_options(command, options->plan.tracer);
@@ -252,6 +253,9 @@ void add_run(CLI::App& app, CommonOptions& common) {
   options->mode_option = add_mode_option(command, options->mode, "Which events take time, as in grtx sim")
                              ->default_str("cycle; windows for full frames, as a line then says");
   add_estimate_options(command, options->estimate);
+  command->add_flag(
+      "--latency", options->plan.latency,
+      "Where reads spend their time, by level of the memory, also on the page; mode cycle (default: off)");
   command->add_option(
       "--jobs", options->plan.jobs,
       "Simulations at a time, each a process of its own; 0: one per core, while there is memory for each");
@@ -267,7 +271,7 @@ void add_run(CLI::App& app, CommonOptions& common) {
        {"Structure", {"--designs", "--layout", "--bvh-width", "--instance-bounds"}},
        {"Rounds",
         {"--k", "--ert", "--sort-key", "--child-order", "--tmax-update", "--opacity-bound", "--checkpoint-bins"}},
-       {"Machine", {"--machine", "--config", "--set", "--mode", "--target-error", "--jobs"}},
+       {"Machine", {"--machine", "--config", "--set", "--mode", "--target-error", "--latency", "--jobs"}},
        {"Output", {"--output"}}});
 }
 

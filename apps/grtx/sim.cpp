@@ -184,10 +184,14 @@ void add_observation_options(CLI::App* command, SimArguments& options) {
   add_choice(command, "--vcd-level", options.simulation.waveform.level,
              "units: their state and levels; signals: also warps, slots, links");
   command
-      ->add_option("--timeline", options.simulation.timeline.path,
-                   "Timeline to write, trace-event JSON for ui.perfetto.dev (default: none)")
+      ->add_option(
+          "--timeline", options.simulation.timeline.path,
+          "Timeline to write for ui.perfetto.dev: .pftrace, less than half as large, or .json, which grtx ray reads "
+          "(default: none)")
       ->type_name(kOutputFile);
   command->add_option("--timeline-window", options.timeline_window, "Core cycles A:B in the timeline (default: all)");
+  command->add_flag("--latency", options.simulation.latency,
+                    "Where reads spend their time, by level of the memory: gpu.latency.* (default: off)");
   add_heatmap_option(command, options.heatmaps, {"cycles"});
 }
 

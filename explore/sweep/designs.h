@@ -19,10 +19,9 @@ struct Design {
   std::string name;
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
-  Texts tracer;                    ///< options of the tracer, by name with _ for -
+  Texts tracer;                    ///< options of the tracer, by name with _ for -; k is the one recommended
   Texts keys;                      ///< configuration keys, but for registers of heaps
   unsigned registers_per_hit = 0;  ///< registers of a thread for each of the k hits of a heap; 0: no heaps in registers
-  bool only_if_named = false;      ///< compared only when it is asked for by name
 };
 
 /// Name of the design among the parameters that plans vary.
@@ -39,7 +38,7 @@ const Design& design_of(std::string_view name);
 /// that the user sets.
 std::map<std::string, std::string> tracer_of(const Design& design, std::map<std::string, std::string> machine,
                                              const std::map<std::string, std::string>& named);
-/// The k in this text; if it holds none, the design's own k, or 0 if the design has none.
+/// The k in this text; if it holds none, the k that is recommended for the design.
 unsigned k_of(const Design& design, const std::string& text = "");
 /// The design's configuration keys for rounds of k hits: registers follow k, up to the 255 that the key may have.
 Design::Texts keys_for(const Design& design, unsigned k);

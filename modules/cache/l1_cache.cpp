@@ -53,6 +53,8 @@ void L1Cache::restart(Caches caches) {
   for (Client& client : clients_) {
     client.hits.clear();
     client.fills.clear();
+    client.hit_reads.clear();
+    client.fill_reads.clear();
     client.refused = {};
   }
   miss_queue_.clear();
@@ -110,6 +112,7 @@ Cycle L1Cache::tick(Cycle now) {
     --writes_pending_;
     if (!arrived->write_back) {
       clients_[arrived->client].fills.push({*arrived, now});
+      if (stages_ != nullptr) clients_[arrived->client].fill_reads.push({});
       respond_at(now, arrived->client);
     }
   } else {
@@ -142,8 +145,10 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
   install(now, mshr, address);
   ++counters_.fills;
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
+  std::size_t waiter = 0;
   for (const MshrWaiter& w : mshrs_.waiters(mshr)) {
     clients_[w.client].fills.push({{address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch}, now});
+    if (stages_ != nullptr) clients_[w.client].fill_reads.push(stages_->fills_l1(config_.sm, mshr, waiter++, now));
     respond_at(now, w.client);
   }
   ++version_;
@@ -166,6 +171,7 @@ inline void L1Cache::take_requests(Cycle now) {
   for (unsigned left = client.width; left > 0; --left) {
     const MemoryRequest* head = client.request.front(now);
     if (head == nullptr) break;
+    if (stages_ != nullptr) asked_ = client.request.next_visible();
     if (!accept(now, i, *head)) {
       next_request_ = now;
       return;
@@ -234,12 +240,14 @@ inline void L1Cache::count_hit(unsigned port, const MemoryRequest& access, Secto
 
 ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
   constexpr unsigned kClient = 0;
+  asked_ = now;
   if (ticked_ != now) alarm_.request(tick(now));
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
   if (present || config_.perfect) {
     count_hit(kClient, access, slot, sector, present);
+    if (stages_ != nullptr) stages_->served(access.region, {now, now, {}}, now);
     ++counters_.responses;
     return ReadAtOnce::hit;
   }
@@ -271,6 +279,7 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
     down.tag = mshrs_.allocate(now, access.address, from);
     miss_queue_.push({down, now + config_.tag_latency, false});
   }
+  if (stages_ != nullptr) stages_->waits(config_.sm, miss ? mshrs_.find(access.address) : pending, asked_, now, miss);
   ++version_;
 
   if (access.prefetch) {
@@ -361,6 +370,7 @@ inline void L1Cache::answer_hit(Cycle now, unsigned port, const MemoryRequest& a
   hit.response.client = static_cast<std::uint8_t>(port);
   hit.response.sm = config_.sm;
   hit.due = due;
+  if (stages_ != nullptr) client.hit_reads.push({asked_, now, {static_cast<std::uint32_t>(now - asked_)}});
   respond_at(due, port);
 }
 
@@ -374,6 +384,7 @@ inline void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) 
   const MemoryRequest& miss = miss_queue_.front().request;
   if (!down_.try_push(now, miss)) return;
   ++(miss.write ? counters_.sent_writes : counters_.sent_reads);
+  if (stages_ != nullptr && !miss.write) stages_->leaves_l1(config_.sm, miss.tag, now);
   if (miss.write_back) --leaving_sectors_;
   if (miss_queue_.front().line_gone) --leaving_lines_;
   miss_queue_.pop();
@@ -402,11 +413,19 @@ inline void L1Cache::send_responses(Cycle now) {
     const bool hit_first = hit <= filled;
     RingQueue<Pending>& queue = hit_first ? client.hits : client.fills;
     if (!client.response.try_push(now, queue.front().response)) break;
+    if (stages_ != nullptr) report(client, hit_first, now);
     queue.pop();
     ++counters_.responses;
     (hit_first ? hit : filled) = first_due(queue);
   } while (--left > 0 && std::min(hit, filled) <= now);
   return std::min(hit, filled);
+}
+
+[[gnu::noinline]] void L1Cache::report(Client& client, bool hit, Cycle now) {
+  RingQueue<ServedRead>& reads = hit ? client.hit_reads : client.fill_reads;
+  const MemoryResponse& sent = (hit ? client.hits : client.fills).front().response;
+  if (!sent.write && !sent.prefetch) stages_->served(sent.region, reads.front(), now + client.response.latency());
+  reads.pop();
 }
 
 inline Cycle L1Cache::next_due(Cycle now) const {

@@ -19,6 +19,7 @@
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/decide/write_policy.h"
 #include "grtx/modules/cache/l1_cache_if.h"
+#include "grtx/modules/cache/request_stages.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -55,6 +56,8 @@ class L1Cache final : public L1CacheModule {
   void load(StateReader& state) override;
   ReadAtOnce read_at_once(Cycle now, const MemoryRequest& sector) override;
   const Config& config() const { return config_; }
+  /// From now on it is told of reads; nullptr: of none, the default. Call while idle.
+  void observe(RequestStages* stages) { stages_ = stages; }
 
  private:
   struct Pending {
@@ -74,12 +77,13 @@ class L1Cache final : public L1CacheModule {
   struct Client {
     LinkReader<MemoryRequest> request;
     LinkWriter<MemoryResponse> response;
-    RingQueue<Pending> hits;   ///< the hit pipeline
-    RingQueue<Pending> fills;  ///< responses to fills and write acknowledgements
-    unsigned width = 1;        ///< sectors per cycle
-    unsigned hit_places = 0;   ///< hits in the pipeline at which the request port is blocked
-    unsigned hit_latency = 0;  ///< cycles from acceptance until a hit enters the response link
-    Refusal refused;           ///< last refusal of the head request
+    RingQueue<Pending> hits;                      ///< the hit pipeline
+    RingQueue<Pending> fills;                     ///< responses to fills and write acknowledgements
+    RingQueue<ServedRead> hit_reads, fill_reads;  ///< beside hits and fills, if observed
+    unsigned width = 1;                           ///< sectors per cycle
+    unsigned hit_places = 0;                      ///< hits in the pipeline at which the request port is blocked
+    unsigned hit_latency = 0;                     ///< cycles from acceptance until a hit enters the response link
+    Refusal refused;                              ///< last refusal of the head request
   };
 
   void end_of_elaboration() override;
@@ -122,6 +126,7 @@ class L1Cache final : public L1CacheModule {
   void send_miss(Cycle now);
   void send_responses(Cycle now);
   Cycle send_response(Cycle now, Client& client);
+  void report(Client& client, bool hit, Cycle now);
   /// A response was added to the client's queues, to be sent in cycle `due` or later.
   void respond_at(Cycle due, std::size_t client) {
     response_due_[client] = std::min(response_due_[client], due);
@@ -154,6 +159,8 @@ class L1Cache final : public L1CacheModule {
   Cycle mshr_counted_ = 0;
   Cycle ticked_ = kNever;  ///< the cycle of the last tick
   std::uint64_t dirty_at_start_ = 0;
+  RequestStages* stages_ = nullptr;
+  Cycle asked_ = 0;  ///< if observed: when the request under way came
   L1Counters counters_;
 };
 

@@ -83,6 +83,7 @@ inline void L2Slice::take_request(Cycle now) {
   if (arrived == nullptr || pipe_.size() >= std::size_t{config_.latency} + config_.queue) return;
   assert(config_.interleave.slice(arrived->address) == config_.slice);
   pipe_.push({*arrived, now + config_.latency});
+  if (stages_ != nullptr && !arrived->write) stages_->enters_l2(arrived->sm, arrived->tag, now);
   in_.pop(now);
   ++counters_.requests_in;
 }
@@ -128,6 +129,7 @@ void L2Slice::take_completion(Cycle now) {
   if (!install(mshrs_.first(mshr))) return false;
   for (const MshrWaiter& w : waiters) {
     replies_.push({address, w.tag, w.client, w.sm, w.region, w.write, w.prefetch});
+    if (stages_ != nullptr) stages_->fills_l2(w.sm, w.tag, now);
   }
   counters_.miss_latency.add(now - mshrs_.allocated(mshr));
   count_mshr_cycles(now);
@@ -173,6 +175,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     ++region.misses;
   }
   ++region.reads;
+  if (stages_ != nullptr && !hit) stages_->misses_l2(access.sm, access.tag, now);
   if (slot != SectorCacheTags::kNone) tags_.touch(slot, [&] { return access; });
   return true;
 }
@@ -238,6 +241,9 @@ inline void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r
 
 inline void L2Slice::send_reply(Cycle now) {
   if (!out_.try_push(now, replies_.front())) return;
+  if (const MemoryResponse& sent = replies_.front(); stages_ != nullptr && !sent.write) {
+    stages_->leaves_l2(sent.sm, sent.tag, now);
+  }
   replies_.pop();
   ++counters_.replies_out;
 }

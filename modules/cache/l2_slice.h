@@ -17,6 +17,7 @@
 #include "grtx/modules/cache/decide/mshr_table.h"
 #include "grtx/modules/cache/decide/sector_cache_tags.h"
 #include "grtx/modules/cache/l2_slice_if.h"
+#include "grtx/modules/cache/request_stages.h"
 #include "grtx/modules/kernel/clocked_module.h"
 #include "grtx/modules/kernel/declare.h"
 #include "grtx/modules/kernel/inventory.h"
@@ -56,6 +57,8 @@ class L2Slice final : public L2SliceModule {
   void save(StateWriter& state) const override;
   void load(StateReader& state) override;
   const Config& config() const { return config_; }
+  /// From now on it is told of reads; nullptr: of none, the default.
+  void observe(RequestStages* stages) { stages_ = stages; }
 
  private:
   static constexpr std::uint32_t kWriteBack = ~std::uint32_t{0};  ///< context of DRAM requests without an MSHR
@@ -106,6 +109,7 @@ class L2Slice final : public L2SliceModule {
   RingQueue<DramRequest> dram_queue_;
   Cycle due_ = kNever;
   Cycle mshr_counted_ = 0;
+  RequestStages* stages_ = nullptr;
   L2Counters counters_;
 };
 

@@ -74,11 +74,17 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
   std::set<std::string> bars;
   for (const ordered_json& row : rows) bars.insert(row.at("label").get<std::string>());
   spec["height"] = kBarPixels * bars.size();
-  spec["transform"] = {{{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}}};
+  // Of each bar's own sum at the reader's choice: a small bar beside a large one is a sliver.
+  spec["params"] = {
+      {{"name", "own"}, {"value", false}, {"bind", {{"input", "checkbox"}, {"name", "each bar as 100 % "}}}}};
+  spec["transform"] = {{{"calculate", "indexof(" + json_text(ordered_json(parts)) + ", datum.part)"}, {"as", "place"}},
+                       {{"calculate", "own ? datum.share : datum.value"}, {"as", "drawn"}}};
   spec["mark"] = {{"type", "bar"}};
-  ordered_json x = quantity("value", value_title);
+  ordered_json x = quantity("drawn", value_title);
   x["stack"] = "zero";
   x["axis"] = si_axis(unit);
+  const std::string label = x["axis"].contains("labelExpr") ? x["axis"]["labelExpr"].get<std::string>() : "datum.label";
+  x["axis"]["labelExpr"] = "own ? format(datum.value, '.0%') : " + label;
   spec["encoding"] = {
       {"y",
        {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},

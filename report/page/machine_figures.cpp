@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "grtx/report/page/machine_figures.h"
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -41,6 +42,19 @@ ordered_json energy_of(const ordered_json& statistics, const sim::GpuConfig& con
 }
 
 }  // namespace
+
+double energy_nj(const DesignResult& design, const MachineFigures& machine) {
+  if (const double recorded = design.value("gpu.energy_nj"); std::isfinite(recorded)) return recorded;
+  if (machine.energy.empty()) return std::nan("");
+  double sum = 0.0;
+  for (const ordered_json& part : machine.energy) sum += part.at("nanojoules").at("central").get<double>();
+  return sum;
+}
+
+double chip_mm2(const MachineFigures& machine) {
+  if (machine.cost.is_null()) return std::nan("");
+  return machine.cost.at("tree").at("area_mm2").at("central").get<double>();
+}
 
 MachineFigures machine_figures(const ordered_json& config, const ordered_json& inputs, const ordered_json& statistics,
                                const std::string& where) {

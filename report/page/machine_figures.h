@@ -18,6 +18,11 @@ struct MachineFigures {
   std::string problem;  ///< why cost and energy are missing; "" if they are not
 };
 
+/// Energy of a run in nJ: as recorded, else as computed; NaN if neither is there.
+double energy_nj(const DesignResult& design, const MachineFigures& machine);
+/// Central estimate of the chip's area; NaN without one.
+double chip_mm2(const MachineFigures& machine);
+
 /// config: resolved, key -> value. inputs: of the run, which determine the units of the machine. statistics: of the
 /// run; empty: no energy. where: file named in `problem`.
 MachineFigures machine_figures(const nlohmann::ordered_json& config, const nlohmann::ordered_json& inputs,

@@ -72,6 +72,21 @@ std::string pictures_note(const RunResults& run) {
   return "<p class=\"note\">" + escape(text) + "</p>\n";
 }
 
+/// "4.1 ms, 12 Mrays/s, 5.6 mm², 2.1 Mrays/s per mm², 0.9 mJ": what a ratio does not say.
+std::string absolute_text(const DesignResult& design, const MachineFigures& machine) {
+  const double seconds = design.value("gpu.time_us") * 1e-6, rays = design.value("tracer.rays") / seconds;
+  const double mm2 = chip_mm2(machine);
+  std::string text;
+  for (const std::string& figure :
+       {with_unit(seconds, "s"), with_unit(rays, "rays/s"), std::isfinite(mm2) ? number(mm2) + " mm²" : std::string(),
+        std::isfinite(mm2) ? with_unit(rays / mm2, "rays/s") + " per mm²" : std::string(),
+        with_unit(energy_nj(design, machine) * 1e-9, "J")}) {
+    if (figure.starts_with(" ")) continue;
+    if (!figure.empty()) text += (text.empty() ? "" : ", ") + figure;
+  }
+  return text;
+}
+
 /// Bars of the speed-ups as a table, which needs no script: design, bar and figure, what binds it.
 std::string speedups_html(const ReportRun& run) {
   const DesignResult* reference = run.results.design(run.results.speedup_over);
@@ -81,7 +96,8 @@ std::string speedups_html(const ReportRun& run) {
   bool any_paper = false, any_picture = false, any_other_k = false;
   for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
   std::string rows;
-  for (const DesignResult& d : run.results.designs) {
+  for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
+    const DesignResult& d = run.results.designs[i];
     const double speedup = reference_cycles / d.value("gpu.cycles"), paper = paper_speedup(d.name);
     const std::string shown = reference == nullptr
                                   ? number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number)
@@ -93,9 +109,10 @@ std::string speedups_html(const ReportRun& run) {
     any_other_k = any_other_k || other_k;
     rows += fmt::format(
         "<tr><th scope=\"row\">{}</th><td><span class=\"speed\" style=\"--share:{:.4f};--own:{}\"></span><span "
-        "class=\"figure\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
+        "class=\"figure\">{}</span><span class=\"absolute\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
         escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name),
         shown + (other_k ? " <span class=\"interval\">at k = " + escape(k) + "</span>" : ""),
+        escape(absolute_text(d, i < run.machines.size() ? run.machines[i] : MachineFigures())),
         with_paper ? times(paper) : "", any_picture ? picture_cells(d, run.results.speedup_over) : "",
         escape(binding_text(d)));
   }
@@ -143,6 +160,7 @@ std::string asides_html(const RunResults& run) {
   if (const double behind = first.value("tracer.hits_behind_end"); std::isfinite(behind)) {
     add(times(behind) + " as many hits as are processed");
   }
+  for (const auto& [name, why] : run.left_out) add(escape(name + " is left out: " + why));
   if (run.has_verdict) {
     if (!run.images_identical) add("<strong>IMAGES DIFFER</strong>");
     add(run.violations.empty() ? "no law of the model is violated"

@@ -150,6 +150,11 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
   for (const ordered_json& violation : document.value("violations", ordered_json::array())) {
     run.violations.push_back(violation.is_string() ? violation.get<std::string>() : json_text(violation));
   }
+  if (document.contains("left_out")) {
+    for (const auto& [name, why] : object(document, "left_out", path).items()) {
+      run.left_out[name] = why.is_string() ? why.get<std::string>() : json_text(why);
+    }
+  }
   run.program = "grtx " + text(document, "version");
   find_picture(document, path, run);  // the first frame of a sequence
 }

@@ -69,6 +69,7 @@ struct RunResults {
   bool has_verdict = false;               ///< result of grtx run; the next two members are valid
   bool images_identical = false;
   std::vector<std::string> violations;
+  std::map<std::string, std::string> left_out;        ///< designs that refused an option, and why
   std::map<std::string, Interval> speedup_intervals;  ///< by design; computed by grtx run from paired samples
 
   /// The design of this name; nullptr if the run has none.

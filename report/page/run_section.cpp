@@ -10,21 +10,15 @@
 #include "grtx/report/page/charts.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/part_bars.h"
+#include "grtx/report/page/run_latency.h"
 #include "grtx/report/page/run_traffic.h"
 #include "grtx/report/page/sections.h"
+#include "grtx/report/page/speedup_terms.h"
 
 namespace grtx::report {
 namespace {
 
 using nlohmann::ordered_json;
-
-double energy_nj(const DesignResult& design, const MachineFigures& machine) {
-  if (const double recorded = design.value("gpu.energy_nj"); std::isfinite(recorded)) return recorded;
-  if (machine.energy.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double sum = 0.0;
-  for (const ordered_json& part : machine.energy) sum += part.at("nanojoules").at("central").get<double>();
-  return sum;
-}
 
 std::vector<Part> parts_below(const DesignResult& design, const std::string& prefix) {
   std::vector<Part> parts;
@@ -39,6 +33,11 @@ std::vector<Part> parts_below(const DesignResult& design, const std::string& pre
 std::vector<Part> stalls_of(const DesignResult& design) {
   std::vector<Part> parts = parts_below(design, "gpu.rt.stall.");
   if (!parts.empty()) parts.insert(parts.begin(), {"issue", design.value("gpu.rt.selections")});
+  const auto memory = std::ranges::find(parts, "memory", &Part::name);
+  if (memory == parts.end()) return parts;
+  std::vector<Part> levels = node_read_levels(design);
+  for (Part& level : levels) level = {"memory: " + level.name, level.value * memory->value};
+  if (!levels.empty()) parts.insert(parts.erase(memory), levels.begin(), levels.end());
   return parts;
 }
 
@@ -51,6 +50,12 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
     parts.push_back({part.at("name").get<std::string>(), 1e-9 * part.at("nanojoules").at("central").get<double>()});
   }
   return parts;
+}
+
+/// Share of the time of resident warps that they spend in traceRay calls; NaN if not recorded.
+double traversal_share(const DesignResult& design) {
+  return (design.value("gpu.simt.warp_cycles.trace") + design.value("gpu.simt.warp_cycles.fetch")) /
+         design.value("gpu.simt.resident_warp_cycles");
 }
 
 using Figure = std::function<std::string(std::size_t)>;  // cell of design i; "" where it has none
@@ -90,11 +95,14 @@ std::string designs_table(const ReportRun& run) {
     return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
   });
   const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
-  const auto mm2 = [&](std::size_t i) {
-    const ordered_json& cost = run.machines[i].cost;
-    return cost.is_null() ? std::nan("") : cost.at("tree").at("area_mm2").at("central").get<double>();
-  };
+  const auto mm2 = [&](std::size_t i) { return chip_mm2(run.machines[i]); };
   row("time of the frame", [&](std::size_t i) { return with_unit(seconds(i), "s"); });
+  const auto part_of_time = [&](std::size_t i, bool traversal) {
+    const double share = traversal_share(designs[i]);
+    return with_unit(seconds(i) * (traversal ? share : 1.0 - share), "s");
+  };
+  row("of it traversal: warps in the RT units", [&](std::size_t i) { return part_of_time(i, true); });
+  row("of it shading: warps in shaders", [&](std::size_t i) { return part_of_time(i, false); });
   row("rays a second",
       [&](std::size_t i) { return with_unit(designs[i].value("tracer.rays") / seconds(i), "rays/s"); });
   row("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
@@ -119,6 +127,61 @@ std::string designs_table(const ReportRun& run) {
   row("energy", [&](std::size_t i) { return with_unit(energy_nj(designs[i], run.machines[i]) * 1e-9, "J"); });
   row("energy a ray", [&](std::size_t i) { return with_unit(designs[i].value("gpu.energy_nj_per_ray") * 1e-9, "J"); });
   return table.html();
+}
+
+/// How the cycles of the design that speed-ups are over become those of the fastest, term by term.
+std::string waterfall_chart(const DesignResult& over, const DesignResult& best, const std::vector<SpeedupTerm>& terms,
+                            std::size_t index) {
+  ordered_json rows = ordered_json::array();
+  const auto add = [&rows](const std::string& label, const char* change, double before, double after) {
+    rows.push_back(
+        {{"label", label}, {"order", rows.size()}, {"change", change}, {"before", before}, {"after", after}});
+  };
+  double before = over.value("gpu.cycles");
+  add(over.name, "whole", 0.0, before);
+  for (const SpeedupTerm& term : terms) {
+    add(term.name, term.factor >= 1.0 ? "gain" : "loss", before, term.cycles);
+    before = term.cycles;
+  }
+  add(best.name, "whole", 0.0, before);
+  const std::string caption =
+      fmt::format("From the cycles of {} to those of {}, one term after the other", over.name, best.name);
+  return chart(fmt::format("waterfall{}", index), caption, caption, waterfall(rows, "cycles"));
+}
+
+/// What each term contributes to each design's speed-up.
+std::string waterfall_html(const ReportRun& run, std::size_t index) {
+  const DesignResult* over = run.results.design(run.results.speedup_over);
+  if (over == nullptr) return "";
+  const auto value_of = [](const DesignResult& design) {
+    return [&design](const std::string& name) { return design.value(name); };
+  };
+  std::vector<Table::Column> columns = {{"factor of the speed-up", false}};
+  std::vector<std::vector<std::string>> rows;
+  std::string chart_of_best;
+  for (const DesignResult& design : run.results.designs) {
+    const std::vector<SpeedupTerm> terms =
+        &design == over ? std::vector<SpeedupTerm>() : speedup_terms(value_of(*over), value_of(design));
+    if (terms.empty()) continue;
+    if (rows.empty()) {
+      for (const SpeedupTerm& term : terms) rows.push_back({escape(term.name)});
+      rows.push_back({"speed-up"});
+    }
+    columns.push_back({design.name});
+    double all = 1.0;
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      rows[i].push_back(times(terms[i].factor));
+      all *= terms[i].factor;
+    }
+    rows.back().push_back(times(all));
+    if (&design == &fastest(run.results)) chart_of_best = waterfall_chart(*over, design, terms, index);
+  }
+  if (rows.empty()) return "";
+  Table table("Speed-up over " + over->name + ": the terms, whose product it is", columns);
+  for (const std::vector<std::string>& row : rows) table.row(row);
+  return chart_of_best + table.html() +
+         "<p class=\"note\">A term is changed with those above it changed already. Fetches under way and warps are the "
+         "overlap. The residual is what waits of shaders do beside their number.</p>\n";
 }
 
 /// Of a sequence: speed-up and pictures of each frame.
@@ -218,10 +281,12 @@ std::string over_time(const ReportRun& run, std::size_t index) {
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,
                                 run.name.empty() ? "" : ": " + escape(run.name), subject_html(run));
-  out += designs_table(run) + frames_table(run);
+  out += designs_table(run) + frames_table(run) + waterfall_html(run, index);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
   }
+  out += read_latency_html(run.results.designs,
+                           "Reads of 32 B: cycles from the requester's port and back, and where they are spent");
   out += over_time(run, index);
   return out + all_statistics(run) + "</section>\n";
 }

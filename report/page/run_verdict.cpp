@@ -9,6 +9,7 @@
 
 #include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/report/page/html.h"
+#include "grtx/report/page/run_latency.h"
 #include "grtx/report/page/run_traffic.h"
 #include "grtx/report/page/sections.h"
 
@@ -192,8 +193,9 @@ std::string run_verdict(const ReportRun& run) {
     text += "On this machine checkpoint traffic is free: its bytes are not counted. ";
   }
   if (const auto [stall, share] = largest_stall(best); !stall.empty() && std::isfinite(share)) {
-    text += fmt::format("Its RT units wait mostly for {} ({:.0f} % of their cycles).", escape(words_of_stall(stall)),
-                        100.0 * share);
+    const std::string levels = stall == "memory" ? node_read_levels_text(best) : "";
+    text += fmt::format("Its RT units wait mostly for {} ({:.0f} % of their cycles{}).", escape(words_of_stall(stall)),
+                        100.0 * share, levels.empty() ? "" : "; of a read's time " + levels);
   }
   return text.empty() ? "" : "<p class=\"verdict\">" + text + "</p>\n";
 }

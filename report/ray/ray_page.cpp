@@ -131,6 +131,7 @@ ordered_json description(const RayPage& page) {
       {"outcomes", outcomes_of_hits()},
       {"size", {h.width, h.height}},
       {"picture", page.picture},
+      {"median", page.median_visits},
       {"kernel_degree", h.inputs.contains("kernel_degree") && h.inputs.at("kernel_degree") == "4" ? 4 : 2},
       {"two_level", h.two_level},
       {"blas_base", h.blas_base},
@@ -205,6 +206,23 @@ std::string round_table(const RayPage& page) {
   return table.html();
 }
 
+std::string beside_table(const RayPage& page) {
+  if (page.beside.empty()) return "";
+  Table table("The same pixel in other traces of the view", {{"trace", false},
+                                                             {"design", false},
+                                                             {"rounds"},
+                                                             {"nodes read"},
+                                                             {"times the frame's median"},
+                                                             {"hits looked at"}});
+  for (const PixelBeside& one : page.beside) {
+    table.row({escape(file_name(one.trace)), escape(one.design), number(static_cast<double>(one.rounds)),
+               number(static_cast<double>(one.visits)),
+               one.median == 0 ? "" : times(static_cast<double>(one.visits) / static_cast<double>(one.median)),
+               number(static_cast<double>(one.processed))});
+  }
+  return table.html();
+}
+
 std::string facts(const RayPage& page) {
   const traces::Header& h = *page.header;
   const auto input = [&h](const char* name) {
@@ -266,7 +284,7 @@ std::string ray_page(const RayPage& page) {
         escape(file_name(page.timeline)),
         page.timeline_config.empty() ? "" : ", of the configuration " + escape(page.timeline_config));
   }
-  out += details("All rounds as a table", round_table(page));
+  out += beside_table(page) + details("All rounds as a table", round_table(page));
   out += "</main>\n<footer><p>Written by grtx " GRTX_VERSION " ray. Trace " + escape(page.trace_hash) +
          ". This file holds everything it shows and loads nothing.</p></footer>\n";
   out += "<script type=\"application/json\" id=\"page\">" + script_json(description(page)) + "</script>\n";

@@ -41,15 +41,25 @@ struct DrawnWarp {
   std::vector<WarpSlice> timeline;  ///< empty if no timeline was given
 };
 
+/// What the rays of the same pixel did in another trace of the view.
+struct PixelBeside {
+  std::string trace;   ///< file
+  std::string design;  ///< structure, checkpoints and k in words
+  std::uint64_t rounds = 0, visits = 0, processed = 0;
+  std::uint64_t median = 0;  ///< visits of the median ray of its frame
+};
+
 struct RayPage {
   std::string title;
   std::string trace;  ///< file
   std::string trace_hash;
   const traces::Header* header = nullptr;
-  std::string scene;            ///< file; "": not given
-  std::string picture;          ///< data: URI of a picture of the view; "": not given
-  std::string timeline;         ///< file; "": not given
-  std::string timeline_config;  ///< hash of the configuration that was simulated for it
+  std::string scene;                ///< file; "": not given
+  std::string picture;              ///< data: URI of a picture of the view; "": not given
+  std::string timeline;             ///< file; "": not given
+  std::string timeline_config;      ///< hash of the configuration that was simulated for it
+  std::uint64_t median_visits = 0;  ///< of the frame's rays; 0: not known
+  std::vector<PixelBeside> beside;  ///< this trace first; empty: no other was given
   std::vector<DrawnWarp> warps;
   std::vector<DrawnGaussian> gaussians;
 };

@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chrome trace-event JSON (the format of chrome://tracing, read by ui.perfetto.dev): slices that nest on tracks, and
-// counters. Written as it comes, never held in memory. Knows nothing of the model.
+// A timeline's file: slices that nest on tracks, and counters, in the format that the file's name asks for. Written as
+// it comes, never held in memory. Knows nothing of the model.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "grtx/base/atomic_file.h"
+#include "grtx/rtl_tlm/observe/trace_event_format.h"
 
 namespace grtx::sim {
 
-/// Times are written in the format's microseconds: one core cycle is shown as 1 us. They never go back on one track.
+/// One core cycle is shown as 1 us. Times never go back on one track.
 class TraceEventWriter {
  public:
   using Track = std::size_t;
-  using Arguments = std::vector<std::pair<std::string_view, std::uint64_t>>;
+  using Arguments = TraceEventFormat::Arguments;
 
-  /// metadata: name and value pairs kept in the file's "otherData".
-  TraceEventWriter(const std::string& path, const std::vector<std::pair<std::string, std::string>>& metadata);
+  /// path: *.pftrace is written as Perfetto's protobuf, any other name as JSON. metadata: name and value pairs kept in
+  /// the file.
+  TraceEventWriter(const std::string& path, const TraceEventFormat::Metadata& metadata);
 
   /// A process groups tracks. Returns its number.
   unsigned process(const std::string& name);
@@ -33,20 +35,20 @@ class TraceEventWriter {
   void end(Track track, std::uint64_t cycle);
   unsigned depth(Track track) const { return tracks_[track].depth; }
   /// Values of a counter from this cycle on; several series of one counter are stacked.
-  void counter(unsigned process, std::uint64_t cycle, std::string_view name,
-               const std::vector<std::pair<std::string_view, double>>& series);
+  void counter(unsigned process, std::uint64_t cycle, std::string_view name, const TraceEventFormat::Series& series);
   /// Ends all open slices, and gives the file its final name.
   void finish(std::uint64_t cycle);
 
  private:
   struct TrackState {
     unsigned process = 0;
-    unsigned number = 0;  ///< tid, distinct over all processes
+    unsigned number = 0;  ///< distinct over all processes
     unsigned depth = 0;
   };
-  void line(const std::string& event);
+  void flush_if_large();
 
   AtomicFile file_;
+  std::unique_ptr<TraceEventFormat> format_;
   std::string buffer_;
   std::vector<TrackState> tracks_;
   unsigned processes_ = 0;

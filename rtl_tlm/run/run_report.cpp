@@ -19,6 +19,7 @@ void report_run(const FinishedRun& finished, const MeasuredSource& source, const
   }
   describe(counters, result.statistics);
   describe(bounds, result.cycles, result.statistics);
+  for (const modules::Statistic& s : finished.latency.items()) result.statistics.add(s);
   for (const GpuCounters& so_far : finished.at_launches) {
     modules::StatisticList& list = result.at_launches.emplace_back();
     describe(so_far, list);

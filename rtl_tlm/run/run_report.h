@@ -15,6 +15,7 @@ struct FinishedRun {
   std::vector<GpuCounters> at_launches;  ///< see SimulationOptions::read_at
   std::vector<std::string> violations;   ///< found so far: emptiness, memory
   std::vector<modules::Inventory> inventories;
+  modules::StatisticList latency;  ///< gpu.latency.*; empty if it was not asked for
   nlohmann::ordered_json over_time;
   std::uint64_t ticks = 0;
   unsigned width = 0, height = 0;  ///< of the image, when pixel_cycles was asked for

@@ -15,6 +15,9 @@
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
 #include "grtx/base/stopwatch.h"
+#include "grtx/modules/cache/l1_cache.h"
+#include "grtx/modules/cache/l2_slice.h"
+#include "grtx/modules/cache/request_stages.h"
 #include "grtx/modules/kernel/unit_fault.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
@@ -288,6 +291,16 @@ std::string save_caches(const Gpu& gpu, const MemorySystem& memory) {
   return state.bytes();
 }
 
+/// Caches of somebody else are not observed.
+void observe_reads(Gpu& gpu, modules::RequestStages* stages) {
+  for (const auto& sm : gpu.sms()) {
+    if (auto* l1 = dynamic_cast<modules::L1Cache*>(&sm->l1())) l1->observe(stages);
+  }
+  for (const auto& slice : gpu.slices()) {
+    if (auto* l2 = dynamic_cast<modules::L2Slice*>(slice.get())) l2->observe(stages);
+  }
+}
+
 FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   const traces::Reader& reader = work.reader;
   const GpuConfig& config = work.config;
@@ -307,6 +320,8 @@ FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   if (options.built) options.built(gpu);
   if (before) warm_up(gpu, *memory, before->count(), work, launch, source);
   if (work.state != nullptr) load_caches(gpu, *memory, work);
+  modules::RequestStages stages;
+  if (options.latency) observe_reads(gpu, &stages);
   OccupancySeries series(gpu, *memory);
   SettledCounters end;
   try {
@@ -322,6 +337,8 @@ FinishedRun run_machine(const RunInputs& work, modules::GroupSource& source) {
   finished.counters = collect_counters(gpu, *memory, end);
   finished.violations = emptiness_violations(gpu, *memory);
   for (std::string& violation : memory->violations()) finished.violations.push_back(std::move(violation));
+  stages.describe(finished.latency);
+  if (std::string violation = stages.violation(); !violation.empty()) finished.violations.push_back(violation);
   finished.inventories = inventory_of(gpu, *memory);
   finished.ticks = gpu.core().ticks();
   if (!options.save_state.empty()) finished.units = save_caches(gpu, *memory);

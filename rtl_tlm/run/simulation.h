@@ -37,6 +37,7 @@ struct SimulationOptions {
   std::string save_state;             ///< file for these contents after this run; empty: none
   WaveformOptions waveform;           ///< off when its path is empty
   TimelineOptions timeline;           ///< off when its path is empty
+  bool latency = false;               ///< where reads spend their time: gpu.latency.*
   bool pixel_cycles = false;          ///< fill SimulationResult::pixel_cycles
   modules::WarpObserver* observer = nullptr;  ///< is told when warps start and end; ignored with pixel_cycles
   std::vector<std::uint64_t> read_at;  ///< places in `groups`, ascending: counters are read when they are launched

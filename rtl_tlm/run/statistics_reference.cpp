@@ -7,6 +7,7 @@
 #include <regex>
 #include <set>
 
+#include "grtx/modules/cache/request_stages.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/gpu_counters.h"
@@ -28,6 +29,8 @@ std::string generic_description(std::string description) {
   static const std::regex bin(" of 0 to 0 cycles$");
   static const std::regex largest("^(largest lower bound): .*");
   description = std::regex_replace(description, bin, " of n to 2n - 1 cycles; n = 0: of none");
+  static const std::regex kind("(reads?.*) for (nodes|leaves|shading|checkpoints|stacks)\\b");
+  description = std::regex_replace(description, kind, "$1 of this kind");
   return std::regex_replace(description, largest, "$1; the description names it");
 }
 
@@ -44,6 +47,7 @@ std::string reference_name(const std::string& name) {
         {std::regex(R"(\.channel\d+\.)"), ".channel<i>."},
         {std::regex(R"(^gpu\.frame\d+\.)"), "gpu.frame<i>."},
         {std::regex(R"(\.from_\d+$)"), ".from_<n>"},
+        {std::regex(R"(^gpu\.latency\.[a-z]+\.)"), "gpu.latency.<kind>."},
         {std::regex(R"(^(gpu\.l[12])\.()" + regions + R"()\.)"), "$1.<region>."}};
   }();
   std::string listed = name;
@@ -66,6 +70,9 @@ modules::StatisticList all_statistics() {
   auto all = modules::StatisticList::of_reference();
   describe(single_units, all);
   describe(lower_bounds(single_units, {}, {}), 0, all);
+  modules::RequestStages stages;
+  for (std::size_t i = 0; i < modules::kRegionCount; ++i) stages.served(static_cast<modules::Region>(i), {}, 0);
+  stages.describe(all);
   return all;
 }
 

@@ -94,7 +94,8 @@ TEST_F(AnyHit, TheEndTestedOnceARoundIsSimulatedAndDependsOnK) {
 }
 
 TEST_F(AnyHit, ARunComparesImagesOfOneK) {
-  must("run --scene s.ply --cameras s.cameras.json --width 16 --height 8 --ert 0.3 --ert-check round -o out" + small());
+  must("run --scene s.ply --cameras s.cameras.json --width 16 --height 8 --ert 0.3 --ert-check round --k 8 -o out" +
+       small());
   const auto results = nlohmann::json::parse(folder_.read("out/results.json"));
   EXPECT_TRUE(results.at("images_identical").get<bool>());
   EXPECT_EQ(results.at("inputs").at("grtx").at("trace.ert_check"), "round");

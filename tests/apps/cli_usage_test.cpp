@@ -154,7 +154,7 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
        {"--any-hit", "delayed", "checkpointing off"}},
       {"trace --any-hit delayed --tracing single --no-trace --scene a --cameras b",
        {"--any-hit", "delayed", "--tracing multi"}},
-      {"run --any-hit delayed --scene a --cameras b -o c", {"--any-hit", "delayed", "checkpointing off"}},
+      {"run --any-hit delayed --designs hw --scene a --cameras b -o c", {"--any-hit", "delayed", "checkpointing off"}},
       {"run --ert-check round --sort-key peak --scene a --cameras b -o c", {"--ert-check", "round", "needs --k"}},
       {"trace --ahead 0 --no-trace --scene a --cameras b", {"--ahead", "0"}},
       {"trace --ahead 4 --checkpoint on --accel tri20 --no-trace --scene a --cameras b",
@@ -188,7 +188,7 @@ TEST(CliUsage, MistakesNameTheNearestKnownName) {
        {"--triangle-test", "triangles"}},
       {"trace --triangle-test world --sort-key peak --no-trace --scene a --cameras b",
        {"--triangle-test", "--sort-key entry"}},
-      {"run --tracing single --scene a --cameras b -o c", {"--tracing", "single", "multi"}},
+      {"run --tracing single --designs grtx --scene a --cameras b -o c", {"--tracing", "single", "multi"}},
       {"run --triangle-test world --scene a --cameras b -o c", {"--triangle-test", "identical"}},
       {"reference --inside count --scene a --cameras b -o c.pfm", {"--inside count", "sphere"}}};
   for (const Case& c : cases) {

@@ -19,6 +19,9 @@ using ::testing::HasSubstr;
 
 const std::vector<std::string> kDesigns = {"baseline", "sw", "hw", "grtx", "gautracer", "walk"};
 
+const std::map<std::string, std::string> kRecommended = {{"baseline", "32"}, {"sw", "32"},        {"hw", "16"},
+                                                         {"grtx", "16"},     {"gautracer", "48"}, {"walk", "64"}};
+
 class OneDesign : public testing::Test {
  protected:
   OneDesign() { must("synth --preset object --count 300 --seed 3 -o s.ply --quiet"); }
@@ -64,10 +67,10 @@ TEST_F(OneDesign, IsOneConfigurationForRunSimCostAndMachine) {
       EXPECT_EQ(sim.at("inputs").at("machine"), run.at("machine")) << at;
       // What it costs: of the run, and alone, at the k that the design has.
       must("cost --quiet --stats s.json --design " + design + on);
-      if (design != "baseline" && design != "sw" && design != "hw" && design != "grtx") {
+      if (design == "gautracer" || design == "walk") {
         EXPECT_EQ(json::parse(must("cost --json --design " + design + on)).at("config"), sim.at("config")) << at;
-        EXPECT_EQ(run.at("inputs").at(design).at("trace.k"), design == "walk" ? "64" : "16") << at;
       }
+      EXPECT_EQ(run.at("inputs").at(design).at("trace.k"), kRecommended.at(design)) << at;
       std::string name = on;
       if (const auto found = name.find("--machine "); found != name.npos) name.erase(found, 10);
       EXPECT_EQ(machine_config(name + " --design " + design), sim.at("config")) << at;

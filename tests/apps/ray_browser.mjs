@@ -62,6 +62,8 @@ try {
   await page.waitForFunction(() => document.querySelector('.story').textContent !== '');
   await page.waitForTimeout(300);
   found.story = await page.locator('.story').innerText();
+  found.opened = await state(page);
+  await press(page, 'Home');
   found.pixel = await page.locator('.pixel').innerText();
   found.along = await drawn(page, '.hits canvas');
   if (found.along !== null) {

@@ -40,6 +40,9 @@ class RayInBrowser : public InBrowser {
     EXPECT_TRUE(found.at("labelled").get<bool>());
     EXPECT_THAT(found.at("home").get<std::string>(), StartsWith("round 0 of"));
     EXPECT_THAT(found.at("home").get<std::string>(), HasSubstr("event –"));
+    EXPECT_THAT(found.at("opened").at("where").get<std::string>(), StartsWith("round 0 of"));  // at its end
+    EXPECT_THAT(found.at("opened").at("text").get<std::string>(), HasSubstr("The round is over"));
+    EXPECT_THAT(found.at("story").get<std::string>(), HasSubstr("times the frame's median"));
     EXPECT_THAT(found.at("second").get<std::string>(), HasSubstr("event 1 of"));
     EXPECT_THAT(found.at("back").get<std::string>(), HasSubstr("event 0 of"));
     EXPECT_EQ(found.at("small"), found.at("hits")[4].at("where"));

@@ -2,6 +2,7 @@
 // grtx ray: pages of every structure and mechanism, what they say, and what is refused.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "apps/program.h"
@@ -49,6 +50,20 @@ class Ray : public ::testing::Test {
 
   Folder folder_;
 };
+
+// The page showed one design: whether the pixel is slow in another took a second page.
+TEST_F(Ray, TheSamePixelInAnotherDesignStandsBesideIt) {
+  make("--accel tri20");
+  ASSERT_EQ(folder_.run(kTrace + "--accel tlas-tri20 --checkpoint on -o u.grtx").code, 0);
+  const std::string both = page("--pixel 7,7 --beside u.grtx");
+  EXPECT_THAT(both, HasSubstr("The same pixel in other traces of the view"));
+  EXPECT_THAT(both, HasSubstr("tlas-tri20, checkpoints on, k = 8"));
+  EXPECT_GT(description(both).at("median").get<int>(), 0);
+  EXPECT_THAT(page("--pixel 7,7"), Not(HasSubstr("The same pixel in other traces")));
+  std::filesystem::remove(folder_.path("r.html"));
+  ASSERT_EQ(folder_.run("trace --quiet --width 8 --height 16 " + kScene + "--accel tri20 -o v.grtx").code, 0);
+  expect_refused("t.grtx -o r.html --pixel 7,7 --beside v.grtx", "is of another size than t.grtx");
+}
 
 // "Which pixel is slow?" had no command.
 TEST_F(Ray, TheSlowestAreListedWithTheirVisitsAndTheNextCommand) {

@@ -49,11 +49,11 @@ TEST_F(RunTest, DesignsEndToEnd) {
   const auto stat = [&](const char* design, const char* name) {
     return results.at("designs").at(design).at(name).at("value").get<double>();
   };
-  for (const char* design : {"baseline", "sw", "hw", "grtx", "gautracer"}) {
+  for (const char* design : {"baseline", "sw", "hw", "grtx", "gautracer", "walk"}) {
     EXPECT_EQ(stat(design, "gpu.rt.node_visits"), stat(design, "tracer.visits.total")) << design;
     EXPECT_LE(stat(design, "gpu.rt.node_fetches"), stat(design, "gpu.rt.node_visits")) << design;
     EXPECT_GE(stat(design, "gpu.cycles"), stat(design, "gpu.bound.largest")) << design;
-    if (design != std::string("gautracer")) {  // which blends in another order
+    if (design != std::string("gautracer") && design != std::string("walk")) {  // which blend in another order
       EXPECT_EQ(stat(design, "tracer.blended"), stat("baseline", "tracer.blended")) << design;
     }
     must("trace-check " + folder + "/out/" + design + ".grtx --quiet");
@@ -66,8 +66,8 @@ TEST_F(RunTest, DesignsEndToEnd) {
   EXPECT_EQ(results.at("other_orders").at("gautracer").at("order"), "peak");
   EXPECT_GT(results.at("other_orders").at("gautracer").at("psnr").get<double>(), 15.0);
   EXPECT_EQ(results.at("design_config").at("gautracer").at("rt.any_hit_unit.enabled"), "true");
-  EXPECT_EQ(results.at("inputs").at("gautracer").at("trace.k"), "16");
-  EXPECT_EQ(results.at("inputs").at("grtx").at("trace.k"), "8");
+  EXPECT_EQ(results.at("inputs").at("gautracer").at("trace.k"), "48");
+  EXPECT_EQ(results.at("inputs").at("grtx").at("trace.k"), "16");
 }
 
 // dB of gautracer and walk stood on stdout alone, and those against the fp64 reference nowhere.
@@ -163,6 +163,42 @@ TEST_F(RunTest, MachinesOfARunHaveNamesOfTheirOwnAndDrawOnePicture) {
   EXPECT_NE(refused("paper,adda").find("adda"), std::string::npos);
 }
 
+// --tracing single failed the whole run: grtx and walk have rounds alone.
+TEST_F(RunTest, ADesignThatRefusesAnOptionIsLeftOutAndSaysWhy) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  const std::string run = "run " + scene_arguments() + config() + "--tracing single --quiet -o " + folder + "/out ";
+  const Outcome outcome = grtx(run);
+  ASSERT_EQ(outcome.code, 0) << outcome.output;
+  const nlohmann::json results = json("out/results.json");
+  EXPECT_EQ(results.at("designs").size(), 2U);  // baseline and sw
+  EXPECT_EQ(results.at("left_out").size(), 4U);
+  for (const auto& [name, why] : results.at("left_out").items()) {
+    const std::string line = "grtx: run: " + name + " is left out: " + why.get<std::string>() + "\n";
+    EXPECT_NE(outcome.output.find(line), std::string::npos) << outcome.output;
+  }
+  EXPECT_NE(read_file(folder + "/out/report.html").find("walk is left out: --"), std::string::npos);
+  EXPECT_EQ(grtx(run + "--designs baseline,walk").code, 2);  // named, it is what was asked for
+}
+
+// What a speed-up is made of stood nowhere.
+TEST_F(RunTest, AWaterfallMultipliesToEachSpeedUpAndLevelsOfLatencyAreOnThePage) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--designs baseline,grtx,walk --latency --quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  for (const auto& [name, terms] : results.at("waterfall").items()) {
+    double product = 1.0;
+    for (const nlohmann::json& term : terms) product *= term.at("speedup").get<double>();
+    EXPECT_NEAR(product, results.at("speedup").at(name).get<double>(), 1e-9 * product) << name;
+  }
+  EXPECT_EQ(results.at("waterfall").size(), 2U);
+  EXPECT_GT(results.at("designs").at("walk").at("gpu.latency.nodes.whole").at("value").get<double>(), 0.0);
+  const std::string page = read_file(folder + "/out/report.html");
+  for (const char* part : {"Speed-up over baseline: the terms", "memory: DRAM", "Reads of 32 B: cycles"}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(grtx("run " + scene_arguments() + config() + "--latency --mode windows -o " + folder + "/no").code, 2);
+}
+
 TEST_F(RunTest, WhatYouSetADesignLeavesAsItIs) {
   must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
   must("run " + scene_arguments() + config() +
@@ -170,7 +206,7 @@ TEST_F(RunTest, WhatYouSetADesignLeavesAsItIs) {
        "/out");
   const nlohmann::json results = json("out/results.json");
   EXPECT_TRUE(results.at("images_identical").get<bool>());
-  EXPECT_FALSE(results.contains("other_orders"));  // all five are one image
+  EXPECT_EQ(results.at("other_orders").size(), 1U);  // all are one image but walk's, of rounded Gaussians
   EXPECT_EQ(results.at("inputs").at("gautracer").at("trace.k"), "4");
   EXPECT_FALSE(results.at("design_config").at("gautracer").contains("simt.payload_registers"));
 }
@@ -383,7 +419,7 @@ TEST_F(RunTest, SeveralObjectsAreTracedAndSimulated) {
   EXPECT_NE(report.find("speed-up"), std::string::npos);
   // Flattened it is a scene like any other, of nearly the same image.
   must("run " + scene + config() + "--flatten -o " + folder + "/flat");
-  EXPECT_EQ(json("flat/results.json").at("designs").size(), 5u);
+  EXPECT_EQ(json("flat/results.json").at("designs").size(), 6u);
   must("compare " + folder + "/flat/image.png " + folder + "/out/image.png --min-psnr 45");
   // Any size of an entry names both leaves.
   for (const char* bytes : {"8", "16", "28"}) {

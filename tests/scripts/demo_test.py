@@ -35,7 +35,7 @@ class Demo(unittest.TestCase):
             for machine in MACHINES:
                 with open(os.path.join(folder, machine, "results.json"), encoding="utf-8") as file:
                     speedup = json.load(file)["speedup"]
-                rows = {line.split()[1]: line.split()[2] for line in lines if line.startswith(f"{machine} ")}
+                rows = {line.split()[1]: line.split()[3] for line in lines if line.startswith(f"{machine} ")}
                 self.assertEqual(rows, {"baseline": "1.00", **{name: f"{ratio:.2f}" for name, ratio in speedup.items()}})
             table = [line for line in lines if line.startswith(tuple(f"{name} " for name in ("machine", *MACHINES)))]
             self.assertEqual(len(table), 19)

@@ -6,7 +6,7 @@ import { element } from './dom.js';
 import { find_hits } from './hits.js';
 import { clear_hits_text, draw_hits, hits_box } from './hits_view.js';
 import { choose } from './nodes.js';
-import { follow, go_to, go_to_round, here, measure_ray, total } from './position.js';
+import { follow, go_to, go_to_round, here, measure_ray, summary, total } from './position.js';
 import { show_event, state_box } from './state.js';
 import { show_lists } from './lists.js';
 import { all_taken_up, forget_rounds } from './rounds.js';
@@ -72,7 +72,7 @@ const choose_ray = (number) => {
   measure_ray();
   reset_camera();
   clear_hits_text();
-  go_to(0);
+  go_to(summary(0).events); // the end of the first round: its lists are full, its hits are met
   tell_story();
   show_pixel();
   find_hits(() => {

@@ -29,7 +29,8 @@ export const tell_story = () => {
   const { name, rounds: all } = ray();
   const sum = (what) => all.reduce((total_of, s) => total_of + s[what], 0);
   const read = sum('read');
-  const took = `took ${count(all.length)} round${all.length === 1 ? '' : 's'}, read ${count(read)} nodes`;
+  const slow = page.median > 0 ? ` (${(read / page.median).toFixed(1)} times the frame's median)` : '';
+  const took = `took ${count(all.length)} round${all.length === 1 ? '' : 's'}, read ${count(read)} nodes${slow}`;
   const met = `looked at ${count(sum('processed'))} hits, of which ${count(sum('blended'))} were blended`;
   const words = [`The ray of ${name} ${took} and ${met}.`];
   story.textContent = [...words, ...rounds_words(all, read), ...end_words(all[all.length - 1]), ...most_words()].join(' ');

@@ -52,12 +52,15 @@ void check_mode(const SimulationOptions& options, bool heat_maps, SimulationMode
     throw Error("sim", "--mode " + std::string(name_of(mode)),
                 "has no waveforms, timelines or heat maps: use --mode cycle");
   }
+  if (options.latency) refuse_latency("sim");
   for (const auto& [option, path] :
        {std::pair("--warm", &options.warm_trace), std::pair("--warm-state", &options.warm_state),
         std::pair("--save-state", &options.save_state)}) {
     if (!path->empty()) throw Error("sim", option, "is for --mode cycle");
   }
 }
+
+void refuse_latency(const std::string& command) { throw Error(command, "--latency", "is for --mode cycle"); }
 
 void check_mode_of_frames(SimulationMode mode) {
   if (mode == SimulationMode::cycle) return;

@@ -27,6 +27,8 @@ void check_mode(const GpuConfig& config, SimulationMode mode);
 /// Throws Error for options of another mode: waveforms, timelines and heat maps need cycle mode; windows cannot start
 /// from warm caches.
 void check_mode(const SimulationOptions& options, bool heat_maps, SimulationMode mode);
+/// Throws Error for --latency, of which the cycle of each read is needed.
+[[noreturn]] void refuse_latency(const std::string& command);
 /// Throws Error if frames that follow each other are to find warm caches.
 void check_mode_of_frames(SimulationMode mode);
 

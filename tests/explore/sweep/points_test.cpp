@@ -101,9 +101,9 @@ TEST_F(SweepPointsTest, AMachineIsAnAxisAndItsTraceIsSharedWhereTheTracerIsTheSa
   p.machine.name = "base";
   sim::GpuConfig many;
   many.sms = 99;
-  p.machines = {{"a", {"a", "a", {}, {}, {{"k", "4"}}}},
-                {"b", {"b", "b", many, {}, {{"k", "4"}}}},
-                {"folder/c.toml", {"c", "/folder/c.toml", {}, {}, {{"k", "16"}}}}};
+  p.machines = {{"a", {"a", "a", {}, {}, {{"ert", "0.1"}}}},
+                {"b", {"b", "b", many, {}, {{"ert", "0.1"}}}},
+                {"folder/c.toml", {"c", "/folder/c.toml", {}, {}, {{"ert", "0.2"}}}}};
   p.points = {{{"machine", "a"}}, {{"machine", "b"}}, {{"machine", "folder/c.toml"}}, {{"l1.latency", 21}}};
   const SweepPoints all = points(p);
   ASSERT_EQ(all.points.size(), 4U);
@@ -265,12 +265,12 @@ TEST_F(SweepPointsTest, TheTracerIsAskedOnceForEachTrace) {
 TEST_F(SweepPointsTest, RegistersOfHeapsFollowK) {
   SweepPlan p = plan();
   p.designs = {"gautracer"};
-  p.points = {{}, {{"tracer.k", 48}}, {{"tracer.k", 48}, {"simt.payload_registers", 60}}};
+  p.points = {{}, {{"tracer.k", 16}}, {{"tracer.k", 16}, {"simt.payload_registers", 60}}};
   const auto all = points(p).points;
   ASSERT_EQ(all.size(), 3U);
   std::vector<int> registers;
   for (const auto& point : all) registers.push_back(point.config.json().at("simt.payload_registers"));
-  EXPECT_EQ(registers, (std::vector<int>{48, 144, 60}));
+  EXPECT_EQ(registers, (std::vector<int>{144, 48, 60}));
 }
 
 /// A plan of 100,000 points took 1.9 GB, nearly all of it configurations.
