@@ -120,7 +120,8 @@ inline void make_points(const std::string& path, const nlohmann::json& points) {
     sql += "INSERT INTO point VALUES (" + id + ", 'key" + id + "', 't', " + quoted(p.value("machine", "paper")) + ", " +
            quoted(p.value("mode", "cycle")) + ", " + quoted(p.value("scene", "room")) + ", " +
            quoted(p.value("design", "grtx")) + ", " + quoted(p.value("coordinates", nlohmann::json::object()).dump()) +
-           ", '{}', " + quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
+           ", " + quoted(p.value("config", nlohmann::json::object()).dump()) + ", " +
+           quoted(p.value("status", "done")) + ", " + quoted(p.value("reason", "")) + ", 1.0, '{}');\n";
     if (!p.value("earlier_plan", false)) sql += "INSERT INTO present VALUES (" + id + ");\n";
     const nlohmann::json values = p.value("values", nlohmann::json::object());
     for (const auto& [name, value] : values.items()) {

@@ -17,14 +17,15 @@ namespace grtx::apps {
 namespace {
 
 struct CorrelateArguments {
-  std::string measured, database, output;
+  std::string measured, database, card, output;
   double within = std::numeric_limits<double>::infinity();
 };
 
 int correlate_files(const CorrelateArguments& options, const CommonOptions& common) {
   const report::SweepResults sweep = report::read_sweep_results(options.database);
   const report::Correlation result =
-      report::correlate(report::read_measured(options.measured), sweep, options.database);
+      report::correlate(report::of_card(report::read_measured(options.measured), options.card, options.measured), sweep,
+                        options.database);
   if (!options.output.empty()) {
     const std::string name = std::filesystem::path(options.measured).filename().string();
     write_file(options.output, report::correlation_page(result, name, sweep));
@@ -52,6 +53,10 @@ void add_correlate(CLI::App& app, CommonOptions& common) {
   command->add_option("DATABASE", options->database, "Database of grtx sweep (no default)")
       ->type_name(kInputFile)
       ->required();
+  command
+      ->add_option("--card", options->card,
+                   "Card whose figures are compared, as MEASURED names it (default: its only one)")
+      ->type_name("TEXT");
   command->add_option("-o,--output", options->output, "HTML page with a scatter to write (default: none)")
       ->type_name(kOutputFile);
   command->add_option("--within", options->within, "Largest mean error, 0.1 for 10 %; exit 1 above it (default: any)")

@@ -229,7 +229,12 @@ ordered_json correlation_chart(const ordered_json& rows) {
       {"tooltip", tooltips({{"label", "figure"}, {"measured", "measured", true}, {"simulated", "simulated", true}})}};
   ordered_json spec = base(rows);
   spec["height"] = 360;
-  spec["layer"] = ordered_json::array({same, rule("measured", "simulated"), rule("simulated", "measured"), points});
+  ordered_json labels;
+  labels["mark"] = {{"type", "text"}, {"align", "left"}, {"dx", 7}, {"dy", -7}};
+  labels["encoding"] = {
+      {"x", axis("measured")}, {"y", axis("simulated")}, {"text", {{"field", "number"}, {"type", "nominal"}}}};
+  spec["layer"] =
+      ordered_json::array({same, rule("measured", "simulated"), rule("simulated", "measured"), points, labels});
   return spec;
 }
 

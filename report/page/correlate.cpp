@@ -36,19 +36,22 @@ std::vector<std::string> fields_of(const std::string& line) {
   return fields;
 }
 
-const std::map<std::string, std::string Measured::*> kTexts = {{"scene", &Measured::scene},
-                                                               {"design", &Measured::design},
-                                                               {"over", &Measured::over},
-                                                               {"quantity", &Measured::quantity}};
-const std::map<std::string, double Measured::*> kNumbers = {
-    {"value", &Measured::value}, {"low", &Measured::low}, {"high", &Measured::high}};
+const std::map<std::string, std::string Measured::*> kTexts = {
+    {"card", &Measured::card},     {"source", &Measured::source}, {"scene", &Measured::scene},
+    {"design", &Measured::design}, {"over", &Measured::over},     {"quantity", &Measured::quantity},
+    {"why", &Measured::why}};
+const std::map<std::string, double Measured::*> kNumbers = {{"value", &Measured::value}, {"low", &Measured::low},
+                                                            {"high", &Measured::high},   {"pixels", &Measured::pixels},
+                                                            {"sms", &Measured::sms},     {"mhz", &Measured::mhz}};
 
 /// Rule that the header line violates; "" if none.
 std::string fault_of_names(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     if (!kTexts.contains(name) && !kNumbers.contains(name) && name.find('.') == std::string::npos) {
       return "column '" + printable(name) +
-             "' is none of scene, design, over, quantity, value, low, high, and no KEY.NAME of a plan";
+             "' is none of card, source, scene, design, over, quantity, value, low, high, pixels, sms, mhz, why, and "
+             "no "
+             "KEY.NAME of a plan";
     }
     if (std::count(names.begin(), names.end(), name) > 1) return "column '" + printable(name) + "' is there twice";
   }
@@ -68,11 +71,27 @@ std::string design_of(const std::string& name) {
 
 /// Label without the scene, shared by the values of several scenes.
 std::string group_of(const Measured& m) {
-  std::string label = m.design;
+  std::string label = m.source.empty() ? "" : m.source + ": ";
+  label += m.design;
   if (!m.over.empty()) label += " over " + m.over;
   if (m.quantity != "gpu.time_us") label += ", " + m.quantity;
   for (const auto& [name, value] : m.coordinates) label += ", " + name + " " + value;
   return label;
+}
+
+/// The card's frame in ms, if each of its SMs does as those of the crop. A crop's last warps leave SMs empty, which a
+/// whole frame does not: only cycles count in which the RT units' warp buffers are full, or their share that is.
+double frame_ms(const ReportedPoint& point, const Measured& m) {
+  const auto of = [](const ordered_json& object, const char* name) {
+    return object.contains(name) && object.at(name).is_number() ? object.at(name).get<double>()
+                                                                : std::numeric_limits<double>::quiet_NaN();
+  };
+  const double full = point.value("gpu.rt.occupancy") / of(point.config, "rt.warp_buffer.entries");
+  const double cycles = point.value("gpu.cycles") * full;
+  if (!m.over.empty()) return cycles;  // a ratio on one machine
+  if (point.trace == nullptr) return std::numeric_limits<double>::quiet_NaN();
+  const double crops = m.pixels / (of(*point.trace, "width") * of(*point.trace, "height"));
+  return cycles * crops * of(point.config, "gpu.sms") / m.sms / (1000.0 * m.mhz);
 }
 
 class Matcher {
@@ -97,7 +116,7 @@ class Matcher {
   std::map<std::string, double> values(const Measured& m, const std::string& design) const {
     std::map<std::string, double> found;
     for (const ReportedPoint& point : sweep_.points) {
-      const double value = point.value(m.quantity);
+      const double value = m.quantity == kFrameMs ? frame_ms(point, m) : point.value(m.quantity);
       if (!point.done() || point.design != design || !std::isfinite(value) || value <= 0.0) continue;
       const bool fits = std::all_of(m.coordinates.begin(), m.coordinates.end(), [&](const auto& wanted) {
         return point.coordinates.contains(wanted.first) &&
@@ -120,6 +139,17 @@ class Matcher {
 struct Spread {
   double mean = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
 };
+
+/// Square of the standard error of the mean of logarithms; 0 of a single value.
+double squared_error(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  if (n < 2.0) return 0.0;
+  const double mean = std::log(geometric_mean(values));
+  double sum = 0.0;
+  for (const double value : values) sum += (std::log(value) - mean) * (std::log(value) - mean);
+  return sum / (n - 1.0) / n;
+}
+
 Spread spread_of(const std::vector<double>& values) {
   Spread spread{geometric_mean(values)};
   for (const double value : values) {
@@ -222,12 +252,35 @@ std::vector<Measured> read_measured(const std::string& path) {
       }
     }
     require(!m.design.empty(), "design must be named");
+    if (m.quantity == kFrameMs && m.over.empty() && m.why.empty()) {
+      require(m.pixels > 0.0 && m.sms > 0.0 && m.mhz > 0.0, "frame.ms needs pixels, sms and mhz of the measured frame");
+    }
     if (m.low == 0.0) m.low = m.value;
     if (m.high == 0.0) m.high = m.value;
     require(m.low <= m.value && m.high >= m.value, "value must lie between low and high");
   }
   if (all.empty()) throw Error(path, "", "holds no measured figure");
   return all;
+}
+
+std::vector<Measured> of_card(const std::vector<Measured>& measured, const std::string& card, const std::string& path) {
+  std::vector<Measured> found;
+  std::string cards;
+  for (const Measured& m : measured) {
+    if (card.empty() && m.card != measured.front().card) {
+      throw Error(path, "line " + std::to_string(m.line),
+                  "is of another card than the lines before: name one with --card");
+    }
+    if (card.empty() || m.card == card) found.push_back(m);
+    if (!m.card.empty() && cards.find(m.card) == std::string::npos) cards += (cards.empty() ? "" : ", ") + m.card;
+  }
+  if (found.empty()) throw Error(path, "card " + printable(card), "is none of " + printable(cards));
+  return found;
+}
+
+double Comparison::deviations() const {
+  return standard_error > 0.0 ? std::log(simulated / measured) / standard_error
+                              : std::numeric_limits<double>::quiet_NaN();
 }
 
 Correlation correlate(const std::vector<Measured>& measured, const SweepResults& sweep, const std::string& path) {
@@ -242,6 +295,10 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
   const Matcher matcher(sweep, path);
   for (const std::string& label : order) {
     const std::vector<const Measured*>& group = groups[label];
+    if (!group.front()->why.empty()) {
+      c.unmatched.push_back(label + " (" + group.front()->why + ")");
+      continue;
+    }
     const std::map<std::string, double> simulated = matcher.figures(*group.front());
     if (simulated.empty()) {
       c.unmatched.push_back(label);
@@ -252,8 +309,8 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
       const auto same = simulated.find(m->scene);
       if (same == simulated.end()) continue;
       paired = true;
-      c.comparisons.push_back(
-          {m->scene + ": " + label, true, 1, 1, m->value, m->low, m->high, same->second, same->second, same->second});
+      c.comparisons.push_back({m->scene + ": " + label, true, 1, 1, m->value, m->low, m->high, same->second,
+                               same->second, same->second, 0.0});
     }
     if (paired) continue;
     std::vector<double> values, all;
@@ -265,7 +322,8 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
     for (const auto& [scene, value] : simulated) found.push_back(value);
     const Spread spread = spread_of(found), band = spread_of(all);
     c.comparisons.push_back({label, false, group.size(), found.size(), spread_of(values).mean, band.low, band.high,
-                             spread.mean, spread.low, spread.high});
+                             spread.mean, spread.low, spread.high,
+                             std::sqrt(squared_error(found) + squared_error(values))});
   }
   if (c.comparisons.empty()) {
     throw Error(path, "", "has no point that a measured figure fits: first of them " + c.unmatched.front());
@@ -275,15 +333,17 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
 }
 
 std::string correlation_text(const Correlation& c) {
-  std::string text = fmt::format("figure\n  {:>25} {:>25} {:>8}  {}\n", "measured", "simulated", "error", "in range");
+  std::string text =
+      fmt::format("figure\n  {:>25} {:>25} {:>8}  {}\n", "measured", "simulated", "error", "in range, standard errors");
   const auto range = [](double value, double low, double high) {
     return low == high ? fmt::format("{:.4g}", value) : fmt::format("{:.4g} ({:.4g} to {:.4g})", value, low, high);
   };
   for (const Comparison& one : c.comparisons) {
     text += wrapped(one.label) + "\n";
-    text += fmt::format("  {:>25} {:>25} {:>+7.0f}%  {}\n", range(one.measured, one.measured_low, one.measured_high),
+    text += fmt::format("  {:>25} {:>25} {:>+7.0f}%  {}{}\n", range(one.measured, one.measured_low, one.measured_high),
                         range(one.simulated, one.simulated_low, one.simulated_high), 100.0 * one.error(),
-                        one.inside() ? "yes" : "no");
+                        one.inside() ? "yes" : "no",
+                        one.standard_error > 0.0 ? fmt::format(", {:+.1f}", one.deviations()) : "");
   }
   for (const std::string& label : c.unmatched) text += wrapped("not simulated: " + label) + "\n";
   text += fmt::format("mean error {:.0f} %; simulated / measured {:.3g} in the mean, {:.0f} % beyond that\n",
@@ -305,6 +365,7 @@ ordered_json comparison_json(const Comparison& one) {
           {"simulated_low", one.simulated_low},
           {"simulated_high", one.simulated_high},
           {"error", one.error()},
+          {"standard_error", one.standard_error},
           {"inside", one.inside()}};
 }
 

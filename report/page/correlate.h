@@ -13,16 +13,26 @@ namespace grtx::report {
 /// A line of a file of measured values (docs/guide/correlate.md).
 struct Measured {
   std::size_t line = 0;
-  std::string scene;   ///< name in the file; "" if the value is for several scenes
-  std::string design;  ///< as in the database: sw, tlas-box, ...
-  std::string over;    ///< the value is a speed-up of `design` over this one; "": a quantity of `design`
+  std::string card, source;  ///< "" if the file does not say
+  std::string why;           ///< what keeps the value from being simulated; "" if nothing does
+  std::string scene;         ///< name in the file; "" if the value is for several scenes
+  std::string design;        ///< as in the database: sw, tlas-box, ...
+  std::string over;          ///< the value is a speed-up of `design` over this one; "": a quantity of `design`
   std::string quantity = "gpu.time_us";
   std::vector<std::pair<std::string, std::string>> coordinates;  ///< name and value that points must have
   double value = 0.0, low = 0.0, high = 0.0;                     ///< low = high = value if no range is given
+  double pixels = 0.0, sms = 0.0, mhz = 0.0;  ///< of the frame and its card, for kFrameMs; 0: not said
 };
+
+/// Quantity: milliseconds of the card's whole frame that a crop on some of its SMs stands for
+/// (docs/guide/correlate.md).
+inline constexpr const char* kFrameMs = "frame.ms";
 
 /// Reads a file of measured values. Throws Error with file and line.
 std::vector<Measured> read_measured(const std::string& path);
+
+/// The values of one card. Throws Error if the file has none of it, or if `card` is "" and the file has several.
+std::vector<Measured> of_card(const std::vector<Measured>& measured, const std::string& card, const std::string& path);
 
 /// A value that is both measured and simulated: of one scene if both have it, else geometric means over the scenes of
 /// each side.
@@ -32,7 +42,10 @@ struct Comparison {
   std::size_t measured_scenes = 1, simulated_scenes = 1;
   double measured = 0.0, measured_low = 0.0, measured_high = 0.0;
   double simulated = 0.0, simulated_low = 0.0, simulated_high = 0.0;
+  /// Of the logarithm of simulated over measured, from the spread of the scenes of both sides; 0: one scene on each.
+  double standard_error = 0.0;
   double error() const { return simulated / measured - 1.0; }
+  double deviations() const;  ///< that logarithm in standard errors; NaN without one
   bool inside() const { return simulated >= measured_low && simulated <= measured_high; }
 };
 

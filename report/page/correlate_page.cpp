@@ -35,16 +35,23 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
   ordered_json rows = ordered_json::array();
   const std::string machines = machines_of(sweep);
   Table table("Measured against simulated" + (machines.empty() ? "" : "; " + machines),
-              {{"figure", false}, {"measured"}, {"simulated"}, {"error"}, {"in the measured range", false}});
+              {{"figure", false},
+               {"measured"},
+               {"simulated"},
+               {"error"},
+               {"standard errors"},
+               {"in the measured range", false}});
   for (const Comparison& one : c.comparisons) {
     const bool outlier = std::find(c.outliers.begin(), c.outliers.end(), one.label) != c.outliers.end();
     rows.push_back(comparison_json(one));
     rows.back()["kind"] = outlier ? "outlier" : "figure";
-    std::string name = escape(one.label);
+    rows.back()["number"] = rows.size();  // at its point and in the table
+    std::string name = fmt::format("{}. ", rows.size()) + escape(one.label);
     if (!one.paired) name += fmt::format(" (means of {} and {} scenes)", one.measured_scenes, one.simulated_scenes);
     table.row({name, with_range(one.measured, one.measured_low, one.measured_high),
                with_range(one.simulated, one.simulated_low, one.simulated_high),
                fmt::format("{:+.0f} %", 100.0 * one.error()),
+               one.standard_error > 0.0 ? fmt::format("{:+.1f}", one.deviations()) : "",
                std::string(one.inside() ? "yes" : "no") + (outlier ? ", outlier" : "")});
   }
   body += chart("scatter-chart", "Simulated against measured figures", "On the line both are the same.",

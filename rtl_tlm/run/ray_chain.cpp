@@ -23,14 +23,16 @@ ChainLatencies::ChainLatencies(const GpuConfig& config, const traces::Header& he
   const Cycle messages = 2 * Cycle{config.sm_links.message_latency};
   const modules::ShaderCosts& cost = config.simt.costs;
   const bool boxes = traces::has_box_leaves(header.accel);
-  const Cycle intersection = messages + cost.intersection_fixed + (header.two_level ? 0 : cost.intersection_transform) +
-                             config.simt.instruction_latency;
+  const Cycle intersection = messages + cost.call(1) + cost.intersection_fixed +
+                             (header.two_level ? 0 : cost.intersection_transform) + config.simt.instruction_latency;
   if (boxes) leaf = fetch + intersection;
-  any_hit = rt.any_hit_unit.enabled ? Cycle{rt.any_hit_unit.latency}
-                                    : (boxes ? 0 : messages) + cost.any_hit_fixed + config.simt.instruction_latency;
+  any_hit = rt.any_hit_unit.enabled
+                ? Cycle{rt.any_hit_unit.latency}
+                : (boxes ? 0 : messages + cost.call(1)) + cost.any_hit_fixed + config.simt.instruction_latency;
   // A warp has a node once: its fetch merges with no other of the warp's.
   if (rt.walks()) walk.emplace(rt, header, rt.memory.by_shader ? 0 : l1_round_trip, boxes ? intersection : any_hit);
-  round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0);
+  round = messages + cost.trace_call + cost.blend_fixed + (header.checkpoint ? cost.evict_move_fixed : 0) +
+          (header.tracing == traces::Tracing::closest ? cost.call(1) : 0);
   ray = messages + cost.raygen_prologue + cost.epilogue;
 }
 

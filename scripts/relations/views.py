@@ -7,8 +7,8 @@ STRUCTURES = {"icosahedron": ["tri20", "tlas-tri20"], "icosphere": ["tri80", "tl
               "sphere": ["ellipsoid", "tlas-sphere"], "box": ["box", "tlas-box"]}
 DESIGNS = [("tri20", "off"), ("tlas-tri20", "off"), ("tri20", "on"), ("tlas-tri20", "on"), ("ellipsoid", "on"),
            ("tlas-sphere", "on"), ("tri80", "off"), ("tlas-tri80", "on"), ("box", "off"), ("tlas-box", "off")]
-# Machines of at most eight SMs: what the others do these do. Not rtx2060-share: SETTINGS would have to fit its six slices on three channels.
-MACHINES = ["paper", "paper-charged", "paper-lean", "ada-share", "blackwell-share", "rdna4-share"]
+# Machines of at most eight SMs: what the others do these do. Not rtx2060-share and blackwell-share: SETTINGS would have to fit their three channels.
+MACHINES = ["paper", "paper-charged", "paper-lean", "ada-share", "rdna4-share"]
 SETTINGS = {"gpu.sms": [1, 2, 3], "rt.warp_buffer.entries": [1, 2, 16], "rt.warp_buffer.stack_entries": [4, 16, 64],
             "rt.scheduler.policy": ["round_robin", "greedy_then_oldest"], "rt.prefetch.enabled": ["true", "false"],
             "rt.box.count": [1, 8], "rt.checkpoint.lanes": [1, 32], "l1.bytes": [65536, 262144], "l1.latency": [5, 60],

@@ -56,6 +56,31 @@ class Silicon(unittest.TestCase):
         self.assertEqual(rows[0], "| room | 0.50 | 1.00 | 2.00 | 0.80 | 1.25 | 0.80, 1.25 |")
         self.assertTrue(rows[1].endswith("| **0.80** (0.80 to 0.80), **1.25** (1.25 to 1.25) |"), rows[1])
 
+    def test_milliseconds_are_of_the_cards_frame_and_ratios_of_the_same_crops(self):
+        self.database.executescript("""ALTER TABLE point ADD COLUMN config TEXT; ALTER TABLE point ADD COLUMN trace_key TEXT;
+            CREATE TABLE trace(key TEXT, options TEXT);
+            INSERT INTO trace VALUES ('t', '{"tracer": {"k": "18", "kernel_degree": 4}}');""")
+        for scene, accel, cycles in (("room", "tri20", 8e6), ("room", "tlas-box", 16e6), ("hall", "tri20", 2e6), ("hall", "tlas-box", 4e6)):
+            self.point(scene, cycles, accel=accel, kernel_degree=4)
+            number = self.database.execute("SELECT max(id) FROM point").fetchone()[0]
+            self.database.executemany("INSERT INTO value VALUES (?, ?, ?)",
+                                      [(number, "gpu.rt.occupancy", 4), (number, "gpu.distributor.groups", 100)])
+        self.database.execute("""UPDATE point SET trace_key = 't', config = '{"gpu.sms": 2, "rt.warp_buffer.entries": 8}'""")
+        points, frames = (os.path.join(os.path.dirname(self.path), name) for name in ("points.csv", "frames.csv"))
+        with open(points, "w", encoding="utf-8") as file:
+            file.write("card,source,scene,design,over,quantity,tracer.kernel_degree,tracer.k,value,pixels,sms,mhz,why\n")
+            for scene, design, value in (("a", "tri20", 8), ("b", "tri20", 8), ("a", "tlas-box", 20), ("b", "tlas-box", 20)):
+                file.write(f"card,chart,{scene},{design},,frame.ms,4,18,{value},32000,10,1000,\n")
+            file.write("card,chart,a,3dgs,,frame.ms,4,18,1,32000,10,1000,a rasteriser\n")
+        with open(frames, "w", encoding="utf-8") as file:
+            file.write("scene,tracer.kernel_degree,accel,crop,frame\nroom,4,tri20,10,20\nhall,4,tri20,10,20\n")
+        rows = self.rows("ms", self.path, "--points", points, "--frames", frames, "--card", "card", "--fitted", "hall")
+        # 8e6 cycles half full, ten crops of 3,200 rays, two of ten SMs: 8 ms, twice that as a frame.
+        self.assertEqual(rows[0], "| chart | 4 | A, ms | 8 (8 to 8) | fitted, 1 | 4 | 0.50 |  |  |")
+        self.assertIn("| chart | 4 | A, ms | 8 (8 to 8) | others, 1 | 16 | 2.00 |  |  |", rows)
+        self.assertIn("| chart | 4 | A, ms | 8 (8 to 8) | all, 2 | 8 (4 to 16) | 1.00 | +0.0 | yes |", rows)
+        self.assertTrue(any(row.startswith("| chart | 4 | D / A | 2.5 (2.5 to 2.5) | all, 2 | 2 (2 to 2) | 0.80 |") for row in rows), rows)
+
     def test_points_of_an_earlier_plan_are_among_the_structures(self):
         for cycles in (900, 100):  # the first is of another size, by the same name
             self.point("room", 2 * cycles, accel="tri20", kernel_degree=4)

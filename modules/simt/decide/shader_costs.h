@@ -18,6 +18,8 @@ struct ShaderCosts {
   unsigned any_hit_fixed = 12;        ///< load hit attributes, compare, update size and offset, report or ignore
   unsigned any_hit_per_shift = 3;     ///< compare, two moves
   unsigned any_hit_bound = 8;
+  unsigned call_fixed = 0;
+  unsigned call_per_lane = 0;
   unsigned intersection_fixed = 28;
   unsigned intersection_transform = 24;
   unsigned sort_per_entry = 6;  ///< compare, select, advance
@@ -33,6 +35,11 @@ struct ShaderCosts {
   unsigned epilogue = 10;
   unsigned node_fetch = 24;  ///< stack in shared memory: pop, address, intersect instruction, four pushes, loop
 
+  /// Of a shader that a warp leaves traversal for, with `lanes` lanes.
+  std::uint64_t call(int lanes) const {
+    return call_fixed + std::uint64_t{call_per_lane} * static_cast<unsigned>(lanes);
+  }
+
   void parameters(ParameterList& list) {
     const auto add = [&](const char* key, unsigned& cost, const char* description,
                          Origin origin = assumed("this project: operations of Listing 1 counted")) -> Parameter& {
@@ -47,6 +54,10 @@ struct ShaderCosts {
     add("any_hit_bound", any_hit_bound,
         "with opacity_bound: opacity of a hit that enters, or of an entry that is hidden",
         assumed("this project: 1 - alpha, its mantissa rounded up (3), logarithm, to an integer, sum, comparison"));
+    const Origin of_calls = assumed("nobody publishes it; machines of cards have a fit (docs/results/silicon.md)");
+    add("call_fixed", call_fixed, "a warp leaves traversal for a shader and re-enters it: message, reconvergence",
+        of_calls);
+    add("call_per_lane", call_per_lane, "the same, per lane that the shader is called for: its live values", of_calls);
     add("intersection_fixed", intersection_fixed,
         "intersection shader: ray in the Gaussian's space to its entry into the unit sphere, reported",
         assumed("this project: 12 products and sums for a, b and the peak, 4 for d2, a root, a quotient, 10 of call, "

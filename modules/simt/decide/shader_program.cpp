@@ -161,7 +161,7 @@ void ShaderProgram::any_hit(const AnyHitBatch& batch, ShaderPhase& phase) {
   if (single_ || list_) return any_hit_single(batch, phase);
 
   const Insertions hits = insert_hits(warp, batch);
-  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * hits.most_shifts);
+  phase.reset(PhaseKind::any_hit, any_hit_instructions(batch.lanes, hits.most_shifts));
   if (delayed_ && !boxes_) read_list(batch, phase);
   if (bounded_) {
     phase.instructions += hits.most_shifts;  // the third word
@@ -240,7 +240,7 @@ ShaderProgram::Insertions ShaderProgram::insert_hits(Warp& warp, const AnyHitBat
 void ShaderProgram::intersection(const AnyHitBatch& batch, ShaderPhase& phase) {
   ++counters_.intersection_batches;
   counters_.intersection_calls += static_cast<std::uint64_t>(std::popcount(batch.lanes));
-  phase.reset(PhaseKind::intersection, costs_.intersection_fixed);
+  phase.reset(PhaseKind::intersection, costs_.call(std::popcount(batch.lanes)) + costs_.intersection_fixed);
   if (delayed_) read_list(batch, phase);
   if (two_level_) return;
   phase.instructions += costs_.intersection_transform;
@@ -289,7 +289,7 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     if (!closest_ && before == 0 && warp.fill[lane] != round.k_count) ++counters_.k_buffer_mismatches;
     if (sort_passes(filled(warp, lane)) % 2 != 0) first[lane] = k_;
   });
-  phase.reset(PhaseKind::blend, costs_.blend_fixed);
+  phase.reset(PhaseKind::blend, costs_.blend_fixed + (closest_ ? costs_.call(std::popcount(warp.active)) : 0));
   phase.delay = heap_.enabled ? heap_.drain(most_entries) : 0;
   const bool has_alpha = heap_.alpha || bounded_;  // entries bring it
 

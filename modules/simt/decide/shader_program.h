@@ -130,6 +130,11 @@ class ShaderProgram {
   std::uint32_t filled(const Warp& warp, unsigned lane) const {
     return static_cast<std::uint32_t>(std::clamp(warp.fill[lane], 0, static_cast<std::int32_t>(k_)));
   }
+  /// An intersection shader calls the any-hit shader itself, and has left traversal already.
+  std::uint64_t any_hit_instructions(LaneMask lanes, std::uint32_t moves) const {
+    return (boxes_ ? 0 : costs_.call(std::popcount(lanes))) + costs_.any_hit_fixed +
+           std::uint64_t{costs_.any_hit_per_shift} * moves;
+  }
   /// Instructions that a hit's alpha takes.
   std::uint64_t alpha_instructions() const {
     return costs_.blend_per_entry - std::min(costs_.blend_per_entry, costs_.blend_with_alpha);

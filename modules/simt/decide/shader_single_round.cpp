@@ -46,7 +46,7 @@ void ShaderProgram::any_hit_single(const AnyHitBatch& batch, ShaderPhase& phase)
     }
     most_moves = std::max(most_moves, moves);
   });
-  phase.reset(PhaseKind::any_hit, costs_.any_hit_fixed + std::uint64_t{costs_.any_hit_per_shift} * most_moves);
+  phase.reset(PhaseKind::any_hit, any_hit_instructions(batch.lanes, most_moves));
 
   const auto read_at = [&](unsigned lane, std::uint32_t i) {
     if ((filling & bit(lane)) != 0 || i == 0) return i;

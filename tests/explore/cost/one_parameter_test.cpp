@@ -138,6 +138,8 @@ const std::vector<Mutation>& mutations() {
       {"simt.cost.any_hit_fixed", "24", kTiming, kShader},
       {"simt.cost.any_hit_per_shift", "6", kTiming, kShader},
       {"simt.cost.any_hit_bound", "40", kTiming, kShader, {}, "bounded"},
+      {"simt.cost.call_fixed", "50", kTiming, kShader},
+      {"simt.cost.call_per_lane", "5", kTiming, kShader},
       {"simt.cost.intersection_fixed", "56", kTiming, kShader, {}, "box"},
       {"simt.cost.intersection_transform", "48", kTiming, kShader, {}, "box"},
       {"simt.cost.sort_per_entry", "12", kTiming, kShader, {}, "single"},

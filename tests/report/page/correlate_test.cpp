@@ -103,6 +103,55 @@ TEST_F(Correlate, WhatStandsOutIsNamed) {
   EXPECT_EQ(page.find("m<1>"), std::string::npos);
 }
 
+TEST_F(Correlate, ACropStandsForTheFrameOfTheCardWithoutTheTailThatAFrameHasNot) {
+  const std::string path = file("crop.sqlite");
+  std::filesystem::remove(path);
+  const auto point = [](int id, const char* design, double cycles, double occupancy) {
+    return json{{"id", id},
+                {"scene", "room"},
+                {"design", design},
+                {"config", {{"gpu.sms", 2}, {"rt.warp_buffer.entries", 8}}},
+                {"values", {{"gpu.cycles", cycles}, {"gpu.rt.occupancy", occupancy}}}};
+  };
+  testing_sweep::make_points(path, {point(1, "baseline", 1e6, 4.0), point(2, "sw", 1e6, 2.0)});
+  testing_sweep::execute(
+      path, R"(INSERT INTO trace VALUES('t', 'room', '{"width": 48, "height": 48}', '', 0, 'done', '', 0))");
+  const Correlation c = correlate(read_measured(csv("scene,design,over,quantity,pixels,sms,mhz,value\n"
+                                                    "room,baseline,,frame.ms,23040,4,1000,2\n"
+                                                    "room,sw,baseline,frame.ms,,,,1\n")),
+                                  read_sweep_results(path), path);
+  ASSERT_EQ(c.comparisons.size(), 2u);
+  EXPECT_DOUBLE_EQ(c.comparisons[0].simulated, 0.5 * 1e6 * 10 * 2 / 4 / 1e6);  // half full, ten crops, half of the SMs
+  EXPECT_DOUBLE_EQ(c.comparisons[1].simulated, 2.0);
+  EXPECT_THAT(fault_of("design,quantity,value\nsw,frame.ms,1\n"),
+              HasSubstr("line 2: frame.ms needs pixels, sms and mhz"));
+}
+
+TEST_F(Correlate, FiguresOfOneCardAreComparedAndWhatKeepsOthersFromItIsSaid) {
+  const std::vector<Measured> all =
+      read_measured(csv("card,source,design,why,value\nA 1,chart,baseline,,100\n"
+                        "A 1,chart,3dgs,a rasteriser,1\nB 2,,sw,,7\n"));
+  const auto card_fault = [&](const char* card) { return grtx::test::error_of([&] { of_card(all, card, "m.csv"); }); };
+  EXPECT_THAT(card_fault(""), HasSubstr("line 4: is of another card"));
+  EXPECT_THAT(card_fault("C"), HasSubstr("card C: is none of A 1, B 2"));
+  const std::vector<Measured> one = of_card(all, "A 1", "m.csv");
+  ASSERT_EQ(one.size(), 2u);
+  const Correlation c = correlate(one, database(), "sweep.sqlite");
+  EXPECT_EQ(c.comparisons.front().label, "chart: baseline");
+  EXPECT_EQ(c.unmatched, std::vector<std::string>{"chart: 3dgs (a rasteriser)"});
+}
+
+TEST_F(Correlate, AMeanHasTheStandardErrorOfItsScenesAndOneSceneNone) {
+  const Correlation c = correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\n"
+                                                    "bicycle,sw,baseline,2,1\nstump,sw,baseline,2,4\n")),
+                                  database(), "sweep.sqlite");
+  const Comparison& one = c.comparisons.front();  // measured 1 and 4, simulated 2 and 1.5
+  const double error = std::hypot(std::log(4.0), std::log(2.0 / 1.5)) / 2.0;
+  EXPECT_DOUBLE_EQ(one.standard_error, error);
+  EXPECT_DOUBLE_EQ(one.deviations(), std::log(std::sqrt(3.0) / 2.0) / error);
+  EXPECT_TRUE(std::isnan(Comparison{}.deviations()));
+}
+
 TEST(SpearmanRho, OfRanksByHand) {
   EXPECT_DOUBLE_EQ(spearman_rho({1, 2, 3, 4}, {10, 100, 1000, 10000}), 1.0);
   EXPECT_DOUBLE_EQ(spearman_rho({1, 2, 3}, {3, 2, 1}), -1.0);

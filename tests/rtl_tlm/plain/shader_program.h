@@ -103,7 +103,7 @@ class ShaderProgram {
 
   /// Boxes: each lane's ray against what lies in its box, whose matrix is read unless an instance has been entered.
   Phase intersection(const AnyHitBatch& batch, ShaderCounts& counts) {
-    Phase phase{PhaseKind::intersection, costs_.intersection_fixed, {}, {}, 0, 0, {}, 0};
+    Phase phase{PhaseKind::intersection, call_of(batch.calls.size()) + costs_.intersection_fixed, {}, {}, 0, 0, {}, 0};
     counts.intersections += batch.calls.size();
     if (delayed()) read_list(batch.calls, phase);
     if (header_.two_level) return phase;
@@ -124,7 +124,9 @@ class ShaderProgram {
   }
   Phase any_hit(const AnyHitBatch& batch, ShaderCounts& counts) {
     const bool sorted = header_.tracing == traces::Tracing::multi || header_.tracing == traces::Tracing::closest;
-    return sorted ? any_hit_multi(batch, counts) : any_hit_single(batch, counts);
+    Phase phase = sorted ? any_hit_multi(batch, counts) : any_hit_single(batch, counts);
+    if (!boxes()) phase.instructions += call_of(batch.calls.size());
+    return phase;
   }
 
   /// Merge passes of a single-round trace; batches that a list is blended in.
@@ -169,8 +171,10 @@ class ShaderProgram {
     const std::uint64_t end = list ? begin + costs_.list_batch : ~std::uint64_t{0};
     Phase phase{PhaseKind::blend, costs_.blend_fixed, {}, {}, 0, 0, {}, 0};
     std::uint64_t most = 0;
+    std::size_t active = 0;
     for_active(round, [&](unsigned l) {
       const traces::Round& r = this->round(l, round);
+      ++active;
       most = std::max<std::uint64_t>(most, r.processed_count);
       if (heap_.enabled) {
         phase.heap_cycles = std::max(phase.heap_cycles, taken_out(r.processed_count));
@@ -180,6 +184,7 @@ class ShaderProgram {
       const bool adds_up = lanes_[l].filled == static_cast<std::int64_t>(r.k_count);
       if (!adds_up && begin == 0 && header_.tracing != traces::Tracing::closest) ++counts.k_buffer_mismatches;
     });
+    if (header_.tracing == traces::Tracing::closest) phase.instructions += call_of(active);
     const std::uint64_t coefficients = (header_.sh_degree + 1) * (header_.sh_degree + 1);
     // In layout quantised they are in fp16: each of three channels is converted.
     const std::uint64_t unpack = header_.layout == traces::NodeLayout::quantised ? 3 : 0;
@@ -312,6 +317,9 @@ class ShaderProgram {
   /// Shaders take the hits, and add up their opacities.
   bool bounded() const { return header_.opacity_bound == traces::OpacityBound::on && !heap_.enabled; }
   bool delayed() const { return header_.any_hit == traces::AnyHit::delayed && !heap_.enabled; }
+  bool boxes() const { return header_.accel == traces::AccelKind::box || header_.accel == traces::AccelKind::tlas_box; }
+  /// Out of the traversal and back, for a shader of so many lanes.
+  std::uint64_t call_of(std::size_t lanes) const { return costs_.call_fixed + costs_.call_per_lane * lanes; }
   /// Each call's hit is the next of its lane's list in memory, which the RT unit has written.
   void read_list(const std::vector<AnyHitBatch::Call>& calls, Phase& phase) {
     for (const bool write : {true, false}) {
@@ -337,7 +345,7 @@ class ShaderProgram {
   template <typename F>
   Phase insertion(std::uint64_t shifts, const std::vector<Walk>& walks, ShaderCounts& counts, F&& step_ends) {
     Phase phase{PhaseKind::any_hit, costs_.any_hit_fixed + costs_.any_hit_per_shift * shifts, {}, {}, 0, 0, {}, 0};
-    if (delayed() && header_.accel != traces::AccelKind::box && header_.accel != traces::AccelKind::tlas_box) {
+    if (delayed() && !boxes()) {
       std::vector<AnyHitBatch::Call> calls;
       for (const Walk& w : walks) calls.push_back({w.lane, {}, 0, 0});
       read_list(calls, phase);
