@@ -111,7 +111,8 @@ void RequestStages::describe(StatisticList& list) const {
     if (reads.whole.count() == 0) continue;
     const std::string_view of = name_at<ReadKind>(kind);
     const std::string prefix = fmt::format("gpu.latency.{}", of);
-    list.add(prefix + ".reads", reads.whole.count(), "reads", fmt::format("reads of 32 B for {}", of));
+    list.add(prefix + ".reads", reads.whole.count(), "reads", fmt::format("reads of 32 B for {}", of),
+             StatisticKind::count);
     const auto add = [&](const std::string& name, const StageCycles& cycles, const std::string& where) {
       list.add(prefix + name, Quotient{cycles.sum(), cycles.count(), "", ""}, "cycles",
                fmt::format("mean time of a read for {} {}", of, where), StatisticKind::mean);
