@@ -64,9 +64,10 @@ bool IntersectionUnit::read(const Request& request, Reads& reads) const {
     reads.node = request.node;
   }
   if (input_.ray_banks == 0) return true;
-  const LaneMask bank = bit(lane_of(request.lane) % input_.ray_banks);
-  if ((reads.banks & bank) != 0) return false;
-  reads.banks |= bank;
+  LaneMask banks = 0;
+  for_each_bit(request.rays, [&](unsigned lane) { banks |= bit(lane % input_.ray_banks); });
+  if ((reads.banks & banks) != 0) return false;
+  reads.banks |= banks;
   return true;
 }
 
