@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bandwidth and latency of a DRAM model alone, against the peak that its data buses allow: the built-in one, or one of
-// the DRAM simulators that the build was linked with. Readers without computation stand in for the L2 slices.
+// Bandwidth and latency of a DRAM model alone, against the peak that its data buses allow, and the processor time of a
+// request: the built-in one, or one of the DRAM simulators that the build was linked with. Readers without computation
+// stand in for the L2 slices; `perfect` has no banks, and shows what they and the kernel take.
 //
 //   bench/dram_bandwidth                                        the built-in DRAM
 //   bench/dram_bandwidth --config configs/dram/gddr6.toml       the same as a GDDR6 part
@@ -16,6 +17,7 @@
 #include <systemc>
 #include <vector>
 
+#include "bench/processor_time.h"
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/dram.h"
 #include "grtx/modules/kernel/clocked_module.h"
@@ -68,6 +70,7 @@ class Readers final : public modules::ClockedModule {
 
   void begin(const Pass& pass) {
     pass_ = pass;
+    began_ = bench::cpu_seconds();
     first_ = clock_.edge_at_or_after_now() + 1;
     last_ = first_;
     latency_ = longest_ = bytes_ = 0;
@@ -120,9 +123,9 @@ class Readers final : public modules::ClockedModule {
     const double to_ns = static_cast<double>(clock_.period_fs()) * 1e-6;
     const double bandwidth = static_cast<double>(bytes_) / ns;
     const double requests = static_cast<double>(bytes_ / options_.bytes);
-    fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9.2f} {:>8.1f} {:>10.1f} {:>10.1f}\n", options_.model, pass_.name,
+    fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9.2f} {:>8.1f} {:>10.1f} {:>10.1f} {:>10.0f}\n", options_.model, pass_.name,
                options_.bytes, pass_.in_flight, bandwidth, peak > 0 ? 100.0 * bandwidth / peak : 0.0,
-               static_cast<double>(latency_) / requests * to_ns, static_cast<double>(longest_) * to_ns);
+               static_cast<double>(latency_) / requests * to_ns, static_cast<double>(longest_) * to_ns, 1e9 * (bench::cpu_seconds() - began_) / requests);
   }
 
  private:
@@ -170,6 +173,7 @@ class Readers final : public modules::ClockedModule {
   Cycle latency_ = 0;
   Cycle longest_ = 0;
   std::uint64_t bytes_ = 0;
+  double began_ = 0.0;  ///< processor time
 };
 
 /// The model that is measured, bound to the readers.
@@ -178,10 +182,11 @@ class Memory {
   Memory(const Options& options, Readers& readers) {
     modules::AddressInterleave interleave;
     interleave.slices = options.slices;
-    if (options.model == "built_in") {
+    if (options.model == "built_in" || options.model == "perfect") {
       const sim::GpuConfig machine = sim::load_config(options.config, {});
       modules::DramConfig config = machine.dram;
       config.interleave = interleave;
+      config.perfect = options.model == "perfect";
       clock_ = std::make_unique<modules::ClockDomain>("memory_clock", machine.memory_mhz);
       const double period_ns = static_cast<double>(clock_->period_fs()) * 1e-6;
       config.fixed_latency = static_cast<Cycle>(options.fixed_latency_ns / period_ns);
@@ -223,8 +228,8 @@ void measure(const Options& options) {
                          {"streaming", Pattern::streaming, options.in_flight, options.requests},
                          {"random", Pattern::random, options.in_flight, options.requests}};
   fmt::print("peak {:.2f} GB/s, {} slices, requests at {:.0f} MHz\n", peak, options.slices, options.request_mhz);
-  fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9} {:>8} {:>10} {:>10}\n", "model", "pattern", "bytes", "in flight", "GB/s",
-             "% peak", "mean ns", "longest ns");
+  fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9} {:>8} {:>10} {:>10} {:>10}\n", "model", "pattern", "bytes", "in flight", "GB/s",
+             "% peak", "mean ns", "longest ns", "CPU ns");
   const sc_core::sc_time step = sc_core::sc_time(10, sc_core::SC_US);
   for (const Pass& pass : passes) {
     readers.begin(pass);
@@ -245,7 +250,7 @@ int sc_main(int argc, char** argv) {
   Options options;
   CLI::App app("Bandwidth and latency of a DRAM model against its peak");
   std::vector<std::string> models = grtx::sim::dram_simulators();
-  models.insert(models.begin(), "built_in");
+  models.insert(models.begin(), {"built_in", "perfect"});
   app.add_option("--model", options.model, "DRAM model")->check(CLI::IsMember(models));
   app.add_option("--config", options.config, "configuration file of the DRAM simulator, or of the built-in DRAM");
   app.add_flag("--shared", options.shared, "one memory for all slices in place of one each");

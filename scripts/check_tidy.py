@@ -3,9 +3,10 @@
 """Runs clang-tidy (.clang-tidy) over a part of the sources.
 
 Usage: check_tidy.py [--base REVISION] [FILE...]
-Without arguments, as the tests call it: the folders named in ALWAYS, about 3 s of a processor a source. With --base main:
-what differs from where the branch left main, uncommitted changes too; a header counts as the source of the same name, or
-as one that includes it. FILE: those instead; one that the build does not know is compiled by itself.
+Without arguments, as the tests call it: the folders named in ALWAYS, whose sources are joined as the build joins them: what
+they include is read once. With --base main: what differs from where the branch left main, uncommitted changes too; a header
+counts as the source of the same name, or as one that includes it. FILE: those instead; one that the build does not know is
+compiled by itself.
 Exit code 1 and what clang-tidy says; 77, with a notice, when clang-tidy 14 (Debian 12) is not there.
 """
 import argparse
@@ -63,14 +64,14 @@ def changed_files(base):
     return git("diff", "--name-only", start[0], "--") + git("ls-files", "-o", "--exclude-standard")
 
 
-def compile_database():
-    """How each source is compiled by itself, without what clang does not know of GCC."""
-    made = subprocess.run(["cmake", "-S", TOP, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                           "-DCMAKE_UNITY_BUILD=OFF", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON", "-DGRTX_BUILD_TESTS=OFF",
-                           "-DGRTX_REPORT_CHARTS=OFF"], capture_output=True, text=True, check=False)
+def compile_database(build, *options):
+    """The files that are compiled, and how, without what clang does not know of GCC."""
+    made = subprocess.run(["cmake", "-S", TOP, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                           "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON", "-DGRTX_BUILD_TESTS=OFF", "-DGRTX_REPORT_CHARTS=OFF", *options],
+                          capture_output=True, text=True, check=False)
     if made.returncode != 0:
         sys.exit(made.stdout + made.stderr)
-    path = os.path.join(BUILD, "compile_commands.json")
+    path = os.path.join(build, "compile_commands.json")
     with open(path, encoding="utf-8") as file:
         commands = json.load(file)
     for command in commands:
@@ -90,17 +91,22 @@ def main():
     if tool is None:
         print(f"check_tidy: skipped, clang-tidy {MAJOR} is needed")
         return 77
-    known = compile_database()
+    joined = not options.files and not options.base
+    build = os.path.join(BUILD, "joined" if joined else "single")
+    known = compile_database(build, *(["-DCMAKE_UNITY_BUILD=ON", "-DGRTX_BUILD_FRONTEND=OFF", "-DGRTX_BUILD_MODULES=OFF"]
+                                      if joined else ["-DCMAKE_UNITY_BUILD=OFF"]))
     if options.files:
         sources = [os.path.relpath(os.path.abspath(f), TOP) for f in options.files]
     elif options.base:
         sources = [s for s in dict.fromkeys(map(source_of, changed_files(options.base))) if s in known]
     else:
-        sources = sorted(s for s in known if s.startswith(ALWAYS))
+        sources = sorted(known)
 
     def run(source):
-        how = ["-p", BUILD] if source in known else [f"--config-file={TOP}/.clang-tidy"]
+        how = ["-p", build] if source in known else [f"--config-file={TOP}/.clang-tidy"]
         after = [] if source in known else ["--", "-std=c++20", "-I", os.path.join(TOP, "include")]
+        if joined:  # a source is then what another includes
+            how += ["--checks=-bugprone-suspicious-include", rf"--header-filter=^{re.escape(TOP)}/({'|'.join(ALWAYS)}).*\.(h|cpp)$"]
         return source, subprocess.run([tool, "--quiet", *how, os.path.join(TOP, source), *after], capture_output=True,
                                       text=True, check=False)
 
@@ -110,7 +116,7 @@ def main():
             if result.returncode != 0:
                 failed.append(source)
                 print(result.stdout + re.sub(r"^\d+ warnings.*\n|^Suppressed.*\n", "", result.stderr, flags=re.M), end="")
-    print(f"check_tidy: {len(sources)} sources, {len(failed)} with findings")
+    print(f"check_tidy: {len(sources)} {'joined ' if joined else ''}sources, {len(failed)} with findings")
     return 1 if failed else 0
 
 
