@@ -9,7 +9,8 @@
 * What units decide without time (decide/) reaches no header of SystemC.
 * What is inside a folder alone (traces/codec) is included by that folder alone.
 * The README of modules, rtl_tlm and frontend says of each folder which of its neighbours it includes: exactly those.
-* NAME_config.h declares NameConfig, and no counters but NameCounters and such as are a part of them; NAME_if.h declares name_if, name_in_if or the base class NameModule.
+* NAME_config.h declares NameConfig; NAME_if.h declares name_if, name_in_if or the base class NameModule. A unit's counters
+  stand in its NAME_config.h, or in NAME_counters.h if it has no keys, and share its name.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
 
 Usage: check_arrows.py [--graph] [FOLDER]   (default: the folder above this script; --graph prints who includes whom)
@@ -146,6 +147,20 @@ def readme_faults(top, arrows):
             yield f"{start}/README.md: {folder}/ has no row"
 
 
+def counters_faults(top):
+    """Counters with a table of their own that stand where nobody looks for them."""
+    for file in sources(top):
+        if not re.match(r"modules/.*\.h$", file):
+            continue
+        with open(os.path.join(top, file), encoding="utf-8") as stream:
+            names = re.findall(r"^  static const CounterTable<(\w+)Counters>& table\(\);", stream.read(), re.M)
+        header = re.search(r"([a-z0-9_]+)_(?:config|counters)\.h$", file)
+        unit = "".join(word.capitalize() for word in header.group(1).split("_")) if header else ""
+        for name in names:
+            if not (unit and (name in unit or unit in name)):
+                yield f"{file}: declares {name}Counters, which belong into NAME_config.h or NAME_counters.h of their unit"
+
+
 def shortest_way(arrows, start, end):
     """Folders from start to end along the arrows; None where there is no way."""
     ways = [[start]]
@@ -192,6 +207,7 @@ def main(arguments):
     faults += circle_faults({arrow: places for arrow, places in arrows.items() if arrow not in ALLOWED})
     faults += systemc_faults(top)
     faults += name_faults(top)
+    faults += counters_faults(top)
     faults += readme_faults(top, arrows)
     for fault in faults:
         print(fault)

@@ -65,6 +65,15 @@ class CheckArrows(unittest.TestCase):
             named = text.replace("AnyHitCollector", "AnyHit").replace("port_if", "rt_port_if")
             self.assertEqual(self.faults({file: named}), [])
 
+    def test_counters_that_stand_with_another_unit(self):
+        counters = "struct StackCounters {\n  static const CounterTable<StackCounters>& table();\n};\n"
+        for folder in ("rt_unit/stack/stack_unit.h", "rt_unit/part/warp_counters.h"):
+            file = f"modules/{folder}"
+            self.assertEqual(self.faults({file: counters}),
+                             [f"{file}: declares StackCounters, which belong into NAME_config.h or NAME_counters.h of their unit"])
+        for name in ("stack_counters.h", "stack_unit_counters.h"):
+            self.assertEqual(self.faults({f"modules/rt_unit/stack/decide/{name}": counters}), [])
+
     def test_a_readme_that_does_not_say_what_its_folders_include(self):
         head = "| folder | holds | includes, beside `base` |\n|---|---|---|\n"
         page = head + "| [cache/](cache/) | caches | {} |\n| [kernel/](kernel/) | links | |\n"
