@@ -5,16 +5,18 @@
     python3 bench/windows.py --scenes SCENES --work FOLDER [--only cycle|windows|report] [--plan] [--retry] [--csv F.csv]
 
 FRAMES are drawn by DATE, none by hand: generated scenes of six presets, small ones since cycle mode runs them whole, and public ones (scripts/scenes.sh), each with
-machines of 8 to 512 warp slots and designs from shuffled decks. Results lie in FOLDER/cycle.sqlite and FOLDER/windows.sqlite;
-what is there is not run again, so a run that was killed goes on, and another rule of windows mode needs windows.sqlite alone
-(remove the file). Traces lie in FOLDER/traces and serve all machines. Cases are the cycles of each (frame, machine, design)
-and the speed-up over the first design of the same frame and machine. A case is of half `tune` or `show` by a hash of its frame and
-machine: whoever changes the rule looks at the first half only.
+machines of 8 to 512 warp slots and designs from shuffled decks. They run in strata: by turns one frame and machine of each dear design
+and each kind of public scene and of whole frames, first on machines of up to 64 slots; last what takes minutes, dear designs of public
+scenes. Windows go first; what they refuse costs no run in cycle mode. Results lie in FOLDER/cycle.sqlite and FOLDER/windows.sqlite; what is there is not run again, so a run that was
+killed goes on, and another rule of windows mode needs windows.sqlite alone (remove the file). Traces lie in FOLDER/traces and serve all
+machines. Cases are the cycles of each (frame, machine, design) and the speed-up over the first design of the same frame and machine. A
+case is of half `tune` or `show` by a hash of its frame and machine: whoever changes the rule looks at the first half only.
 """
 import argparse
 import csv
 import ctypes
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -35,6 +37,7 @@ DESIGNS = {"baseline": ["--accel", "tri20", "--checkpoint", "off", *K], "sw": ["
            "gautracer": ["--accel", "ellipsoid", "--checkpoint", "off", *K, "--sort-key", "peak", "--tmax-update", "kth"],
            "walk": ["--accel", "ellipsoid", "--checkpoint", "off", "--k", "64", "--tmax-update", "kth", "--ahead", "16", "--layout", "quantised",
                     "--bvh-width", "6"]}
+CHEAP = ("gautracer", "walk")
 MACHINES = {  # name: machine, slots, settings
     "1 x 8": ("paper-charged", 8, {"gpu.sms": 1, "gpu.resident_warps": 8, "l2.bytes": 524288, "l2.slices": 1}),
     "2 x 16": ("paper-charged", 32, {"gpu.sms": 2, "gpu.resident_warps": 16, "l2.bytes": 1048576, "l2.slices": 1}),
@@ -46,16 +49,23 @@ PUBLIC = {"wang_sha": "room", "lacadiere": "room", "headquarter_garden": "room",
           "la_fontaine": "object", "la_vestale": "object", "le_poeme": "object", "pizza_161k_sh3": "object", "statue_st-peter_sh0": "object",
           "playbot_L4": "object", "playbot_L6": "object"}
 PRESETS = {"hall": "room", "building": "building", "object": "object", "room": "room", "flat": "room", "garden": "building"}
-EDGES = {"small": (208, 416), "public": (208, 416), "large": (288, 576), "whole": (408, 816)}  # of 5,408, 10,368 and 20,808 warps of 8 rays or 32
+# Of 5,408, 10,368, 20,808 and 36,450 warps of 8 rays or 32; 1332 x 876 pixels are 36,573 warps of 32.
+EDGES = {"small": (208, 416), "public": (208, 416), "large": (288, 576), "whole": (408, 816), "full HD": (540, 1080)}
+LEAST, FEWEST = 0.9, 10  # a statistic of which fewer intervals hold is named
+FEW_SLOTS = [name for name, (_, slots, _) in MACHINES.items() if slots <= 64]
+
+
+def deck_of(lot, names):
+    while True:
+        yield from lot.sample(names, len(names))
 
 
 def draw():
-    """The frames, in the order in which they run; any beginning of the list is a mixture. The first half has warps of 8 rays, which cost a third."""
+    """The frames, in the order of drawing. The first half has warps of 8 rays, which cost a third."""
     lot = random.Random(DATE)
 
     def deck(names):
-        while True:
-            yield from lot.sample(names, len(names))
+        return deck_of(lot, names)
 
     def hand(cards, count):
         found = []
@@ -71,7 +81,7 @@ def draw():
     frames = []
     for number in range(60):
         kind = ("small", "large", "small", "small", "public")[number % 5]
-        frame = {"view": lot.randrange(4), "rays": 8 if number < 30 else 32, "seed": lot.randrange(1 << 30), "designs": ["gautracer", "walk"]}
+        frame = {"view": lot.randrange(4), "rays": 8 if number < 30 else 32, "seed": lot.randrange(1 << 30), "designs": [*CHEAP]}
         frame["edge"] = EDGES[kind][frame["rays"] == 32]
         if kind == "public":  # without the large trees of triangles
             frame["scene"] = next(public)
@@ -87,11 +97,20 @@ def draw():
         frame["machines"] = [(name, 0.5) for name in hand(few, 2)] if kind != "large" else [(next(few), 0.25), (next(many), 0.5)]
         # Machines of few slots, where windows suit frames of this size, have all frames.
         have = {name for name, _ in frame["machines"]}
-        frame["machines"] += [(name, 0.25 if kind == "large" else 0.5) for name in MACHINES if MACHINES[name][1] <= 64 and name not in have]
+        frame["machines"] += [(name, 0.25 if kind == "large" else 0.5) for name in FEW_SLOTS if name not in have]
         frames.append(frame)
-    # The first large frames again as whole ones: machines of a card's slots, and what the mode is for, a small share.
-    for frame in frames[1:12:5]:
+    # What the mode is for, a small share: some frames again as whole ones. Twenty windows are 7 % of the first two.
+    for frame in frames[3:12:5]:
+        frames.append({**frame, "edge": EDGES["full HD"][0], "machines": [("4 x 16", 0.07), ("2 x 16", 0.07)]})
+    for frame in frames[1:12:5]:  # and machines of a card's slots
         frames.append({**frame, "edge": EDGES["whole"][0], "machines": [("paper", 0.5), ("rdna4-share", 0.5), ("2 x 16", 0.125)]})
+    # Public rooms and buildings, all with warps of 8 rays, have a design with triangles or instances each, too.
+    dear = deck_of(random.Random(DATE + 1), ["grtx", "sw", "baseline", "hw"])
+    for frame in [frame for frame in frames if frame["scene"] in PUBLIC and frame["class"] != "object"]:
+        if frame["rays"] == 8:
+            frame["designs"] = [*frame["designs"], next(dear)]
+        else:
+            frames.append({**frame, "rays": 8, "edge": EDGES["public"][0], "designs": [*frame["designs"], next(dear)]})
     return frames
 
 
@@ -187,10 +206,30 @@ def name_of(frame):
     return f"{frame['scene']}-{frame['view']}-{frame['edge']}-{frame['rays']}"
 
 
+def stratum_of(frame):
+    if frame["edge"] >= EDGES["whole"][0] and frame["rays"] == 8:
+        return "whole"
+    if frame["scene"] in PUBLIC:
+        return "public object" if frame["class"] == "object" else "public"
+    return frame["designs"][-1]
+
+
 def points(frames):
-    """In the order in which they run: first what is cheap in all frames."""
-    found = [(frame, machine, share, design) for frame in frames for machine, share in frame["machines"] for design in frame["designs"]]
-    return sorted(found, key=lambda point: point[3] not in ("walk", "gautracer"))
+    """In the order in which they run: by turns one frame and machine of each stratum, warps of 8 rays first. Machines of more slots, which
+    refuse all but whole frames, come after them, dear designs of public scenes last."""
+    strata = defaultdict(list)
+    for rays, turn in itertools.product((8, 32), range(len(FEW_SLOTS))):
+        for number, frame in enumerate(frames):
+            fits = [machine for machine in frame["machines"] if machine[0] in FEW_SLOTS]
+            if frame["rays"] == rays and turn < len(fits):
+                strata[stratum_of(frame)].append((frame, *sorted(fits)[(number + turn) % len(fits)]))
+    for frame in frames:
+        for machine in frame["machines"]:
+            if machine[0] not in FEW_SLOTS:
+                strata["whole" if stratum_of(frame) == "whole" else "many slots"].append((frame, *machine))
+    many = strata.pop("many slots")
+    found = [(*cell, design) for cell in [*filter(None, itertools.chain(*itertools.zip_longest(*strata.values()))), *many] for design in cell[0]["designs"]]
+    return sorted(found, key=lambda point: point[0]["scene"] in PUBLIC and point[3] not in CHEAP)
 
 
 def student_quantile(p, degrees):
@@ -218,8 +257,8 @@ def reach(influences, drift):
 def case_of(what, name, frame, machine, truth, log_estimate, influences, drift, speed):
     off, half = log_estimate - math.log(truth), reach(influences, drift)
     shown = hashlib.sha256(f"{name_of(frame)} {machine}".encode()).digest()[0] % 2
-    return {"what": what, "frame": name_of(frame), "class": frame["class"], "machine": machine, "slots": MACHINES[machine][1], "design": name,
-            "half": ("tune", "show")[shown], "error": 100 * math.expm1(off), "width": 100 * math.expm1(half), "held": abs(off) <= half, "speed": speed}
+    return {"what": what, "frame": name_of(frame), "class": frame["class"], "public": "yes" if frame["scene"] in PUBLIC else "no",
+            "warps": -(-frame["edge"] ** 2 // frame["rays"]), "machine": machine, "slots": MACHINES[machine][1], "design": name, "half": ("tune", "show")[shown], "error": 100 * math.expm1(off), "width": 100 * math.expm1(half), "held": abs(off) <= half, "speed": speed}
 
 
 def cases_of(frames, exact, estimated):
@@ -230,11 +269,13 @@ def cases_of(frames, exact, estimated):
             known = {}
             for design in frame["designs"]:
                 key = (name_of(frame), machine, design)
-                if key not in exact or key not in estimated or exact[key][0] != "done":
+                if key not in estimated:
                     continue
                 status, cpu, document = estimated[key]
                 if status != "done":
                     refused[key] = document["why"]
+                    continue
+                if key not in exact or exact[key][0] != "done":
                     continue
                 estimate, truth = document["windows"], exact[key][2]["stats"]
                 influences = [influence for _, _, influence in estimate["evidence"]]
@@ -250,6 +291,19 @@ def cases_of(frames, exact, estimated):
     return cases, refused, statistics
 
 
+def is_public_place(case):
+    return case["public"] == "yes" and case["class"] != "object"
+
+
+def seldom(statistics):
+    """Names whose intervals hold less often than LEAST."""
+    by_name = defaultdict(list)
+    for name, held in statistics:
+        by_name[name].append(held)
+    return ", ".join(f"{name} {sum(held)} of {len(held)}" for name, held in sorted(by_name.items())
+                     if len(held) >= FEWEST and sum(held) < LEAST * len(held))
+
+
 def row(name, cases):
     if not cases:
         return f"| {name} | 0 | | | | | |"
@@ -263,10 +317,18 @@ def report(frames, study, path):
     exact, estimated = study.found("cycle"), study.found("windows")
     cases, refused, statistics = cases_of(frames, exact, estimated)
     print("| cases | number | held | | error: mean, worst | half-width, mean | times as fast, median |\n|---|---|---|---|---|---|---|")
-    for name, wanted in [("all", {}), ("half `tune`", {"half": "tune"}), ("half `show`", {"half": "show"}), ("cycles", {"what": "cycles"}),
-                         ("speed-ups", {"what": "speed-up"}), *[(text, {"class": text}) for text in ("room", "building", "object")],
-                         *[(f"{count} slots", {"slots": count}) for count in sorted({slots for _, slots, _ in MACHINES.values()})]]:
-        print(row(name, [case for case in cases if all(case[key] == value for key, value in wanted.items())]))
+
+    def rows(key, names, text="{}"):
+        return [(text.format(name), lambda case, name=name: case[key] == name) for name in names]
+
+    for name, is_in in [("all", lambda case: True), *rows("half", ("tune", "show"), "half `{}`"), *rows("what", ("cycles", "speed-up")),
+                        *rows("class", ("room", "building", "object")), ("public rooms and buildings", lambda case: is_public_place(case)),
+                        ("public objects", lambda case: case["public"] == "yes" and case["class"] == "object"),
+                        *rows("slots", sorted({slots for _, slots, _ in MACHINES.values()}), "{} slots"),
+                        *rows("design", DESIGNS), ("20,000 warps and more", lambda case: case["warps"] >= 20000)]:
+        print(row(name, [case for case in cases if is_in(case)]))
+    print(f"\n{len({case['frame'] for case in cases})} frames, public rooms and buildings: "
+          f"{', '.join(sorted({case['frame'] for case in cases if is_public_place(case)})) or 'none'}")
     hours = sum(cpu for found in (exact, estimated) for _, cpu, _ in found.values()) / 3600
     print(f"\n{len(refused)} runs refused; {hours:.2f} processor hours.")
     for key, why in refused.items():
@@ -274,17 +336,22 @@ def report(frames, study, path):
     for case in cases:
         if not case["held"]:
             print(f"missed: {case['frame']}, {case['machine']}, {case['design']}: {case['error']:+.1f} % at +- {case['width']:.1f} %")
-    by_name = defaultdict(list)
-    for name, held in statistics:
-        by_name[name].append(held)
     if statistics:
-        print(f"statistics: {100 * sum(held for _, held in statistics) / len(statistics):.0f} % of {len(statistics)} intervals held; least: " + ", ".join(
-            f"{name} {sum(held)} of {len(held)}" for name, held in sorted(by_name.items(), key=lambda item: sum(item[1]) / len(item[1]))[:40]))
+        print(f"statistics: {100 * sum(held for _, held in statistics) / len(statistics):.0f} % of {len(statistics)} intervals held; below {LEAST:.0%}, of "
+              f"{FEWEST} and more: {seldom(statistics) or 'none'}")
     if path:
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(cases[0]), lineterminator="\n")
             writer.writeheader()
             writer.writerows({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in case.items()} for case in cases)
+
+
+def run_all(study, todo, only=None):
+    for point in todo if only != "report" else []:
+        if only != "cycle":
+            study.run("windows", *point)
+        if only != "windows" and study.done("windows", point):
+            study.run("cycle", *point)
 
 
 def main():
@@ -293,20 +360,17 @@ def main():
     parser.add_argument("--work", default=os.path.join(TOP, "build", "windows"))
     parser.add_argument("--program", default=os.environ.get("GRTX", os.path.join(TOP, "build/release/grtx")))
     parser.add_argument("--only", choices=("cycle", "windows", "report"))
-    parser.add_argument("--plan", action="store_true", help="print the frames, and run nothing")
+    parser.add_argument("--plan", action="store_true", help="print frames and machines in the order in which they run, and run nothing")
     parser.add_argument("--retry", action="store_true", help="run what failed again")
     parser.add_argument("--csv", help="file for the cases")
     options = parser.parse_args()
     frames = draw()
     if options.plan:
-        for frame in frames:
-            print(f"{name_of(frame):32}{', '.join(frame['designs']):32}{frame['machines']}")
+        for (stratum, *cell), found in itertools.groupby(points(frames), lambda point: (stratum_of(point[0]), name_of(point[0]), *point[1:3])):
+            print(f"{stratum:14}{cell[0]:32}{cell[1]:16}{cell[2]:<6}{', '.join(design for *_, design in found)}")
         return 0
     study = Study(options)
-    for mode in ("cycle", "windows"):
-        for point in points(frames) if options.only in (None, mode) else []:
-            if mode == "cycle" or study.done("cycle", point):
-                study.run(mode, *point)
+    run_all(study, points(frames), options.only)
     report(frames, study, options.csv)
     return 0
 

@@ -22,6 +22,18 @@ class Plan(unittest.TestCase):
         self.assertEqual({frame["class"] for frame in frames}, {"room", "building", "object"})
         self.assertEqual(len({windows.name_of(frame) for frame in frames}), len(frames))
 
+    def test_a_beginning_has_all_designs_classes_few_slots_and_public_rooms(self):
+        points = windows.points(windows.draw())
+        self.assertEqual(len({(windows.name_of(frame), machine, design) for frame, machine, _, design in points}), len(points))
+        self.assertEqual(len(points), sum(len(frame["machines"]) * len(frame["designs"]) for frame in windows.draw()))
+        first = points[:150]
+        for design in windows.DESIGNS:
+            self.assertGreaterEqual(sum(point[3] == design for point in first), 7, design)
+        for name in windows.FEW_SLOTS:
+            self.assertGreaterEqual(sum(point[1] == name for point in first), 30, name)
+        self.assertGreaterEqual(len({frame["scene"] for frame, *_ in first if windows.stratum_of(frame) == "public"}), 4)
+        self.assertEqual({frame["class"] for frame, *_ in first}, {"room", "building", "object"})
+
 
 class Report(unittest.TestCase):
     def setUp(self):
@@ -61,10 +73,26 @@ class Report(unittest.TestCase):
         printed = self.printed()
         self.assertIn("| all | 3 | 1 | 33 % | 6.7 %, 10.0 % |", printed)
         self.assertIn("| cycles | 2 | 0 | 0 % | 10.0 %, 10.0 % | ", printed)
-        self.assertIn("| speed-ups | 1 | 1 | 100 % | 0.0 %, 0.0 % | 0.2 % |", printed)
+        self.assertIn("| speed-up | 1 | 1 | 100 % | 0.0 %, 0.0 % | 0.2 % |", printed)
         self.assertIn("| 8.0 |", printed)
         self.assertIn(f"refused: {windows.name_of(self.frame)}, {self.frame['machines'][0][0]}, {third}: too few", printed)
         self.assertIn("50 % of 2 intervals held", printed)
+
+    def test_what_windows_refuse_costs_no_run_in_cycle_mode(self):
+        with open(self.study.options.program, "w", encoding="utf-8") as file:  # makes traces of no bytes, and refuses them
+            file.write("#!/bin/sh\n"
+                       "[ $1 = sim ] && echo 'grtx: windows mode: a trace: all of it is simulated, in cycle mode: too few' >&2 && exec sleep 60\n"
+                       "eval made=\\${$(($# - 1))}\n"
+                       ": > \"$made\"\n")
+        point = (self.frame, *self.frame["machines"][0], self.frame["designs"][0])
+        windows.run_all(self.study, [point])
+        self.assertEqual([row[0] for row in self.study.found("windows").values()], ["refused"])
+        self.assertEqual(self.study.found("cycle"), {})
+        self.assertIn("too few", self.printed())
+
+    def test_a_statistic_that_holds_seldom_is_named(self):
+        statistics = [("gpu.a", i > 0) for i in range(10)] + [("gpu.b", i > 1) for i in range(10)] + [("gpu.c", False)] * 9
+        self.assertEqual(windows.seldom(statistics), "gpu.b 8 of 10")
 
     def test_a_drift_makes_an_interval_wider(self):
         self.assertAlmostEqual(windows.reach([0.0] * 31, 0.01), windows.student_quantile(0.975, 20) * 0.01)
