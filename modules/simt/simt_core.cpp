@@ -446,8 +446,8 @@ unsigned SimtCore::resident() const {
 }
 
 bool SimtCore::idle() const {
-  return resident() == 0 && lsu_.idle() && waiting_.empty() && trace_calls_.empty() &&
-         any_hits_done_.empty() && nodes_fetched_.empty() && ends_.empty();
+  return resident() == 0 && lsu_.idle() && waiting_.empty() && trace_calls_.empty() && any_hits_done_.empty() &&
+         nodes_fetched_.empty() && ends_.empty();
 }
 
 SimtCounters SimtCore::counters() const {

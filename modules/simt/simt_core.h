@@ -131,10 +131,10 @@ class SimtCore final : public SimtCoreModule {
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;
   std::vector<Slot> slots_;
-  ShaderPhase phase_;                    ///< scratch
-  ServiceOrder waiting_;                 ///< not started yet
-  Cycle next_ready_ = kNever;            ///< earliest Slot::ready
-  Cycle next_drained_ = kNever;          ///< earliest Slot::drained
+  ShaderPhase phase_;            ///< scratch
+  ServiceOrder waiting_;         ///< not started yet
+  Cycle next_ready_ = kNever;    ///< earliest Slot::ready
+  Cycle next_drained_ = kNever;  ///< earliest Slot::drained
   Cycle last_active_ = 0;
   // Warp slots (one bit each) with work in the current cycle.
   WarpMask starting_service_ = 0;

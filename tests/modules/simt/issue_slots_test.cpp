@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Issue slots: a scheduler issues one instruction per cycle, for the phases of its own warps in the order of their calls.
+// Issue slots: a scheduler issues one instruction per cycle, for the phases of its own warps in the order of their
+// calls.
 #include "grtx/modules/simt/decide/issue_slots.h"
 
 #include <gtest/gtest.h>
@@ -31,8 +32,8 @@ TEST(IssueSlots, WarpsOfOneSchedulerWaitForEachOtherAndThoseOfAnotherDoNot) {
 
 TEST(IssueSlots, ASchedulerThatIsFreeAgainMakesNobodyWait) {
   IssueSlots slots(1, kIssueLatency);
-  slots.reserve(0, 3, 0);                                       // free from cycle 4 on
-  EXPECT_EQ(slots.reserve(5, 1, 3), Cycle{4 + 1 + kIssueLatency});   // begins in cycle 4, as it would by itself
+  slots.reserve(0, 3, 0);                                           // free from cycle 4 on
+  EXPECT_EQ(slots.reserve(5, 1, 3), Cycle{4 + 1 + kIssueLatency});  // begins in cycle 4, as it would by itself
   EXPECT_EQ(slots.reserve(0, 1, 20), Cycle{21 + 1 + kIssueLatency});
   EXPECT_EQ(slots.wait_cycles(), 0u);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a warp waits: of the states of its lanes that which is first in a fixed order; and the stall that it makes a cycle.
+// Why a warp waits: of the states of its lanes that which is first in a fixed order; and the stall that it makes a
+// cycle.
 #include "grtx/modules/rt_unit/warp_buffer/decide/warp_wait.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,7 @@ namespace {
 
 /// The states of lanes, in the order in which they decide.
 constexpr std::array kStatesInOrder = {WarpWait::ready, WarpWait::memory, WarpWait::checkpoint,
-                                 WarpWait::stack, WarpWait::unit,   WarpWait::any_hit};
+                                       WarpWait::stack, WarpWait::unit,   WarpWait::any_hit};
 
 /// The wait of a warp whose lane i is in state i of kStatesInOrder, for the lanes in `lanes`.
 WarpWait wait_with(LaneMask lanes) {
@@ -35,8 +36,8 @@ TEST(WarpWaits, ALaneInAUnitHidesThatAllOthersWaitForTheShader) {
 }
 
 TEST(Stalls, AreNamedAsTheWaitOfTheOldestWarp) {
-  for (const WarpWait wait : {WarpWait::memory, WarpWait::checkpoint, WarpWait::stack, WarpWait::unit,
-                              WarpWait::any_hit, WarpWait::retire}) {
+  for (const WarpWait wait :
+       {WarpWait::memory, WarpWait::checkpoint, WarpWait::stack, WarpWait::unit, WarpWait::any_hit, WarpWait::retire}) {
     EXPECT_EQ(name_of(stall_of(wait)), name_of(wait));
   }
 }
