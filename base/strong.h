@@ -7,8 +7,10 @@
 
 namespace grtx {
 
-/// One bit per lane (or per warp buffer entry or warp slot).
+/// One bit per lane.
 using LaneMask = std::uint64_t;
+/// One bit per warp: per entry of a warp buffer, or per warp slot.
+using WarpMask = std::uint64_t;
 /// Clock cycles of a domain; the core domain unless stated otherwise.
 using Cycle = std::uint64_t;
 /// The cycle of what is not to happen.

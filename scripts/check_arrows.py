@@ -8,7 +8,9 @@
   traces, so the headers of traces count as one folder and its sources as another, above the codec.
 * What units decide without time (decide/) reaches no header of SystemC.
 * What is inside a folder alone (traces/codec) is included by that folder alone.
-* NAME_config.h declares NameConfig; NAME_if.h declares name_if, name_in_if or the base class NameModule.
+* The README of modules, rtl_tlm and frontend says of each folder which of its neighbours it includes: exactly those.
+* NAME_config.h declares NameConfig; NAME_if.h declares name_if, name_in_if or the base class NameModule. A unit's counters
+  stand in its NAME_config.h, or in NAME_counters.h if it has no keys, and share its name.
 * Every include of the project's own is written from the top ("grtx/modules/kernel/link.h") and leads to a file.
 
 Usage: check_arrows.py [--graph] [FOLDER]   (default: the folder above this script; --graph prints who includes whom)
@@ -119,6 +121,46 @@ def name_faults(top):
                     yield f"{file}: declares no {declared}, after which it would be named"
 
 
+def readme_faults(top, arrows):
+    """Rows of a README's column "includes" that are not what the folder includes. The column's head names what all may."""
+    for start in BELOW:
+        page = os.path.join(top, start, "README.md")
+        if not os.path.isfile(page):
+            continue
+        with open(page, encoding="utf-8") as stream:
+            head, *rows = re.findall(r"^\| (?:folder \|.*\| includes, beside|\[\w+/\]).*$", stream.read(), re.M) or [""]
+        if "includes, beside" not in head:
+            continue
+        for_all = set(re.findall(r"`(\w+)`", head.split("|")[-2]))
+        told = {re.match(r"\| \[(\w+)/\]", row).group(1): set(re.findall(r"`(\w+)`", row.split("|")[-2])) for row in rows}
+        found = {folder: set() for folder in told}
+        for above, below in arrows:
+            if above.startswith(start + "/"):
+                steps = below.split("/")
+                found.setdefault(above.split("/")[1], set()).add(steps[1] if steps[0] == start else steps[0])
+        for folder in sorted(told):
+            for name in sorted(found[folder] - for_all - told[folder] - {folder}):
+                yield f"{start}/README.md: {folder}/ includes {name}, which its row does not say"
+            for name in sorted(told[folder] - found[folder]):
+                yield f"{start}/README.md: {folder}/ includes no {name}, though its row says so"
+        for folder in sorted(set(found) - set(told)):
+            yield f"{start}/README.md: {folder}/ has no row"
+
+
+def counters_faults(top):
+    """Counters with a table of their own that stand where nobody looks for them."""
+    for file in sources(top):
+        if not re.match(r"modules/.*\.h$", file):
+            continue
+        with open(os.path.join(top, file), encoding="utf-8") as stream:
+            names = re.findall(r"^  static const CounterTable<(\w+)Counters>& table\(\);", stream.read(), re.M)
+        header = re.search(r"([a-z0-9_]+)_(?:config|counters)\.h$", file)
+        unit = "".join(word.capitalize() for word in header.group(1).split("_")) if header else ""
+        for name in names:
+            if not (unit and (name in unit or unit in name)):
+                yield f"{file}: declares {name}Counters, which belong into NAME_config.h or NAME_counters.h of their unit"
+
+
 def shortest_way(arrows, start, end):
     """Folders from start to end along the arrows; None where there is no way."""
     ways = [[start]]
@@ -165,6 +207,8 @@ def main(arguments):
     faults += circle_faults({arrow: places for arrow, places in arrows.items() if arrow not in ALLOWED})
     faults += systemc_faults(top)
     faults += name_faults(top)
+    faults += counters_faults(top)
+    faults += readme_faults(top, arrows)
     for fault in faults:
         print(fault)
     return 1 if faults else 0

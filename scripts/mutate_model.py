@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Changes constants and comparisons of modules/, one at a time, and counts which changes the tests notice.
+"""Changes constants and comparisons of modules/ (sources, and what headers of decide/ decide), one at a time, and counts which changes the tests notice.
 
     scripts/mutate_model.py [--count 200] [--seed 1] [--folder build/mutation] [--jobs 2] [--last units,dumps,machines,traces]
 
@@ -76,10 +76,15 @@ NOT_IN = re.compile(r"constexpr|static_assert|assert\(|template|operator|#|^\s*c
 Change = collections.namedtuple("Change", "file line column length text what")
 
 
+def is_changed(path, name):
+    """Whether what the file decides is changed: sources, and headers of decide/."""
+    return name.endswith(".cpp") or (name.endswith(".h") and "/decide" in path)
+
+
 def candidates(folder):
     for path, _, names in sorted(os.walk(folder + "/modules")):
         for name in sorted(names):
-            if not name.endswith(".cpp"):
+            if not is_changed(path, name):
                 continue
             file = os.path.relpath(f"{path}/{name}", folder)
             with open(f"{folder}/{file}", encoding="utf-8") as stream:
@@ -109,7 +114,7 @@ def apply(folder, changes):
     for path, _, names in os.walk(ROOT + "/modules"):
         for name in names:
             file = os.path.relpath(f"{path}/{name}", ROOT)
-            if not name.endswith(".cpp"):
+            if not is_changed(path, name):
                 continue
             with open(f"{ROOT}/{file}", encoding="utf-8") as stream:
                 lines = stream.read().split("\n")
@@ -142,8 +147,8 @@ def built(folder, changes, spare, jobs, targets):
         if code == 0:
             break
         wrong = {(os.path.relpath(os.path.join(folder, "build/release", m[1]), folder), int(m[2]) - 1)
-                 for m in re.finditer(r"^([^\s:]+\.cpp):(\d+):\d+: (?:error|  required)", output, re.M)}
-        wrong |= {(m[1], int(m[2]) - 1) for m in re.finditer(r"(modules/[\w/]+\.cpp):(\d+):", output)}
+                 for m in re.finditer(r"^([^\s:]+\.(?:cpp|h)):(\d+):\d+: (?:error|  required)", output, re.M)}
+        wrong |= {(m[1], int(m[2]) - 1) for m in re.finditer(r"(modules/[\w/]+\.(?:cpp|h)):(\d+):", output)}
         bad = [n for n, c in changes.items() if (c.file, c.line) in wrong]
         if not bad:
             sys.exit(output[-3000:])
@@ -164,7 +169,7 @@ def mutants_of(folder):
     operators = {kind: operator for operator, kind in KINDS.items()}
     for path, _, names in os.walk(folder + "/modules"):
         for name in names:
-            if not name.endswith(".cpp"):
+            if not is_changed(path, name):
                 continue
             with open(f"{path}/{name}", encoding="utf-8") as file:
                 lines = file.read().split("\n")

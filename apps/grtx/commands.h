@@ -10,12 +10,19 @@
 #include <vector>
 
 #include "grtx/apps/grtx/command_files.h"
+#include "grtx/base/error.h"
 
 namespace grtx::frontend {
 class SceneTracer;
 }
 
 namespace grtx::apps {
+
+/// The check that a command makes has failed: main prints the line and returns 1.
+class CheckFailed : public Error {
+ public:
+  explicit CheckFailed(const Error& why) : Error(why) {}
+};
 
 /// State shared by main and the commands.
 struct CommonOptions {

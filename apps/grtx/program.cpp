@@ -37,6 +37,7 @@ namespace {
 
 using grtx::apps::CommonOptions;
 
+constexpr int kCheckFailed = 1;
 constexpr int kBadInput = 2;
 constexpr int kInternalError = 3;
 
@@ -150,6 +151,9 @@ int program(int argc, char** argv, const char* machines) {
   try {
     sim::register_dram_simulators();
     return run_and_flush(argc, argv, arguments);
+  } catch (const apps::CheckFailed& error) {
+    print_error(error);
+    return kCheckFailed;
   } catch (const grtx::Error& error) {
     print_error(error);
     return kBadInput;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx trace-check: replays a trace file and checks that it obeys the rules of the format.
-#include <fmt/format.h>
-
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -35,8 +33,7 @@ int check_trace(const std::string& path, bool json, bool quiet) {
     }
     return 0;
   } catch (const Error& error) {
-    fmt::print(stderr, "grtx: {}\n", error.what());
-    return 1;
+    throw CheckFailed(error);
   }
 }
 

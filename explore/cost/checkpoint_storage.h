@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "grtx/modules/kernel/inventory.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::explore {
 
@@ -34,8 +35,8 @@ struct BufferSizes {
   std::uint64_t checkpoint_entries = 256;
   std::uint64_t eviction_entries = 283;
   unsigned checkpoint_copies = 2;  ///< source and destination
-  unsigned checkpoint_entry_bytes = 20;
-  unsigned eviction_entry_bytes = 8;
+  unsigned checkpoint_entry_bytes = traces::kCheckpointEntryBytes;
+  unsigned eviction_entry_bytes = traces::kEvictionEntryBytes;
 
   std::uint64_t bytes_per_ray() const {
     return checkpoint_copies * checkpoint_entries * checkpoint_entry_bytes + eviction_entries * eviction_entry_bytes;

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <optional>
 #include <ostream>
 #include <string_view>
 #include <utility>
@@ -17,7 +18,7 @@
 namespace grtx::modules {
 namespace {
 
-// Apart, so that accept_response() is short.
+// Kept out of accept_response(), which the compiler inlines if it is short.
 [[noreturn, gnu::cold, gnu::noinline]] void report_unasked(const char* unit, std::uint32_t slot) {
   unit_fault(unit, "the L1 has answered a request of warp slot " + std::to_string(slot) + ", which made none");
 }
@@ -44,7 +45,7 @@ SimtCore::SimtCore(const sc_core::sc_module_name& name, ClockDomain& domain, con
       any_hits_done_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       nodes_fetched_(static_cast<std::size_t>(config.resident_warps) * kMaxLanes),
       ends_(config.resident_warps) {
-  batches_.reserve(config.resident_warps);
+  waiting_.reserve(config.resident_warps);
 }
 
 void SimtCore::restart(Caches) {
@@ -53,8 +54,7 @@ void SimtCore::restart(Caches) {
   lsu_ = LoadStoreUnit(config_.resident_warps, config_.l1_client);
   std::fill(slots_.begin(), slots_.end(), Slot());
   starting_service_ = starting_ray_generation_ = loaded_ = 0;
-  batches_.clear();
-  fetches_.clear();
+  waiting_.clear();
   trace_calls_.clear();
   any_hits_done_.clear();
   nodes_fetched_.clear();
@@ -114,8 +114,8 @@ Cycle SimtCore::tick(Cycle now) {
     // Services for the RT unit have priority throughout, because its lanes wait for them.
     for_each_bit(std::exchange(starting_service_, 0), [&](unsigned slot) { start_service(slot, now); });
     for_each_bit(std::exchange(starting_ray_generation_, 0), [&](unsigned slot) { start_ray_generation(slot, now); });
-    const LaneMask loaded = std::exchange(loaded_, 0);
-    LaneMask ray_generation = 0;
+    const WarpMask loaded = std::exchange(loaded_, 0);
+    WarpMask ray_generation = 0;
     for_each_bit(loaded, [&](unsigned slot) {
       if (slots_[slot].service != Service::none) {
         issue(slot, now);
@@ -181,21 +181,21 @@ void SimtCore::accept_messages(Cycle now) {
         continue;
       }
       assert(slots_[batch->slot].step == Step::tracing && batch->round == program_.round(batch->slot));
-      batches_.push_back(*batch);
+      waiting_.add(*batch);
       if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
     }
     if (!rt.node_fetch) continue;
     for (const NodeFetchBatch* batch; (batch = rt.node_fetch.front(now)) != nullptr; rt.node_fetch.pop(now)) {
       assert(slots_[batch->slot].step == Step::tracing);
-      fetches_.push_back(*batch);
+      waiting_.add(*batch);
       if (slots_[batch->slot].service == Service::none) starting_service_ |= bit(batch->slot);
     }
   }
 }
 
 void SimtCore::finish_phases(Cycle now) {
-  LaneMask service = 0;
-  LaneMask ray_generation = 0;
+  WarpMask service = 0;
+  WarpMask ray_generation = 0;
   next_ready_ = kNever;
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {
     const Cycle ready = slots_[slot].ready;
@@ -211,12 +211,6 @@ void SimtCore::finish_phases(Cycle now) {
     store(slot);
     finish_ray_generation(slot, now);
   });
-}
-
-bool SimtCore::service_waits(unsigned slot) const {
-  const auto same_warp = [&](const auto& batch) { return batch.slot == slot; };
-  return std::any_of(batches_.begin(), batches_.end(), same_warp) ||
-         std::any_of(fetches_.begin(), fetches_.end(), same_warp);
 }
 
 void SimtCore::finish_service(unsigned slot, Cycle now) {
@@ -236,7 +230,7 @@ void SimtCore::finish_service(unsigned slot, Cycle now) {
   }
   warp.service = Service::none;
   enter(slot, WarpActivity::trace, now);
-  if (service_waits(slot)) starting_service_ |= bit(slot);
+  if (waiting_.waits(slot)) starting_service_ |= bit(slot);
 }
 
 void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
@@ -281,8 +275,7 @@ void SimtCore::next_round(unsigned slot) {
   starting_ray_generation_ |= bit(slot);
 }
 
-// A warp has one program counter, so it serves one request at a time: any-hit shaders before node fetches, each kind in
-// order of arrival. An intersection shader is followed by the any-hit shader for its hits.
+// An intersection shader is followed by the any-hit shader for its hits.
 void SimtCore::start_service(unsigned slot, Cycle now) {
   Slot& warp = slots_[slot];
   if (warp.service == Service::intersection) {
@@ -291,22 +284,18 @@ void SimtCore::start_service(unsigned slot, Cycle now) {
     return start_any_hit(slot, hits, now);
   }
   assert(warp.service == Service::none);
-  const auto same_warp = [&](const auto& waiting) { return waiting.slot == slot; };
-  if (const auto batch = std::find_if(batches_.begin(), batches_.end(), same_warp); batch != batches_.end()) {
-    const AnyHitBatch called = *batch;
-    batches_.erase(batch);
-    warp.any_hit_lanes = called.lanes;
-    if (!program_.intersects()) return start_any_hit(slot, called, now);
+  if (const std::optional<AnyHitBatch> called = waiting_.take_any_hit(slot)) {
+    warp.any_hit_lanes = called->lanes;
+    if (!program_.intersects()) return start_any_hit(slot, *called, now);
     warp.service = Service::intersection;
-    warp.hits = ShaderProgram::hits_of(called);
-    program_.intersection(called, phase_);
+    warp.hits = ShaderProgram::hits_of(*called);
+    program_.intersection(*called, phase_);
   } else {
-    const auto fetch = std::find_if(fetches_.begin(), fetches_.end(), same_warp);
-    assert(fetch != fetches_.end());
+    const std::optional<NodeFetchBatch> fetch = waiting_.take_node_fetch(slot);
+    assert(fetch.has_value());
     warp.service = Service::node_fetch;
     warp.fetched = {fetch->entry, fetch->fetches};
     program_.node_fetch(*fetch, phase_);
-    fetches_.erase(fetch);
   }
   load(slot, now);
 }
@@ -457,8 +446,8 @@ unsigned SimtCore::resident() const {
 }
 
 bool SimtCore::idle() const {
-  return resident() == 0 && lsu_.idle() && batches_.empty() && fetches_.empty() && trace_calls_.empty() &&
-         any_hits_done_.empty() && nodes_fetched_.empty() && ends_.empty();
+  return resident() == 0 && lsu_.idle() && waiting_.empty() && trace_calls_.empty() && any_hits_done_.empty() &&
+         nodes_fetched_.empty() && ends_.empty();
 }
 
 SimtCounters SimtCore::counters() const {
@@ -492,7 +481,7 @@ Inventory SimtCore::inventory() const {
 
 void SimtCore::dump_state(std::ostream& out) const {
   out << name() << ": last active in cycle " << last_active_ << ", " << resident() << " warps resident, "
-      << batches_.size() << " any-hit batches and " << fetches_.size()
+      << waiting_.any_hits() << " any-hit batches and " << waiting_.node_fetches()
       << " node fetches waiting; to send: " << trace_calls_.size() << " trace calls, " << any_hits_done_.size()
       << " any-hits done, " << nodes_fetched_.size() << " nodes fetched, " << ends_.size() << " ends\n";
   for (unsigned slot = 0; slot < slots_.size(); ++slot) {

@@ -23,6 +23,7 @@
 #include "grtx/modules/messages/node_fetch_messages.h"
 #include "grtx/modules/messages/warp_messages.h"
 #include "grtx/modules/simt/decide/issue_slots.h"
+#include "grtx/modules/simt/decide/service_order.h"
 #include "grtx/modules/simt/decide/shader_program.h"
 #include "grtx/modules/simt/load_store_unit.h"
 #include "grtx/modules/simt/simt_core_if.h"
@@ -111,7 +112,6 @@ class SimtCore final : public SimtCoreModule {
   /// Stores a hit that fell out of its heap.
   void store_evicted(const AnyHitBatch& batch);
   void start_any_hit(unsigned slot, const AnyHitBatch& batch, Cycle now);
-  bool service_waits(unsigned slot) const;
   void start_ray_generation(unsigned slot, Cycle now);
   void fill_phase(unsigned slot);
   void load(unsigned slot, Cycle now);
@@ -131,16 +131,15 @@ class SimtCore final : public SimtCoreModule {
   IssueSlots issue_slots_;
   LoadStoreUnit lsu_;
   std::vector<Slot> slots_;
-  ShaderPhase phase_;                    ///< scratch
-  std::vector<AnyHitBatch> batches_;     ///< not started yet, in order of arrival
-  std::vector<NodeFetchBatch> fetches_;  ///< not started yet, in order of arrival
-  Cycle next_ready_ = kNever;            ///< earliest Slot::ready
-  Cycle next_drained_ = kNever;          ///< earliest Slot::drained
+  ShaderPhase phase_;            ///< scratch
+  ServiceOrder waiting_;         ///< not started yet
+  Cycle next_ready_ = kNever;    ///< earliest Slot::ready
+  Cycle next_drained_ = kNever;  ///< earliest Slot::drained
   Cycle last_active_ = 0;
   // Warp slots (one bit each) with work in the current cycle.
-  LaneMask starting_service_ = 0;
-  LaneMask starting_ray_generation_ = 0;
-  LaneMask loaded_ = 0;  ///< all loads of the phase have returned
+  WarpMask starting_service_ = 0;
+  WarpMask starting_ray_generation_ = 0;
+  WarpMask loaded_ = 0;  ///< all loads of the phase have returned
   // Messages to send, at most one of each kind per cycle.
   RingQueue<std::uint16_t> trace_calls_;
   RingQueue<AnyHitDone> any_hits_done_;

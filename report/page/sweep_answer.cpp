@@ -32,9 +32,11 @@ Answer answer_of(const SweepViews& shown) {
   }
   std::vector<const ShownPoint*> front;
   const auto least = [&](const ShownPoint*& best, const ShownPoint& p, const char* value) {
-    const double own = shown.value(p, value), known = best == nullptr ? std::nan("") : shown.value(*best, value);
-    const bool same = own == known && p.on_front() && !best->on_front();  // of equal ones that which is named above
-    if (std::isfinite(own) && (best == nullptr || own < known || same)) best = &p;
+    const double own = shown.value(p, value);
+    if (!std::isfinite(own)) return;
+    const double least = best == nullptr ? own : shown.value(*best, value);
+    const bool is_named = p.on_front() && !(best != nullptr && best->on_front());  // above, with the front
+    if (best == nullptr || own < least || (own == least && is_named)) best = &p;
   };
   for (const ShownPoint& p : shown.points()) {
     if (p.view != 0) continue;

@@ -41,6 +41,13 @@ void add_links(std::vector<std::unique_ptr<Link<T>>>& links, const std::string& 
   }
 }
 
+/// A stopped kernel cannot be started again; without this check what follows would fail without a reason.
+void require_not_stopped(const Gpu& gpu) {
+  if ((sc_core::sc_get_status() & (sc_core::SC_STOPPED | sc_core::SC_END_OF_SIMULATION)) == 0) return;
+  throw Error("simulation", fmt::format("core cycle {}", gpu.core().edge_at_or_after_now()),
+              "a unit has called sc_stop(): only the run itself may end");
+}
+
 }  // namespace
 
 modules::MemoryMapConfig memory_map_config(const GpuConfig& config, const traces::Header& header,
@@ -238,17 +245,6 @@ void Gpu::dump_state(std::ostream& out) const {
   for (const auto& slice : slices_) slice->dump_state(out);
   for_each_link([&](const auto& link) { modules::dump_link(out, link); });
 }
-
-namespace {
-
-/// A stopped kernel cannot be started again; without this check what follows would fail without a reason.
-void require_not_stopped(const Gpu& gpu) {
-  if ((sc_core::sc_get_status() & (sc_core::SC_STOPPED | sc_core::SC_END_OF_SIMULATION)) == 0) return;
-  throw Error("simulation", fmt::format("core cycle {}", gpu.core().edge_at_or_after_now()),
-              "a unit has called sc_stop(): only the run itself may end");
-}
-
-}  // namespace
 
 void run_for(Gpu& gpu, Cycle cycles) {
   const auto length = sc_core::sc_time::from_value(cycles * gpu.core().period_value());

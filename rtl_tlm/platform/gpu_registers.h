@@ -33,8 +33,8 @@ inline constexpr std::uint64_t kGpuRegisterBytes = 0x3c;
 
 struct ControlBits {
   static constexpr std::uint32_t kStart = 1;  ///< begins a launch, from cold caches unless kKeepCaches
-  static constexpr std::uint32_t kKeepCaches =
-      2;  ///< with kStart: caches and open rows stay as the last launch left them
+  /// With kStart: caches and open rows stay as the last launch left them.
+  static constexpr std::uint32_t kKeepCaches = 2;
   static constexpr std::uint32_t kAcknowledge = 4;  ///< lowers the interrupt
   static constexpr std::uint32_t kReset = 8;        ///< abandons the launch under way; with kStart: and begins another
 };
@@ -65,7 +65,7 @@ struct GpuState {
   std::uint64_t fault = 0;
 };
 
-/// Those that hold what was written. Plain C++.
+/// The registers that hold their last write. Plain C++.
 class GpuRegisters {
  public:
   /// Bytes from `first` on, which must be those of registers.

@@ -55,7 +55,7 @@ TEST_F(FailAtOnce, AnImageWhoseNameNobodyCanWrite) {
 TEST_F(FailAtOnce, OptionsThatDoNotGoTogether) {
   refused("trace" + view_ + "-o x.grtx --glass 0,0,0,1", "needs --secondary glass or both");
   refused("run" + view_ + "-o out --glass 0,0,0,1", "needs --secondary glass or both");
-  refused("run" + view_ + "-o out --mode windows --views 0:1", "--views needs cycle");
+  refused("run" + view_ + "-o out --mode windows --views 0:1", "--views: needs --mode cycle");
   EXPECT_FALSE(folder_.has("out"));
   EXPECT_FALSE(folder_.has("x.grtx"));
 }

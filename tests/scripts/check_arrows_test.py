@@ -65,6 +65,26 @@ class CheckArrows(unittest.TestCase):
             named = text.replace("AnyHitCollector", "AnyHit").replace("port_if", "rt_port_if")
             self.assertEqual(self.faults({file: named}), [])
 
+    def test_counters_that_stand_with_another_unit(self):
+        counters = "struct StackCounters {\n  static const CounterTable<StackCounters>& table();\n};\n"
+        for folder in ("rt_unit/stack/stack_unit.h", "rt_unit/part/warp_counters.h"):
+            file = f"modules/{folder}"
+            self.assertEqual(self.faults({file: counters}),
+                             [f"{file}: declares StackCounters, which belong into NAME_config.h or NAME_counters.h of their unit"])
+        for name in ("stack_counters.h", "stack_unit_counters.h"):
+            self.assertEqual(self.faults({f"modules/rt_unit/stack/decide/{name}": counters}), [])
+
+    def test_a_readme_that_does_not_say_what_its_folders_include(self):
+        head = "| folder | holds | includes, beside `base` |\n|---|---|---|\n"
+        page = head + "| [cache/](cache/) | caches | {} |\n| [kernel/](kernel/) | links | |\n"
+        self.assertEqual(self.faults({"modules/README.md": page.format("`kernel`")}), [])
+        self.assertEqual(self.faults({"modules/README.md": page.format("")}),
+                         ["modules/README.md: cache/ includes kernel, which its row does not say"])
+        self.assertEqual(self.faults({"modules/README.md": page.format("`kernel`, `noc`")}),
+                         ["modules/README.md: cache/ includes no noc, though its row says so"])
+        self.assertEqual(self.faults({"modules/README.md": head + "| [cache/](cache/) | caches | `kernel` |\n"}),
+                         ["modules/README.md: kernel/ has no row"])
+
     def test_a_circle_between_folders_of_modules(self):
         self.assertEqual(self.faults({"modules/kernel/link.h": '\n#include "grtx/modules/cache/l1_cache.h"\n'}), [
             "modules/cache/l1_cache.h:1: includes modules/kernel/link.h, "

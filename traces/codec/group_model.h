@@ -75,7 +75,8 @@ struct alignas(64) NodeModel {
     for (; rank != 0; --rank) left &= left - 1;
     return static_cast<unsigned>(std::countr_zero(left)) & 7;
   }
-  /// Moves `slot`, which was popped although others in `remaining` were expected first, before the first of them.
+  /// Moves `slot`, which was popped although others in `remaining` were expected first, before the first of them: of
+  /// the order 2 0 1 3 and `remaining` 0, 1 and 3, slot 3 moves before slot 0, and the order is 2 3 0 1.
   void move_up(unsigned remaining, unsigned slot) {
     const auto to = static_cast<unsigned>(std::countr_zero(ordered(remaining))) & ~7U;  // bits of the lower bytes
     const std::uint64_t place = order & kOnes << slot;

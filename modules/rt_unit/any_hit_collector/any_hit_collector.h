@@ -39,7 +39,7 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
     return candidates_ == 0 ? kNever : firing_.earliest(*buffer_, candidates_, now);
   }
 
-  LaneMask candidates() const { return candidates_; }  ///< entries with waiting lanes and no batch at the shader
+  WarpMask candidates() const { return candidates_; }  ///< entries with waiting lanes and no batch at the shader
   Counters counters() const override { return counters_; }
   bool idle() const override { return true; }  // no state of its own: waiting lanes are in the warp buffer
   std::uint64_t progress() const override { return counters_.batches; }
@@ -69,7 +69,7 @@ class AnyHitCollector final : public AnyHitModule, public Probed {
   any_hit_client_if* client_ = nullptr;
   LinkWriter<AnyHitBatch> batches_;
   LinkReader<AnyHitDone> dones_;
-  LaneMask candidates_ = 0;  ///< entries with a waiting lane and no batch at the shader
+  WarpMask candidates_ = 0;  ///< entries with a waiting lane and no batch at the shader
   Counters counters_;
 };
 

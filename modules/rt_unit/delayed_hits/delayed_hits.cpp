@@ -30,8 +30,8 @@ void DelayedHits::arrive(Cycle now, LaneId id) {
   client_->any_hit_done(now, {warp.slot, lane});  // the lane goes on
 }
 
-LaneMask DelayedHits::due_entries() const {
-  LaneMask due = 0;
+WarpMask DelayedHits::due_entries() const {
+  WarpMask due = 0;
   if (held_ == 0) return due;
   for_each_bit(warps_->occupied(), [&](unsigned entry) {
     const Warp& warp = warps_->warp(entry);
@@ -45,7 +45,7 @@ void DelayedHits::invoke(Cycle now) {
     answer(*arrived);
     dones_.pop(now);
   }
-  const LaneMask due = due_entries();
+  const WarpMask due = due_entries();
   if (due != 0 && batches_.can_push(now)) fire(now, warps_->oldest(due));
 }
 

@@ -47,7 +47,7 @@ class DelayedHits final : public AnyHitModule {
  private:
   void end_of_elaboration() override;
   /// Entries whose lanes have all traversed, with hits left and no batch at the shader.
-  LaneMask due_entries() const;
+  WarpMask due_entries() const;
   void answer(const AnyHitDone& answered);
   void fire(Cycle now, unsigned entry);
 

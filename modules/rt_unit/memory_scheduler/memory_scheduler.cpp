@@ -15,7 +15,7 @@ namespace grtx::modules {
 
 namespace {
 
-// Apart, so that respond() is short.
+// Kept out of respond(), which the compiler inlines if it is short.
 [[noreturn, gnu::cold, gnu::noinline]] void report_unasked(const char* unit, LaneId id) {
   unit_fault(unit, "the L1 has answered a node request of lane " + std::to_string(id) + ", which made none");
 }

@@ -26,7 +26,7 @@ void WarpBuffer::end_of_elaboration() {
 }
 
 void WarpBuffer::retire(Cycle now) {
-  const LaneMask finished = table_.finished_entries();
+  const WarpMask finished = table_.finished_entries();
   if (finished == 0 || !dones_.can_push(now)) return;
   const unsigned entry = table_.oldest(finished);
   const Warp& warp = table_.warp(entry);

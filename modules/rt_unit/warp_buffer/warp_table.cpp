@@ -28,7 +28,7 @@ WarpTable::WarpTable(unsigned entries) {
   if (entries < 1 || entries > 64) throw Error("configuration", "rt.warp_buffer.entries", "must be 1..64");
   warps_.resize(entries);
   ages_.resize(entries);
-  all_ = entries == 64 ? ~LaneMask{0} : bit(entries) - 1;
+  all_ = entries == 64 ? ~WarpMask{0} : bit(entries) - 1;
 }
 
 std::string place_in_trace(const Warp& warp, unsigned lane) {
@@ -69,7 +69,7 @@ unsigned WarpTable::accept(Cycle now, const TraceCall& call) {
   w.counted = waits_until_;
   w.age = next_age_++;
   ages_[entry] = w.age;
-  const LaneMask b = bit(entry);
+  const WarpMask b = bit(entry);
   if (occupied_ == 0) oldest_ = entry;
   occupied_ |= b;
   if (w.in_state(LaneState::ready) != 0) ready_ |= b;
@@ -90,7 +90,7 @@ void WarpTable::release(Cycle now, unsigned entry) {
   if (occupied_ != 0) oldest_ = oldest(occupied_);
 }
 
-unsigned WarpTable::oldest(LaneMask entries) const {
+unsigned WarpTable::oldest(WarpMask entries) const {
   assert(entries != 0);
   auto best = static_cast<unsigned>(std::countr_zero(entries));
   for_each_bit(entries & (entries - 1), [&](unsigned e) {
@@ -100,7 +100,7 @@ unsigned WarpTable::oldest(LaneMask entries) const {
 }
 
 unsigned WarpTable::find_slot(std::uint16_t slot) const {
-  for (LaneMask m = occupied_; m != 0; m &= m - 1) {
+  for (WarpMask m = occupied_; m != 0; m &= m - 1) {
     const auto e = static_cast<unsigned>(std::countr_zero(m));
     if (warps_[e].slot == slot) return e;
   }

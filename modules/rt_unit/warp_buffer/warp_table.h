@@ -115,12 +115,12 @@ class WarpTable {
   Warp& warp(unsigned entry) { return warps_[entry]; }
   const Warp& warp(unsigned entry) const { return warps_[entry]; }
   Lane& lane(LaneId id) { return warps_[entry_of(id)].lane[lane_of(id)]; }
-  LaneMask occupied() const { return occupied_; }      ///< one bit per entry
-  LaneMask ready_entries() const { return ready_; }    ///< entries with a ready lane
-  LaneMask finished_entries() const { return done_; }  ///< entries whose lanes have all finished
+  WarpMask occupied() const { return occupied_; }      ///< one bit per entry
+  WarpMask ready_entries() const { return ready_; }    ///< entries with a ready lane
+  WarpMask finished_entries() const { return done_; }  ///< entries whose lanes have all finished
   const std::vector<std::uint64_t>& ages() const { return ages_; }
   /// Oldest of `entries` (not empty).
-  unsigned oldest(LaneMask entries) const;
+  unsigned oldest(WarpMask entries) const;
   /// Oldest warp in the buffer (not empty).
   const Warp& oldest_warp() const { return warps_[oldest_]; }
   /// Entry that holds the warp of warp slot `slot`; entries() if none does.
@@ -134,7 +134,7 @@ class WarpTable {
     count_wait(w);
     source &= ~lanes;
     w.in[static_cast<std::size_t>(to)] |= lanes;
-    const LaneMask b = bit(entry);
+    const WarpMask b = bit(entry);
     const bool ready = w.walks ? w.told == WarpWait::ready : w.in_state(LaneState::ready) != 0;
     ready_ = ready ? ready_ | b : ready_ & ~b;
     note_done(entry);
@@ -185,10 +185,10 @@ class WarpTable {
   std::vector<Warp> warps_;
   std::vector<std::uint64_t> ages_;
   std::vector<RoundCursor> cursors_;  ///< [warp slot]
-  LaneMask all_ = 0;
-  LaneMask occupied_ = 0;
-  LaneMask ready_ = 0;
-  LaneMask done_ = 0;
+  WarpMask all_ = 0;
+  WarpMask occupied_ = 0;
+  WarpMask ready_ = 0;
+  WarpMask done_ = 0;
   unsigned oldest_ = 0;  ///< entry of the oldest warp, if there is one
   std::uint64_t next_age_ = 0;
   Cycle occupancy_from_ = 0;

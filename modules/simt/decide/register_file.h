@@ -12,7 +12,7 @@
 
 namespace grtx::modules {
 
-inline constexpr unsigned kMostResidentWarps = 64;  ///< warp slots of an SM: bits of a LaneMask
+inline constexpr unsigned kMostResidentWarps = 64;  ///< warp slots of an SM: bits of a WarpMask
 /// Throws Error for a number of warp slots that no SM can have.
 inline void check_resident_warps(unsigned slots) {
   if (slots == 0 || slots > kMostResidentWarps) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
@@ -18,7 +19,7 @@ namespace {
 using modules::Statistic;
 using modules::StatisticKind;
 
-/// The statistics of kind exact.
+/// The statistics of kind exact: all of them, which whole_statistics() holds.
 std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
   const traces::Totals& t = whole.totals;
   return {{"gpu.distributor.groups", whole.groups},
@@ -265,10 +266,9 @@ WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>&
     }
     switch (s.kind) {
       case StatisticKind::exact:
-        if (const auto found = exact.find(s.name); found != exact.end()) {
-          known.value = found->second;
-          result.list.add(known);
-        }
+        if (!exact.contains(s.name)) throw std::logic_error(s.name + " is exact, but no total of a trace gives it");
+        known.value = exact.at(s.name);
+        result.list.add(known);
         break;
       case StatisticKind::count:
       case StatisticKind::histogram:

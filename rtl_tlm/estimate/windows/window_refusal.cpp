@@ -12,6 +12,8 @@
 namespace grtx::sim {
 namespace {
 
+constexpr const char* kWindowsMode = "windows mode";
+
 bool is_sequence(const traces::Reader& reader) { return !reader.header().frame_groups.empty(); }
 
 /// Why windows cannot represent the trace on this machine; empty: they can.
@@ -43,20 +45,19 @@ Unmodelled unmodelled(const GpuConfig& config, SimulationMode mode) {
 }
 
 void check_mode(const GpuConfig& config, SimulationMode mode) {
-  if (const Unmodelled lack = unmodelled(config, mode)) throw Error("configuration", lack.key, lack.rule);
+  if (const Unmodelled lack = unmodelled(config, mode)) throw Error(kWindowsMode, lack.key, lack.rule);
 }
 
 void check_mode(const SimulationOptions& options, bool heat_maps, SimulationMode mode) {
   if (mode == SimulationMode::cycle) return;
   if (!options.waveform.path.empty() || !options.timeline.path.empty() || heat_maps) {
-    throw Error("sim", "--mode " + std::string(name_of(mode)),
-                "has no waveforms, timelines or heat maps: use --mode cycle");
+    throw Error(kWindowsMode, "", "has no waveforms, timelines or heat maps: use --mode cycle");
   }
   if (options.latency) refuse_latency("sim");
   for (const auto& [option, path] :
        {std::pair("--warm", &options.warm_trace), std::pair("--warm-state", &options.warm_state),
         std::pair("--save-state", &options.save_state)}) {
-    if (!path->empty()) throw Error("sim", option, "is for --mode cycle");
+    if (!path->empty()) throw Error(kWindowsMode, option, "needs --mode cycle");
   }
 }
 
@@ -64,16 +65,15 @@ void refuse_latency(const std::string& command) { throw Error(command, "--latenc
 
 void check_mode_of_frames(SimulationMode mode) {
   if (mode == SimulationMode::cycle) return;
-  throw Error("--mode", std::string(name_of(mode)),
-              "has no caches to keep warm from frame to frame: --views needs cycle");
+  throw Error(kWindowsMode, "--views", "needs --mode cycle: windows keep no caches warm from frame to frame");
 }
 
 void check_windows(const WindowOptions& options) {
   if (!(options.share > 0.0 && options.share <= 1.0)) {
-    throw Error("windows mode", "--share", "must be above 0 and at most 1");
+    throw Error(kWindowsMode, "--share", "must be above 0 and at most 1");
   }
   if (!(options.target_error >= 0.0 && options.target_error < 1.0)) {
-    throw Error("windows mode", "--target-error", "must be above 0 and below 100%");
+    throw Error(kWindowsMode, "--target-error", "must be at least 0 and below 100%");
   }
 }
 

@@ -23,8 +23,8 @@ class AnyHitFiring {
     return all ? 0 : warp.any_hit_since + timeout_;
   }
   /// The oldest of the warps that are due, of `candidates` (entries of the warp buffer); nullopt if none is.
-  std::optional<unsigned> next(const WarpTable& warps, LaneMask candidates, Cycle now) const {
-    LaneMask eligible = 0;
+  std::optional<unsigned> next(const WarpTable& warps, WarpMask candidates, Cycle now) const {
+    WarpMask eligible = 0;
     for_each_bit(candidates, [&](unsigned e) {
       if (due(warps.warp(e)) <= now) eligible |= bit(e);
     });
@@ -32,7 +32,7 @@ class AnyHitFiring {
     return warps.oldest(eligible);
   }
   /// Earliest cycle after `now` in which one of them is due if no lane changes its state; kNever if there is none.
-  Cycle earliest(const WarpTable& warps, LaneMask candidates, Cycle now) const {
+  Cycle earliest(const WarpTable& warps, WarpMask candidates, Cycle now) const {
     Cycle next = kNever;
     for_each_bit(candidates, [&](unsigned e) { next = std::min(next, due(warps.warp(e))); });
     return next == kNever ? kNever : std::max(next, now + 1);

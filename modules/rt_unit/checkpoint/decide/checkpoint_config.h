@@ -11,6 +11,7 @@
 #include "grtx/modules/messages/traffic_charging.h"
 #include "grtx/modules/rt_unit/decide/unit_implementation.h"
 #include "grtx/modules/rt_unit/part/part_info.h"
+#include "grtx/traces/node_layout.h"
 
 namespace grtx::modules {
 
@@ -20,7 +21,7 @@ struct CheckpointConfig {
   bool write_combine = false;  ///< false: each entry writes every sector it touches
   unsigned open_sectors = 1;   ///< per lane, with write_combine; more than one is useful only with bins
   bool read_buffer = false;    ///< false: each entry reads every sector it touches
-  unsigned entry_bytes = 20;   ///< 8, 16, 20 or 28
+  unsigned entry_bytes = traces::kCheckpointEntryBytes;  ///< 8, 16, 20 or 28
   TrafficCharging traffic = TrafficCharging::charged;
   UnitImplementation implementation = UnitImplementation::tlm;
   void parameters(ParameterList& list) {

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "grtx/rtl_tlm/estimate/windows/window_simulation.h"
 #include "grtx/rtl_tlm/run/statistics_reference.h"
@@ -27,8 +29,8 @@ class ScaledStatistics : public test::RandomTraceRun {
 
   ScaledStatistics() : RandomTraceRun(11, kGroups) { config_.resident_warps = 8 / config_.sms; }
 
-  /// The whole run as estimated from windows that leave no group out.
-  WholeStatistics of_windows_that_cover_everything() const {
+  /// The whole run as estimated from windows that leave no group out. more: statistics that the run has besides.
+  WholeStatistics of_windows_that_cover_everything(const std::vector<Statistic>& more = {}) const {
     std::vector<Window> windows;
     constexpr std::uint64_t kLength = kGroups / 24;
     for (std::uint64_t first = 0; first < kGroups; first += kLength) {
@@ -41,6 +43,7 @@ class ScaledStatistics : public test::RandomTraceRun {
     const auto child = start_group_run(file_.path(), config_, run);
     finish_group_run(*child, run);
     EXPECT_TRUE(run.violations.empty());
+    for (const Statistic& s : more) run.statistics.add(s);
     const std::vector<GroupCosts> costs(run.work.begin(), run.work.end());
     WholeRun whole;
     whole.cycles.value = whole.cycles.low = whole.cycles.high = run.cycles;
@@ -86,6 +89,17 @@ TEST_F(ScaledStatistics, CallsOfAShaderThatHeapsReplaceAreNone) {
 TEST_F(ScaledStatistics, OccupancyIsOfAnRtUnit) {
   config_.rt_units = 2;
   expect_those_of_cycle_mode();
+}
+
+// An exact statistic that no total of the trace gave was absent from estimates, and nobody was told.
+TEST_F(ScaledStatistics, AnExactOneThatNoTotalGivesIsAFaultOfTheModel) {
+  Statistic unknown;
+  unknown.name = "gpu.rt.new_events";
+  unknown.value = std::uint64_t{1};
+  unknown.kind = StatisticKind::exact;
+  EXPECT_THROW(of_windows_that_cover_everything({unknown}), std::logic_error);
+  unknown.kind = StatisticKind::state;
+  EXPECT_NO_THROW(of_windows_that_cover_everything({unknown}));
 }
 
 TEST_F(ScaledStatistics, EachIsExactOrHasAnIntervalOrIsAbsent) {

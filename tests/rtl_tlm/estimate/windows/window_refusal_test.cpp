@@ -36,12 +36,12 @@ TEST(WindowsRefuse, MemorySystemsThatTheirIntervalsWereNotTriedWith) {
   EXPECT_NO_THROW(check_mode(config, kCycle));
   EXPECT_EQ(
       error_of([&] { check_mode(config, kWindows); }),
-      "configuration: dram.model: must be built_in with --mode windows: the windows' intervals were tried with it");
+      "windows mode: dram.model: must be built_in with --mode windows: the windows' intervals were tried with it");
   EXPECT_NO_THROW(check_mode(GpuConfig(), kWindows));
 }
 
 TEST(WindowsRefuse, FilesForViewersAndWarmCaches) {
-  const std::string viewers = "sim: --mode windows: has no waveforms, timelines or heat maps: use --mode cycle";
+  const std::string viewers = "windows mode: has no waveforms, timelines or heat maps: use --mode cycle";
   const struct {
     void (*ask)(SimulationOptions&);
     bool heat_maps;
@@ -51,9 +51,9 @@ TEST(WindowsRefuse, FilesForViewersAndWarmCaches) {
       {[](SimulationOptions& o) { o.waveform.path = "a.vcd"; }, false, viewers},
       {[](SimulationOptions& o) { o.timeline.path = "a.json"; }, false, viewers},
       {[](SimulationOptions&) {}, true, viewers},
-      {[](SimulationOptions& o) { o.warm_trace = "a.grtx"; }, false, "sim: --warm: is for --mode cycle"},
-      {[](SimulationOptions& o) { o.warm_state = "a.state"; }, false, "sim: --warm-state: is for --mode cycle"},
-      {[](SimulationOptions& o) { o.save_state = "a.state"; }, false, "sim: --save-state: is for --mode cycle"},
+      {[](SimulationOptions& o) { o.warm_trace = "a.grtx"; }, false, "windows mode: --warm: needs --mode cycle"},
+      {[](SimulationOptions& o) { o.warm_state = "a.state"; }, false, "windows mode: --warm-state: needs --mode cycle"},
+      {[](SimulationOptions& o) { o.save_state = "a.state"; }, false, "windows mode: --save-state: needs --mode cycle"},
   };
   for (const auto& c : cases) {
     SimulationOptions options;
@@ -66,7 +66,7 @@ TEST(WindowsRefuse, FilesForViewersAndWarmCaches) {
 TEST(WindowsRefuse, FramesThatFollowEachOther) {
   EXPECT_NO_THROW(check_mode_of_frames(kCycle));
   EXPECT_EQ(error_of([] { check_mode_of_frames(kWindows); }),
-            "--mode: windows: has no caches to keep warm from frame to frame: --views needs cycle");
+            "windows mode: --views: needs --mode cycle: windows keep no caches warm from frame to frame");
 }
 
 TEST(WindowsRefuse, OptionsOutOfRange) {
@@ -78,8 +78,8 @@ TEST(WindowsRefuse, OptionsOutOfRange) {
       {1.0, 0.5, ""},
       {0.0, 0.0, "windows mode: --share: must be above 0 and at most 1"},
       {1.1, 0.0, "windows mode: --share: must be above 0 and at most 1"},
-      {0.1, 1.0, "windows mode: --target-error: must be above 0 and below 100%"},
-      {0.1, -0.1, "windows mode: --target-error: must be above 0 and below 100%"},
+      {0.1, 1.0, "windows mode: --target-error: must be at least 0 and below 100%"},
+      {0.1, -0.1, "windows mode: --target-error: must be at least 0 and below 100%"},
   };
   for (const auto& c : cases) {
     WindowOptions options;
