@@ -5,6 +5,6 @@
 namespace grtx::sim {
 
 /// Changes of each version: docs/results/data/model_versions.csv, which CI checks against the golden records.
-inline constexpr int kModelVersion = 9;
+inline constexpr int kModelVersion = 10;
 
 }  // namespace grtx::sim
