@@ -43,7 +43,7 @@ cameras 05354103d10ab118
 sw 451840 4121 1581226 23008 1606917 1021324 32538 0 4255226 457484 321568 709414
 hw 5145536 4121 630425 23008 968650 476444 15754 132496 1994966 733817 9318848 338966
 grtx 451840 4121 715414 23008 818511 469459 15433 119069 2322119 505667 4939264 365263
-gautracer 257280 2033 299282 24207 189011 155685 0 0 519431 52430 201248 52362
+gautracer 257280 3571 501033 24207 315013 265978 0 0 848269 82707 201248 53418
 )"},
     {"mechanisms", R"(rt.scheduler.policy=round_robin 848184 2388786 521156 5528992
 rt.checkpoint.write_combine=true 816929 2216419 400242 5687200
@@ -102,7 +102,9 @@ class Selftest {
     }
     if (step == "check") return call({"trace-check", file("t.grtx")});
     if (step == "mechanisms") return mechanisms();
-    std::vector<std::string> run = {"run", "--machine", kMachine, "--mode", step, "-o", file(step)};
+    std::vector<std::string> run = {
+        "run", "--machine", kMachine, "--mode", step, "--k", "8", "--designs", "baseline,sw,hw,grtx,gautracer",
+        "-o",  file(step)};
     for (const char* setting : kPart) run.insert(run.end(), {"--set", setting});
     const std::string error = with_view(run);
     return error.empty() ? statistics_lines(step + "/results.json") : error;
