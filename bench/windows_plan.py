@@ -72,11 +72,11 @@ def draw():
         have = {name for name, _ in frame["machines"]}
         frame["machines"] += [(name, 0.25 if kind == "large" else 0.5) for name in FEW_SLOTS if name not in have]
         frames.append(frame)
-    # What the mode is for, a small share: some frames again as whole ones. Twenty windows are 7 % of the first two.
+    # What the mode is for, a small share: some frames again as whole ones. (The first two had 7 % until less than 25 % was refused.)
     for frame in frames[3:12:5]:
-        frames.append({**frame, "edge": EDGES["full HD"][0], "machines": [("4 x 16", 0.07), ("2 x 16", 0.07)]})
+        frames.append({**frame, "edge": EDGES["full HD"][0], "machines": [("4 x 16", 0.25), ("2 x 16", 0.25)]})
     for frame in frames[1:12:5]:  # and machines of a card's slots
-        frames.append({**frame, "edge": EDGES["whole"][0], "machines": [("paper", 0.5), ("rdna4-share", 0.5), ("2 x 16", 0.125)]})
+        frames.append({**frame, "edge": EDGES["whole"][0], "machines": [("paper", 0.5), ("rdna4-share", 0.5), ("2 x 16", 0.25)]})
     # Public rooms and buildings, all with warps of 8 rays, have a design with triangles or instances each, too.
     dear = deck_of(random.Random(DATE + 1), ["grtx", "sw", "baseline", "hw"])
     for frame in [frame for frame in frames if frame["scene"] in PUBLIC and frame["class"] != "object"]:

@@ -44,7 +44,7 @@ void add_estimate_options(CLI::App* command, EstimateCli& cli) {
   command->add_option("--target-error", cli.target_error,
                       "Windows mode: go on until the 95 % interval on cycles is this narrow, e.g. 2% "
                       "(default: none)");
-  command->add_option("--share", cli.share, "Windows mode: share of the warps to simulate, above 0, at most 1");
+  command->add_option("--share", cli.share, "Windows mode: share of the warps to simulate, at least 0.25, at most 1");
   command->add_option("--seed", cli.seed, "Windows mode: where the windows are; the same for every design");
 }
 

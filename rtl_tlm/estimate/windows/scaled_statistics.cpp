@@ -195,6 +195,7 @@ class Estimator {
   WholeStatistics& result_;
 };
 
+/// What follows from misses, and from waiting for them.
 constexpr std::array kOfMisses = {"gpu.l1.",
                                   "gpu.l2.",
                                   "gpu.crossbar.",
@@ -202,7 +203,12 @@ constexpr std::array kOfMisses = {"gpu.l1.",
                                   "gpu.energy_nj.l2",
                                   "gpu.energy_nj.crossbar",
                                   "gpu.energy_nj.dram",
-                                  "gpu.rt.node_fetch_latency"};
+                                  "gpu.rt.node_fetch_latency",
+                                  "gpu.rt.stall.",
+                                  "gpu.rt.warp_cycles.",
+                                  "gpu.rt.ray_box.queue_cycles",
+                                  "gpu.simt.warp_cycles.memory",
+                                  "gpu.simt.lsu.blocked_cycles"};
 constexpr std::array kBoundsOfMisses = {"l1_miss_port", "l2_port", "dram_bandwidth"};
 
 /// gpu.bound.*: of each unit's work as scaled.

@@ -23,6 +23,8 @@ inline constexpr std::uint64_t kLeastSettling = 32;
 constexpr std::uint64_t settling_groups(std::uint64_t slots) { return std::max(kLeastSettling, slots / 2); }
 constexpr std::uint64_t measured_groups(std::uint64_t slots) { return 3 * settling_groups(slots); }
 inline constexpr std::uint64_t kFewestWindows = 20;
+/// Of less of a frame the caches meet too little between the windows: 4 of 11 intervals missed at 0.07, all too high.
+inline constexpr double kLeastOfTrace = 0.25;
 inline constexpr double kMostOfTrace = 0.5;  ///< of which windows are made; beyond, the whole is hardly slower
 
 /// The groups with which a run begins: slots fill, caches are cold. They are simulated and stand for themselves.

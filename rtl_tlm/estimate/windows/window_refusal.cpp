@@ -69,8 +69,8 @@ void check_mode_of_frames(SimulationMode mode) {
 }
 
 void check_windows(const WindowOptions& options) {
-  if (!(options.share > 0.0 && options.share <= 1.0)) {
-    throw Error(kWindowsMode, "--share", "must be above 0 and at most 1");
+  if (!(options.share >= kLeastOfTrace && options.share <= 1.0)) {
+    throw Error(kWindowsMode, "--share", fmt::format("must be at least {} and at most 1", kLeastOfTrace));
   }
   if (!(options.target_error >= 0.0 && options.target_error < 1.0)) {
     throw Error(kWindowsMode, "--target-error", "must be at least 0 and below 100%");

@@ -11,7 +11,7 @@
 namespace grtx::sim {
 
 struct WindowOptions {
-  double share = 0.1;  ///< initial share of the groups, above 0, if it is kFewestWindows; above 1/2 all are simulated
+  double share = 0.25;  ///< initial share of the groups, at least kLeastOfTrace; above kMostOfTrace all are simulated
   double target_error = 0.0;  ///< relative half-width of the interval on cycles to reach; 0: none
   std::uint64_t seed = 1;
   EnergyPricing price;  ///< empty: no energy statistics

@@ -74,12 +74,12 @@ TEST(WindowsRefuse, OptionsOutOfRange) {
     double share, target_error;
     std::string rule;
   } cases[] = {
-      {0.1, 0.0, ""},
+      {0.25, 0.0, ""},
       {1.0, 0.5, ""},
-      {0.0, 0.0, "windows mode: --share: must be above 0 and at most 1"},
-      {1.1, 0.0, "windows mode: --share: must be above 0 and at most 1"},
-      {0.1, 1.0, "windows mode: --target-error: must be at least 0 and below 100%"},
-      {0.1, -0.1, "windows mode: --target-error: must be at least 0 and below 100%"},
+      {0.24, 0.0, "windows mode: --share: must be at least 0.25 and at most 1"},
+      {1.1, 0.0, "windows mode: --share: must be at least 0.25 and at most 1"},
+      {0.25, 1.0, "windows mode: --target-error: must be at least 0 and below 100%"},
+      {0.25, -0.1, "windows mode: --target-error: must be at least 0 and below 100%"},
   };
   for (const auto& c : cases) {
     WindowOptions options;
