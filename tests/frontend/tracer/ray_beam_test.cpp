@@ -58,7 +58,7 @@ TEST(RayBeam, MeetsEveryBoxThatOneOfItsRaysMeets) {
     }
   }
   EXPECT_GT(met, 1000u);
-  EXPECT_GT(missed, 2 * in_vain) << "it would say nothing";
+  EXPECT_GT(missed, 5000u) << "it says nothing; in vain " << in_vain;
 }
 
 TEST(RayBeam, OfNoRaysMeetsNothing) {
