@@ -34,9 +34,9 @@ Answer answer_of(const SweepViews& shown) {
   const auto least = [&](const ShownPoint*& best, const ShownPoint& p, const char* value) {
     const double own = shown.value(p, value);
     if (!std::isfinite(own)) return;
-    const double least = best == nullptr ? own : shown.value(*best, value);
+    const double lowest = best == nullptr ? own : shown.value(*best, value);
     const bool is_named = p.on_front() && !(best != nullptr && best->on_front());  // above, with the front
-    if (best == nullptr || own < least || (own == least && is_named)) best = &p;
+    if (best == nullptr || own < lowest || (own == lowest && is_named)) best = &p;
   };
   for (const ShownPoint& p : shown.points()) {
     if (p.view != 0) continue;
