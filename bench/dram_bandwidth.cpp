@@ -123,9 +123,10 @@ class Readers final : public modules::ClockedModule {
     const double to_ns = static_cast<double>(clock_.period_fs()) * 1e-6;
     const double bandwidth = static_cast<double>(bytes_) / ns;
     const double requests = static_cast<double>(bytes_ / options_.bytes);
-    fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9.2f} {:>8.1f} {:>10.1f} {:>10.1f} {:>10.0f}\n", options_.model, pass_.name,
-               options_.bytes, pass_.in_flight, bandwidth, peak > 0 ? 100.0 * bandwidth / peak : 0.0,
-               static_cast<double>(latency_) / requests * to_ns, static_cast<double>(longest_) * to_ns, 1e9 * (bench::cpu_seconds() - began_) / requests);
+    fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9.2f} {:>8.1f} {:>10.1f} {:>10.1f} {:>10.0f}\n", options_.model,
+               pass_.name, options_.bytes, pass_.in_flight, bandwidth, peak > 0 ? 100.0 * bandwidth / peak : 0.0,
+               static_cast<double>(latency_) / requests * to_ns, static_cast<double>(longest_) * to_ns,
+               1e9 * (bench::cpu_seconds() - began_) / requests);
   }
 
  private:
@@ -228,8 +229,8 @@ void measure(const Options& options) {
                          {"streaming", Pattern::streaming, options.in_flight, options.requests},
                          {"random", Pattern::random, options.in_flight, options.requests}};
   fmt::print("peak {:.2f} GB/s, {} slices, requests at {:.0f} MHz\n", peak, options.slices, options.request_mhz);
-  fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9} {:>8} {:>10} {:>10} {:>10}\n", "model", "pattern", "bytes", "in flight", "GB/s",
-             "% peak", "mean ns", "longest ns", "CPU ns");
+  fmt::print("{:<10} {:<10} {:>5} {:>9} {:>9} {:>8} {:>10} {:>10} {:>10}\n", "model", "pattern", "bytes", "in flight",
+             "GB/s", "% peak", "mean ns", "longest ns", "CPU ns");
   const sc_core::sc_time step = sc_core::sc_time(10, sc_core::SC_US);
   for (const Pass& pass : passes) {
     readers.begin(pass);

@@ -28,7 +28,11 @@ using grtx::SplitMix64;
 class Client final : public ClockedModule {
  public:
   Client(const sc_core::sc_module_name& name, ClockDomain& clock, std::uint64_t blocks, std::uint64_t requests)
-      : ClockedModule(name, clock), request("request", 1, 8), response("response", 1, 8), blocks_(blocks), left_(requests) {
+      : ClockedModule(name, clock),
+        request("request", 1, 8),
+        response("response", 1, 8),
+        blocks_(blocks),
+        left_(requests) {
     response.wake(&alarm_);
     alarm_.request(1);
   }
@@ -114,12 +118,14 @@ int sc_main(int argc, char** argv) {
   l1->from_memory.bind(memory.response);
   sc_core::sc_start(sc_core::SC_ZERO_TIME);
   const double began = grtx::bench::cpu_seconds();
-  while (client.answered < requests && sc_core::sc_pending_activity()) sc_core::sc_start(sc_core::sc_time(10, sc_core::SC_US));
+  while (client.answered < requests && sc_core::sc_pending_activity())
+    sc_core::sc_start(sc_core::sc_time(10, sc_core::SC_US));
   const double seconds = grtx::bench::cpu_seconds() - began;
   if (client.answered != requests) {
     fmt::print(stderr, "l1_requests: {} of {} reads were answered\n", client.answered, requests);
     return 1;
   }
-  fmt::print("{} {} {} {:.1f}\n", requests, l1->counters().fills, client.last, 1e9 * seconds / static_cast<double>(requests));
+  fmt::print("{} {} {} {:.1f}\n", requests, l1->counters().fills, client.last,
+             1e9 * seconds / static_cast<double>(requests));
   return 0;
 }

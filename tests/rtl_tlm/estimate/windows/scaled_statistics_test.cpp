@@ -68,10 +68,11 @@ class ScaledStatistics : public test::RandomTraceRun {
     }
   }
   static bool follows_from_misses(const std::string& name) {
-    for (const char* prefix : {"gpu.l1.", "gpu.l2.", "gpu.crossbar.", "gpu.dram.", "gpu.energy_nj.l2",
-                               "gpu.energy_nj.crossbar", "gpu.energy_nj.dram", "gpu.rt.node_fetch_latency",
-                               "gpu.rt.stall.", "gpu.rt.warp_cycles.", "gpu.rt.ray_box.queue_cycles",
-                               "gpu.simt.warp_cycles.memory", "gpu.simt.lsu.blocked_cycles", "gpu.bound.l1_miss_port", "gpu.bound.l2_port", "gpu.bound.dram_bandwidth"}) {
+    for (const char* prefix :
+         {"gpu.l1.", "gpu.l2.", "gpu.crossbar.", "gpu.dram.", "gpu.energy_nj.l2", "gpu.energy_nj.crossbar",
+          "gpu.energy_nj.dram", "gpu.rt.node_fetch_latency", "gpu.rt.stall.", "gpu.rt.warp_cycles.",
+          "gpu.rt.ray_box.queue_cycles", "gpu.simt.warp_cycles.memory", "gpu.simt.lsu.blocked_cycles",
+          "gpu.bound.l1_miss_port", "gpu.bound.l2_port", "gpu.bound.dram_bandwidth"}) {
       if (name.starts_with(prefix)) return true;
     }
     return false;
