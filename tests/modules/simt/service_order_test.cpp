@@ -29,7 +29,7 @@ TEST(ServiceOrder, AnyHitShadersComeBeforeNodeFetchesThatCameEarlier) {
 TEST(ServiceOrder, EachKindIsServedInOrderOfArrival) {
   ServiceOrder order;
   for (const LaneMask lanes : {4, 2, 8}) order.add(any_hit(0, lanes));
-  for (const std::uint16_t entry : {9, 5}) order.add(node_fetch(0, entry));
+  for (const std::uint16_t entry : {std::uint16_t{9}, std::uint16_t{5}}) order.add(node_fetch(0, entry));
   for (const LaneMask lanes : {4, 2, 8}) EXPECT_EQ(order.take_any_hit(0).value().lanes, lanes);
   for (const unsigned entry : {9u, 5u}) EXPECT_EQ(order.take_node_fetch(0).value().entry, entry);
 }
