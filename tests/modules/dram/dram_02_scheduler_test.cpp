@@ -4,14 +4,11 @@
 
 #include "grtx/base/error.h"
 #include "grtx/modules/dram/decide/dram_channel.h"
+#include "modules/dram/dram_load.h"
 #include "modules/memory_mocks.h"
 
 namespace grtx::modules {
 namespace {
-
-constexpr DramTiming kT{};
-constexpr std::uint64_t kRow = 2048;
-constexpr std::uint64_t kSameBank = kRow * 16;
 
 struct Done {
   std::uint64_t id;
@@ -41,7 +38,7 @@ TEST(DramScheduler, RowHitsOvertakeAnOlderConflict) {
   EXPECT_EQ(done[2].id, 3u);
   EXPECT_EQ(done[3].id, 1u);
   // RAS is over only after the hits: PRE at 100 + RAS.
-  EXPECT_EQ(done[3].done, 100 + kT.ras + kT.rp + kT.rcd + kT.cl + kT.ccd);
+  EXPECT_EQ(done[3].done, 100 + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
 }
 
 TEST(DramScheduler, AReadyBankOvertakesABusyOne) {
@@ -53,8 +50,8 @@ TEST(DramScheduler, AReadyBankOvertakesABusyOne) {
   channel.run_until(10000);
   const std::vector<Done> done = drain(channel);
   EXPECT_EQ(done[1].id, 2u);
-  EXPECT_EQ(done[1].done, 1001 + kT.rcd + kT.cl + kT.ccd) << "one row command per clock: PRE first, ACT next";
-  EXPECT_EQ(done[2].done, 1000 + kT.rp + kT.rcd + kT.cl + kT.ccd);
+  EXPECT_EQ(done[1].done, 1001 + kTiming.rcd + kTiming.cl + kTiming.ccd) << "one row command per clock: PRE first, ACT next";
+  EXPECT_EQ(done[2].done, 1000 + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
 }
 
 // An endless stream of hits to one row against one older request of another row of the bank.
@@ -80,7 +77,7 @@ TEST(DramScheduler, NothingStarves) {
     // Once aged: the bank precharges, activates and reads, after the last read's RTP; the bus waits for nobody else.
     const Cycle latency = victims_latency(cap);
     EXPECT_GE(latency, cap);
-    EXPECT_LE(latency, cap + 1 + kT.rtp + kT.rp + kT.rcd + kT.ccd + kT.cl + kT.ccd) << "cap " << cap;
+    EXPECT_LE(latency, cap + 1 + kTiming.rtp + kTiming.rp + kTiming.rcd + kTiming.ccd + kTiming.cl + kTiming.ccd) << "cap " << cap;
   }
 }
 
@@ -101,7 +98,7 @@ TEST(DramScheduler, AnAgedWriteStopsTheReadsOfOtherBanks) {
   ASSERT_NE(victim, 0u);
   // Older reads go before it, at most a queue of them, which have aged too; then the turnaround.
   EXPECT_GT(victim, 400 + 300u);
-  EXPECT_LE(victim, 400 + 301 + kT.read_to_write() + kT.wl + kT.ccd);
+  EXPECT_LE(victim, 400 + 301 + kTiming.read_to_write() + kTiming.wl + kTiming.ccd);
   EXPECT_GE(channel.counters().aged, 1u);
 }
 
@@ -157,7 +154,7 @@ TEST(DramScheduler, TimingRulesHoldForEveryPairOfDataBursts) {
     if (channel.run_until(clock - 1); !channel.can_accept(32)) clock = channel.run_until_room(32) + 1;
     channel.enqueue(clock, id, random.below(4096) * 512, 32, random.chance(30));
     for (const Done& done : drain(channel)) {
-      EXPECT_GE(done.done, last + kT.ccd);
+      EXPECT_GE(done.done, last + kTiming.ccd);
       last = done.done;
     }
     clock += random.below(3);

@@ -16,9 +16,6 @@
 namespace grtx::modules {
 namespace {
 
-constexpr DramTiming kT{};
-constexpr std::uint64_t kRow = 2048;
-constexpr std::uint64_t kSameBank = kRow * 16;
 constexpr unsigned kNone = DramQueues::kNone;
 
 DramChannelConfig with_scheduling(const char* name) {
@@ -161,16 +158,16 @@ std::vector<DramDone> run(const DramChannelConfig& config, const std::vector<std
 }
 
 TEST(DramScheduling, FcfsServesAConflictBeforeYoungerHitsWhileOtherBanksPrepare) {
-  constexpr Cycle kData = kT.cl + kT.ccd;
-  const Cycle first = 100 + kT.rcd;
-  const Cycle second = 100 + kT.ras + kT.rp + kT.rcd;  // the conflict
+  constexpr Cycle kData = kTiming.cl + kTiming.ccd;
+  const Cycle first = 100 + kTiming.rcd;
+  const Cycle second = 100 + kTiming.ras + kTiming.rp + kTiming.rcd;  // the conflict
   EXPECT_EQ(run(with_scheduling("fcfs"), {0, kSameBank, 32, kRow}),
             (std::vector<DramDone>{{0, first + kData},
                                    {1, second + kData},
                                    // row 0 again, not before RC and RAS + RP after the conflict's activate
-                                   {2, second - kT.rcd + kT.ras + kT.rp + kT.rcd + kData},
+                                   {2, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kData},
                                    // opened long before, in turn on the bus
-                                   {3, second - kT.rcd + kT.ras + kT.rp + kT.rcd + kT.ccd + kData}}));
+                                   {3, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.ccd + kData}}));
 }
 
 TEST(DramScheduling, TheCapLetsSoManyHitsOvertake) {
@@ -206,7 +203,7 @@ TEST(DramScheduling, OneOfTheUsersIsRegisteredByName) {
   // Two rows are opened a clock apart by RRD, the higher bank's first.
   const std::vector<DramDone> done = run(with_scheduling("highest_bank"), {0, 3 * kRow});
   EXPECT_EQ(done,
-            (std::vector<DramDone>{{1, 100 + kT.rcd + kT.cl + kT.ccd}, {0, 100 + kT.rrd + kT.rcd + kT.cl + kT.ccd}}));
+            (std::vector<DramDone>{{1, 100 + kTiming.rcd + kTiming.cl + kTiming.ccd}, {0, 100 + kTiming.rrd + kTiming.rcd + kTiming.cl + kTiming.ccd}}));
 }
 
 /// Names what it should not.
@@ -292,8 +289,8 @@ TEST(DramScheduling, APolicyKnowsWhoAsksAndForWhat) {
   channel.enqueue(100, 1, kRow, 32, false, {2, Region::blas});
   channel.enqueue(100, 2, 2 * kRow, 32, false, {1, Region::blas});
   channel.run_until(100'000);
-  const Cycle first = 100 + kT.rcd + kT.cl + kT.ccd;
-  EXPECT_EQ(done_by(channel), (std::vector<DramDone>{{2, first}, {0, first + kT.rrd}, {1, first + 2 * kT.rrd}}));
+  const Cycle first = 100 + kTiming.rcd + kTiming.cl + kTiming.ccd;
+  EXPECT_EQ(done_by(channel), (std::vector<DramDone>{{2, first}, {0, first + kTiming.rrd}, {1, first + 2 * kTiming.rrd}}));
 }
 
 TEST(DramScheduling, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random traffic of a DRAM channel, the same for every implementation of one.
+// Random traffic of a DRAM channel, the same for every implementation of one, and the timing and rows of tests.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +11,10 @@
 #include "grtx/modules/dram/decide/dram_channel.h"
 
 namespace grtx::modules {
+
+inline constexpr DramTiming kTiming{};
+inline constexpr std::uint64_t kRow = 2048;
+inline constexpr std::uint64_t kSameBank = kRow * 16;  ///< the next row of the same bank
 
 struct DramDone {
   std::uint64_t id;

@@ -9,13 +9,13 @@ namespace {
 
 using traces::NodeKind;
 
-constexpr std::uint64_t kBlas = 4096;
+constexpr std::uint64_t kBlasNode = 4096;
 
 NodeTraffic traffic(const NodeTrafficConfig& config = {}) {
   traces::Header header;
   header.accel = traces::AccelKind::tlas_tri20;
   header.two_level = true;
-  header.blas_base = kBlas;
+  header.blas_base = kBlasNode;
   return {header, config};
 }
 
@@ -40,7 +40,7 @@ TEST(FetchMerges, NotALeafWithItsDescriptor) {
   NodeTrafficConfig config;
   config.leaf_descriptor_read = true;
   config.descriptor_wait = 4;
-  const NodeVisit leaf{NodeKind::triangle, kBlas + 640};
+  const NodeVisit leaf{NodeKind::triangle, kBlasNode + 640};
   EXPECT_NE(FetchMerge::key(leaf, NodePart::first, traffic(config)),
             FetchMerge::key(leaf, NodePart::second, traffic(config)));
 }

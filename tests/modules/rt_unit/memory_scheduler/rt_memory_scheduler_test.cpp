@@ -52,7 +52,7 @@ struct SchedulerBench final : warp_buffer_if, fetched_node_if {
 };
 
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  SchedulerBench bench({64, false, false, 1, kPort, {}}, header(), 2, 64);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 2, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(5, 0);
@@ -81,7 +81,7 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
 
 // The netlist does not call the stages of a part that is not awake: sectors would then stay for ever.
 TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
-  SchedulerBench bench({64, false, false, 1, kPort, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   EXPECT_FALSE(memory.awake());
   memory.begin_warp(0, 0);
@@ -101,7 +101,7 @@ TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  SchedulerBench bench({64, true, false, 1, kPort, {}}, header(), 1, 64);
+  SchedulerBench bench({64, true, false, 1, kPort, 0, {}}, header(), 1, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -123,7 +123,7 @@ TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  SchedulerBench bench({64, false, false, 1, kPort, {128, true, false}}, header(), 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, {128, true, false}}, header(), 1);
   MemoryScheduler& memory = bench.memory;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
@@ -147,7 +147,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  SchedulerBench bench({64, false, false, 1, kPort, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -165,8 +165,8 @@ TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
 }
 
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {
-  EXPECT_THROW(MemoryScheduler("a", {31, false, false, 1, kPort, {}}, header(), 1), Error);
-  EXPECT_THROW(MemoryScheduler("b", {32, false, false, 1, kPort, {96, true, false}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("a", {31, false, false, 1, kPort, 0, {}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("b", {32, false, false, 1, kPort, 0, {96, true, false}}, header(), 1), Error);
 }
 
 }  // namespace
