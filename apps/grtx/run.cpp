@@ -96,7 +96,7 @@ void print_images(const experiment::DesignResults& run) {
                run.images_identical ? "bit-identical" : "DIFFERENT");
   }
   for (const auto& [name, order] : orders.items()) {
-    fmt::print("image of {}: blended by {}, {:.1f} dB from {}\n", name, order.at("order").get<std::string>(),
+    fmt::print("{} blends by {}: {:.1f} dB from {}\n", name, order.at("order").get<std::string>(),
                order.at("psnr").get<double>(), run.comparison.reference());
   }
   std::string text = "images against the fp64 reference in the order of each design, worst frame:";

@@ -41,7 +41,7 @@ def simulate(trace: StrPath, settings: Settings | None = None, *, machine: StrPa
              vcd_window: str | None = None, vcd_level: str | None = None, timeline: StrPath | None = None,
              timeline_window: str | None = None, heatmap: str | Sequence[str] | None = None,
              watchdog: int | None = None, construction_order: int | None = None, no_idle_skip: bool = False,
-             program: StrPath | None = None) -> pd.DataFrame:
+             latency: bool = False, program: StrPath | None = None) -> pd.DataFrame:
     """``grtx sim``: the statistics of one run, as read_statistics() gives them.
 
     ``settings``: {key: value} of the configuration. The others are the command's options, with _ for -; None takes the
@@ -56,7 +56,7 @@ def run(scene: StrPath, cameras: StrPath, settings: Settings | None = None, *,
         machine: StrPath | Sequence[StrPath] | None = None,
         config: StrPath | None = None, mode: Mode | None = None, target_error: str | None = None,
         share: float | None = None, seed: int | None = None, jobs: int | None = None, threads: int | None = None,
-        flatten: bool = False, view: int | None = None, views: str | None = None, width: int | None = None,
+        flatten: bool = False, latency: bool = False, view: int | None = None, views: str | None = None, width: int | None = None,
         height: int | None = None, fov_scale: float | None = None, k: int | None = None,
         checkpoint_capacity: int | None = None, checkpoint_bins: int | None = None, below_instance: str | None = None,
         checkpoint_order: str | None = None, ert: float | None = None, ert_check: str | None = None,
@@ -107,7 +107,8 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
                  values: str | Iterable[str] | None = None, jobs: int = 1, *, machine: Any = None, config: Any = None,
                  design: Any = None, mode: Any = None, target_error: Any = None, share: Any = None, seed: Any = None,
                  warm: Any = None, warm_state: Any = None, strict: Any = False, watchdog: Any = None,
-                 construction_order: Any = None, no_idle_skip: Any = False, program: StrPath | None = None) -> pd.DataFrame:
+                 construction_order: Any = None, no_idle_skip: Any = False, latency: Any = False,
+                 program: StrPath | None = None) -> pd.DataFrame:
     """Every trace with every combination of settings: a frame of one row per run.
 
     ``traces``: a path, several, or {name: path}. ``settings``: {key: value}. Options are simulate()'s. Each value may be a

@@ -334,13 +334,13 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
 
 std::string correlation_text(const Correlation& c) {
   std::string text =
-      fmt::format("figure\n  {:>25} {:>25} {:>8}  {}\n", "measured", "simulated", "error", "in range, standard errors");
+      fmt::format("figure\n  {:>22} {:>22} {:>8}  {}\n", "measured", "simulated", "error", "in range, std. errors");
   const auto range = [](double value, double low, double high) {
     return low == high ? fmt::format("{:.4g}", value) : fmt::format("{:.4g} ({:.4g} to {:.4g})", value, low, high);
   };
   for (const Comparison& one : c.comparisons) {
     text += wrapped(one.label) + "\n";
-    text += fmt::format("  {:>25} {:>25} {:>+7.0f}%  {}{}\n", range(one.measured, one.measured_low, one.measured_high),
+    text += fmt::format("  {:>22} {:>22} {:>+7.0f}%  {}{}\n", range(one.measured, one.measured_low, one.measured_high),
                         range(one.simulated, one.simulated_low, one.simulated_high), 100.0 * one.error(),
                         one.inside() ? "yes" : "no",
                         one.standard_error > 0.0 ? fmt::format(", {:+.1f}", one.deviations()) : "");

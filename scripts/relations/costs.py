@@ -84,10 +84,10 @@ def sweeps_price_alike(case):
         gaussians.write_cameras(case.path("objects.json"), [{"file": "s.ply"}, {"file": "s.ply", "translate": [0.5, 0, 0]}])
     scene = "objects.json" if objects else "s.ply"
     case.write("plan.toml", f"designs = ['{accel}']\n[[scene]]\nfile = '{scene}'\ncameras = 's.cameras.json'\nwidth = 8\nheight = 6\n"
-                            f"[tracer]\nbvh_width = {width}\nlayout = 'vulkan_sim'\n[set]\ngpu.sms = 2\n[grid]\nl2.latency = [100]\n")
+                            f"[tracer]\nk = 8\nbvh_width = {width}\nlayout = 'vulkan_sim'\n[set]\ngpu.sms = 2\n[grid]\nl2.latency = [100]\n")
     case.grtx("sweep", "plan.toml", "--machine", machine, "-o", "db.sqlite", "--quiet")
     case.grtx("trace", "--scene", scene, "--cameras", "s.cameras.json", "--width", 8, "--height", 6, "--machine", machine, "--accel",
-              "tlas-tri20", "--checkpoint", "on" if accel == "grtx" else "off", "--bvh-width", width, "--layout", "vulkan_sim", "-o",
+              "tlas-tri20", "--checkpoint", "on" if accel == "grtx" else "off", "--k", 8, "--bvh-width", width, "--layout", "vulkan_sim", "-o",
               "s.grtx", "--quiet")
     settings = ["--machine", machine, "--set", "gpu.sms=2", "--set", "l2.latency=100"]
     case.grtx("sim", "s.grtx", *settings, "--stats", "s.json", "--quiet")

@@ -171,7 +171,7 @@ def a_run_is_its_parts(case):
     """grtx run gives the statistics of trace and sim of each design, and speed-ups that are quotients of their cycles."""
     rng = case.rng
     views.scene(case, most=300)
-    view = ["--scene", "s.ply", *views.view(case, most=13)]
+    view = ["--scene", "s.ply", *views.view(case, most=13), "--k", 8]  # run takes each design's own otherwise
     machine = rng.choice(views.MACHINES)
     case.grtx("run", *view, "--machine", machine, "-o", "out", "--quiet")
     results = case.json("out/results.json")

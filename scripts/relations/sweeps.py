@@ -27,6 +27,8 @@ def plan(case, name, designs=("baseline", "sw", "hw", "grtx"), axes=2, values=2)
              "height": rng.randrange(4, 14), "fov_scale": rng.choice([0.5, 1.0, 1.5])}
     made = {"designs": rng.sample(designs, rng.choice([1, 2])), "scene": scene, "grid": chosen,
             "set": {"gpu.sms": rng.choice([1, 2])}}
+    if "tracer.k" not in chosen:
+        made["set"]["tracer.k"] = 8  # a design has its own otherwise
     case.write(f"{name}.toml", f"designs = {toml(made['designs'])}\n[[scene]]\n" +
                "".join(f"{key} = {toml(value)}\n" for key, value in scene.items()) +
                "[set]\n" + "".join(f"{key} = {toml(value)}\n" for key, value in made["set"].items()) +

@@ -159,6 +159,7 @@ try {
   await small.setViewportSize({ width: 390, height: 844 });
   await small.reload();
   await ready(small);
+  await press(small, 'Home');
   await press(small, 'n', 5);
   found.small = (await state(small)).where;
   found.overflow[390] = await small.evaluate(() => document.documentElement.scrollWidth - innerWidth);

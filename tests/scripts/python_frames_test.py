@@ -57,7 +57,7 @@ class Frames(unittest.TestCase):
         cls.path = staticmethod(lambda name: os.path.join(folder.name, name))
         grtx("synth", "--preset", "object", "--count", "400", "--seed", "1", "-o", cls.path("s.ply"), "--quiet")
         grtx("run", "--scene", cls.path("s.ply"), "--cameras", cls.path("s.cameras.json"), "--width", "8", "--height", "8",
-             "-o", cls.path("run"), "--quiet")
+             "--designs", "baseline,sw,hw,grtx,gautracer", "--k", "8", "-o", cls.path("run"), "--quiet")
         trace = next(f for f in os.listdir(cls.path("run")) if f.endswith(".grtx"))
         grtx("sim", os.path.join(cls.path("run"), trace), "--stats", cls.path("stats.json"), "--quiet")
         with open(cls.path("plan.toml"), "w", encoding="utf-8") as file:

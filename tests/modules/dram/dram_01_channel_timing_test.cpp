@@ -32,7 +32,6 @@ std::vector<Cycle> run(const std::vector<Request>& requests, DramChannelConfig c
   return done;
 }
 
-
 TEST(DramChannelTiming, ClosedRowHitAndConflict) {
   const Cycle idle = kTiming.rcd + kTiming.cl + kTiming.ccd;  // ACT, RD, data
   EXPECT_EQ(idle, 44u);
@@ -47,7 +46,8 @@ TEST(DramChannelTiming, ClosedRowHitAndConflict) {
 
 TEST(DramChannelTiming, AnEarlyConflictWaitsForRas) {
   // ACT at 100; PRE not before 100 + RAS; ACT not before 100 + max(RAS + RP, RC).
-  EXPECT_EQ(run({{100, 0}, {101, kSameBank}})[1], 100 + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
+  EXPECT_EQ(run({{100, 0}, {101, kSameBank}})[1],
+            100 + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
   DramChannelConfig slow_rc;
   slow_rc.timing.rc = 90;
   EXPECT_EQ(run({{100, 0}, {101, kSameBank}}, slow_rc)[1], 100 + 90 + kTiming.rcd + kTiming.cl + kTiming.ccd);
@@ -56,12 +56,14 @@ TEST(DramChannelTiming, AnEarlyConflictWaitsForRas) {
 TEST(DramChannelTiming, Writes) {
   EXPECT_EQ(run({{100, 0, true}})[0], 100 + kTiming.rcd + kTiming.wl + kTiming.ccd);
   // Write to read of the same row: WL + burst + CDLR between the commands.
-  EXPECT_EQ(run({{100, 0, true}, {101, 32}})[1], 100 + kTiming.rcd + (kTiming.wl + kTiming.ccd + kTiming.cdlr) + kTiming.cl + kTiming.ccd);
+  EXPECT_EQ(run({{100, 0, true}, {101, 32}})[1],
+            100 + kTiming.rcd + (kTiming.wl + kTiming.ccd + kTiming.cdlr) + kTiming.cl + kTiming.ccd);
   // Read to write: CL + burst + 2 - WL between the commands.
-  EXPECT_EQ(run({{100, 0}, {101, 32, true}})[1], 100 + kTiming.rcd + (kTiming.cl + kTiming.ccd + 2 - kTiming.wl) + kTiming.wl + kTiming.ccd);
+  EXPECT_EQ(run({{100, 0}, {101, 32, true}})[1],
+            100 + kTiming.rcd + (kTiming.cl + kTiming.ccd + 2 - kTiming.wl) + kTiming.wl + kTiming.ccd);
   // A conflict after a write: precharge not before WR = 20 clocks after the last data, here later than RAS.
-  EXPECT_EQ(run({{100, 0, true}, {101, kSameBank}})[1],
-            100 + kTiming.rcd + (kTiming.wl + kTiming.ccd + kTiming.wr) + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
+  EXPECT_EQ(run({{100, 0, true}, {101, kSameBank}})[1], 100 + kTiming.rcd + (kTiming.wl + kTiming.ccd + kTiming.wr) +
+                                                            kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
 }
 
 TEST(DramChannelTiming, RowHitsStreamOneBurstEveryCcd) {
@@ -80,7 +82,8 @@ TEST(DramChannelTiming, BanksActivateRrdApart) {
 
 TEST(DramChannelTiming, ALineIsFourBursts) {
   EXPECT_EQ(run({{100, 0, false, 128}})[0], 100 + kTiming.rcd + 3 * kTiming.ccd + kTiming.cl + kTiming.ccd);
-  EXPECT_EQ(run({{100, 0, false, 8}})[0], 100 + kTiming.rcd + kTiming.cl + kTiming.ccd) << "less than a burst takes a burst";
+  EXPECT_EQ(run({{100, 0, false, 8}})[0], 100 + kTiming.rcd + kTiming.cl + kTiming.ccd)
+      << "less than a burst takes a burst";
 }
 
 /// Four groups; the next block of a row is 128 B on and in the next group, the next bank of a group 8 KB on.
@@ -101,7 +104,8 @@ TEST(DramChannelTiming, ABankGroupTakesAColumnCommandEveryCcdL) {
   EXPECT_EQ(done[4], done[2] + kTiming.ccd) << "another group goes in between";
   EXPECT_EQ(done[3], done[4] + kTiming.ccd) << "8 clocks after the first, CCD_L is 7";
   EXPECT_EQ(run({{100, 0}, {1000, 32}, {1000, 64}}, grouped())[2], 1000 + 7 + kTiming.cl + kTiming.ccd);
-  EXPECT_EQ(run({{100, 0, true}, {1000, 32, true}, {1000, 64, true}}, grouped())[2], 1000 + 7 + kTiming.wl + kTiming.ccd);
+  EXPECT_EQ(run({{100, 0, true}, {1000, 32, true}, {1000, 64, true}}, grouped())[2],
+            1000 + 7 + kTiming.wl + kTiming.ccd);
 }
 
 TEST(DramChannelTiming, ABankGroupIsActivatedEveryRrdL) {

@@ -50,7 +50,8 @@ TEST(DramScheduler, AReadyBankOvertakesABusyOne) {
   channel.run_until(10000);
   const std::vector<Done> done = drain(channel);
   EXPECT_EQ(done[1].id, 2u);
-  EXPECT_EQ(done[1].done, 1001 + kTiming.rcd + kTiming.cl + kTiming.ccd) << "one row command per clock: PRE first, ACT next";
+  EXPECT_EQ(done[1].done, 1001 + kTiming.rcd + kTiming.cl + kTiming.ccd)
+      << "one row command per clock: PRE first, ACT next";
   EXPECT_EQ(done[2].done, 1000 + kTiming.rp + kTiming.rcd + kTiming.cl + kTiming.ccd);
 }
 
@@ -77,7 +78,8 @@ TEST(DramScheduler, NothingStarves) {
     // Once aged: the bank precharges, activates and reads, after the last read's RTP; the bus waits for nobody else.
     const Cycle latency = victims_latency(cap);
     EXPECT_GE(latency, cap);
-    EXPECT_LE(latency, cap + 1 + kTiming.rtp + kTiming.rp + kTiming.rcd + kTiming.ccd + kTiming.cl + kTiming.ccd) << "cap " << cap;
+    EXPECT_LE(latency, cap + 1 + kTiming.rtp + kTiming.rp + kTiming.rcd + kTiming.ccd + kTiming.cl + kTiming.ccd)
+        << "cap " << cap;
   }
 }
 

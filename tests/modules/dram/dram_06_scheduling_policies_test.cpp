@@ -162,12 +162,13 @@ TEST(DramScheduling, FcfsServesAConflictBeforeYoungerHitsWhileOtherBanksPrepare)
   const Cycle first = 100 + kTiming.rcd;
   const Cycle second = 100 + kTiming.ras + kTiming.rp + kTiming.rcd;  // the conflict
   EXPECT_EQ(run(with_scheduling("fcfs"), {0, kSameBank, 32, kRow}),
-            (std::vector<DramDone>{{0, first + kData},
-                                   {1, second + kData},
-                                   // row 0 again, not before RC and RAS + RP after the conflict's activate
-                                   {2, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kData},
-                                   // opened long before, in turn on the bus
-                                   {3, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.ccd + kData}}));
+            (std::vector<DramDone>{
+                {0, first + kData},
+                {1, second + kData},
+                // row 0 again, not before RC and RAS + RP after the conflict's activate
+                {2, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kData},
+                // opened long before, in turn on the bus
+                {3, second - kTiming.rcd + kTiming.ras + kTiming.rp + kTiming.rcd + kTiming.ccd + kData}}));
 }
 
 TEST(DramScheduling, TheCapLetsSoManyHitsOvertake) {
@@ -202,8 +203,8 @@ TEST(DramScheduling, OneOfTheUsersIsRegisteredByName) {
   EXPECT_THROW(register_dram_scheduling("fr_fcfs", {}), std::logic_error);
   // Two rows are opened a clock apart by RRD, the higher bank's first.
   const std::vector<DramDone> done = run(with_scheduling("highest_bank"), {0, 3 * kRow});
-  EXPECT_EQ(done,
-            (std::vector<DramDone>{{1, 100 + kTiming.rcd + kTiming.cl + kTiming.ccd}, {0, 100 + kTiming.rrd + kTiming.rcd + kTiming.cl + kTiming.ccd}}));
+  EXPECT_EQ(done, (std::vector<DramDone>{{1, 100 + kTiming.rcd + kTiming.cl + kTiming.ccd},
+                                         {0, 100 + kTiming.rrd + kTiming.rcd + kTiming.cl + kTiming.ccd}}));
 }
 
 /// Names what it should not.
@@ -290,7 +291,8 @@ TEST(DramScheduling, APolicyKnowsWhoAsksAndForWhat) {
   channel.enqueue(100, 2, 2 * kRow, 32, false, {1, Region::blas});
   channel.run_until(100'000);
   const Cycle first = 100 + kTiming.rcd + kTiming.cl + kTiming.ccd;
-  EXPECT_EQ(done_by(channel), (std::vector<DramDone>{{2, first}, {0, first + kTiming.rrd}, {1, first + 2 * kTiming.rrd}}));
+  EXPECT_EQ(done_by(channel),
+            (std::vector<DramDone>{{2, first}, {0, first + kTiming.rrd}, {1, first + 2 * kTiming.rrd}}));
 }
 
 TEST(DramScheduling, AnUnknownNameIsAnErrorThatListsTheKnownOnes) {

@@ -154,7 +154,7 @@ TEST(PlainGpuBound, AgreesWhereHitsHideOthers) {
     options.k = c.k;
     options.ahead = c.ahead;
     const traces::testing::TemporaryFile file("plain");
-    test::write_view(file.path(), scene, grtx::test::front_camera(16, 16, 1.2), 16, 16, c.accel, options);
+    test::write_view(file.path(), scene, grtx::test::front_camera(32, 16, 1.2), 32, 16, c.accel, options);
     const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml", c.settings);
     const std::string what = frontend::accel_name(c.accel) + fmt::format(" k {} ahead {}", c.k, c.ahead);
     EXPECT_EQ(differences(file.path(), config), "") << what;
