@@ -34,7 +34,7 @@ TEST_F(MachineTest, TraceThenSimGivesTheCyclesOfRun) {
        {std::pair("", ""), std::pair("", " --config over.toml"), std::pair(" --machine paper-charged", ""),
         std::pair(" --machine ada-share", " --config over.toml")}) {
     must(std::string("run") + kView + "-o out" + machine + config);
-    must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on -o t.grtx" + machine);
+    must(std::string("trace") + kView + "--accel tlas-tri20 --checkpoint on --k 16 -o t.grtx" + machine);
     must(std::string("sim t.grtx --quiet --stats s.json") + machine + config);
     EXPECT_EQ(folder_.read("t.grtx"), folder_.read("out/grtx.grtx")) << machine;
     const nlohmann::json run = json("out/results.json"), sim = json("s.json");

@@ -27,7 +27,7 @@ class SearchProgram : public test::SweepBench {
   void write_search(const std::string& search = "candidates = 8", const std::string& more = "") {
     write_file(folder + "/plan.toml",
                "base = '" + grtx::paths::source_dir() +
-                   "/configs/small.toml'\n"
+                   "/configs/small.toml'\n[tracer]\nk = 8\n"
                    "[[scene]]\npreset = 'object'\ncount = 300\nseed = 7\nwidth = 8\nheight = 8\n"
                    "[[scene]]\npreset = 'object'\ncount = 300\nseed = 8\nwidth = 8\nheight = 8\nrole = 'evaluation'\n"
                    "[[parameter]]\nkey = 'design'\nvalues = ['sw', 'grtx']\n"
@@ -52,7 +52,7 @@ TEST_F(SearchProgram, FindsTheFrontOfBruteForce) {
   EXPECT_EQ(found.at("counts").at("screened"), 8);
   // All eight by a sweep of their own, and what no other of them beats.
   write_file(folder + "/all.toml", "base = '" + grtx::paths::source_dir() +
-                                       "/configs/small.toml'\ndesigns = ['sw', 'grtx']\n[[scene]]\npreset = 'object'\n"
+                                       "/configs/small.toml'\ndesigns = ['sw', 'grtx']\n[tracer]\nk = 8\n[[scene]]\npreset = 'object'\n"
                                        "count = 300\nseed = 7\nwidth = 8\nheight = 8\n[grid]\n"
                                        "rt.warp_buffer.entries = [2, 4]\nrt.checkpoint.lanes = [1, 4]\n");
   ASSERT_EQ(test::shell(grtx::paths::program() + " sweep " + folder + "/all.toml -o " + folder + "/all.sqlite").code,
