@@ -40,7 +40,8 @@ bool has(const Structure& s, const Design& design) {
 std::string design_name(const Structure& s, const Design* from) {
   if (from != nullptr && has(s, *from)) return from->name;
   for (const Design& design : designs()) {
-    if (has(s, design) && design.tracer.empty() && design.keys.empty()) return design.name;
+    const bool of_structure = std::ranges::all_of(design.tracer, [](const auto& own) { return own.first == "k"; });
+    if (has(s, design) && of_structure && design.keys.empty()) return design.name;
   }
   return s.accel + (s.checkpoint ? "+checkpoint" : "");
 }

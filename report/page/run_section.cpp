@@ -130,12 +130,11 @@ std::string designs_table(const ReportRun& run) {
 }
 
 /// How the cycles of the design that speed-ups are over become those of the fastest, term by term.
-std::string waterfall_chart(const DesignResult& over, const DesignResult& best, const std::vector<SpeedupTerm>& terms,
-                            std::size_t index) {
+std::string waterfall_chart(const std::string& label, const DesignResult& over, const DesignResult& best,
+                            const std::vector<SpeedupTerm>& terms, std::size_t index) {
   ordered_json rows = ordered_json::array();
-  const auto add = [&rows](const std::string& label, const char* change, double before, double after) {
-    rows.push_back(
-        {{"label", label}, {"order", rows.size()}, {"change", change}, {"before", before}, {"after", after}});
+  const auto add = [&rows](const std::string& step, const char* change, double before, double after) {
+    rows.push_back({{"label", step}, {"order", rows.size()}, {"change", change}, {"before", before}, {"after", after}});
   };
   double before = over.value("gpu.cycles");
   add(over.name, "whole", 0.0, before);
@@ -145,7 +144,7 @@ std::string waterfall_chart(const DesignResult& over, const DesignResult& best, 
   }
   add(best.name, "whole", 0.0, before);
   const std::string caption =
-      fmt::format("From the cycles of {} to those of {}, one term after the other", over.name, best.name);
+      fmt::format("{}: from the cycles of {} to those of {}, one term after the other", label, over.name, best.name);
   return chart(fmt::format("waterfall{}", index), caption, caption, waterfall(rows, "cycles"));
 }
 
@@ -174,10 +173,11 @@ std::string waterfall_html(const ReportRun& run, std::size_t index) {
       all *= terms[i].factor;
     }
     rows.back().push_back(times(all));
-    if (&design == &fastest(run.results)) chart_of_best = waterfall_chart(*over, design, terms, index);
+    if (&design == &fastest(run.results))
+      chart_of_best = waterfall_chart(run.results.label, *over, design, terms, index);
   }
   if (rows.empty()) return "";
-  Table table("Speed-up over " + over->name + ": the terms, whose product it is", columns);
+  Table table(run.results.label + ": speed-up over " + over->name + ", the terms, whose product it is", columns);
   for (const std::vector<std::string>& row : rows) table.row(row);
   return chart_of_best + table.html() +
          "<p class=\"note\">A term is changed with those above it changed already. Fetches under way and warps are the "

@@ -157,12 +157,12 @@ TEST_F(OneDesign, CostRefusedItsOwnRun) {
   }
 }
 
-// 0.8204 mm2 alone, 0.8299 in the report: nodes of six and leaves of 32 B, as the design has them.
+// 0.8782 mm2 alone, 0.8896 in the report: nodes of six and leaves of 32 B, as the design has them.
 TEST_F(OneDesign, CostAlonePricedOtherNodesThanTheRunHas) {
   const std::string text = must("cost --design walk");
-  EXPECT_THAT(text, HasSubstr(" 0.8299 "));
+  EXPECT_THAT(text, HasSubstr(" 0.8896 "));
   EXPECT_EQ(must("cost --design walk --layout quantised --bvh-width 6"), text);
-  EXPECT_THAT(must("cost --design walk --layout vulkan_sim"), HasSubstr(" 0.8204 "));
+  EXPECT_THAT(must("cost --design walk --layout vulkan_sim"), HasSubstr(" 0.8782 "));
 }
 
 // "simt.payload_registers: needs simt.registers_per_thread", which the design brings.

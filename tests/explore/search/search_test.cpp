@@ -51,10 +51,11 @@ TEST_F(SearchProgram, FindsTheFrontOfBruteForce) {
   EXPECT_EQ(found.at("counts").at("candidates"), 8);
   EXPECT_EQ(found.at("counts").at("screened"), 8);
   // All eight by a sweep of their own, and what no other of them beats.
-  write_file(folder + "/all.toml", "base = '" + grtx::paths::source_dir() +
-                                       "/configs/small.toml'\ndesigns = ['sw', 'grtx']\n[tracer]\nk = 8\n[[scene]]\npreset = 'object'\n"
-                                       "count = 300\nseed = 7\nwidth = 8\nheight = 8\n[grid]\n"
-                                       "rt.warp_buffer.entries = [2, 4]\nrt.checkpoint.lanes = [1, 4]\n");
+  write_file(folder + "/all.toml",
+             "base = '" + grtx::paths::source_dir() +
+                 "/configs/small.toml'\ndesigns = ['sw', 'grtx']\n[tracer]\nk = 8\n[[scene]]\npreset = 'object'\n"
+                 "count = 300\nseed = 7\nwidth = 8\nheight = 8\n[grid]\n"
+                 "rt.warp_buffer.entries = [2, 4]\nrt.checkpoint.lanes = [1, 4]\n");
   ASSERT_EQ(test::shell(grtx::paths::program() + " sweep " + folder + "/all.toml -o " + folder + "/all.sqlite").code,
             0);
   const Texts brute = rows("all.sqlite", R"(

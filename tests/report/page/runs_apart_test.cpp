@@ -51,7 +51,9 @@ ordered_json statistics(const std::string& name, double cycles, const std::strin
   ordered_json inputs = inputs_of("hall", "0", "baseline");
   inputs.update({{"accel", design.accel}, {"checkpoint", design.checkpoint ? "on" : "off"}, {"k", k}});
   inputs["machine"] = design.keys.empty() ? "paper" : "paper, changed";
-  for (const auto& [option, value] : design.tracer) inputs[option] = value;
+  for (const auto& [option, value] : design.tracer) {
+    if (option != "k" || !design.keys.empty()) inputs[option] = value;
+  }
   const ordered_json all = {{"value", cycles}, {"unit", "cycles"}, {"description", "of the run"}};
   return {{"schema", "grtx.stats/1"},
           {"model_version", 7},

@@ -90,12 +90,12 @@ TEST(Subject, OptionsOfCheckpointsAreComparedWhereBothHaveThem) {
   EXPECT_THAT(names(subject(fewer).differences(grtx, MayDiffer::designs)), ElementsAre("checkpoint_capacity: 1"));
 }
 
-const ordered_json kGauTracer = {{"accel", "ellipsoid"}, {"trace.accel", "ellipsoid"}, {"k", "16"},
-                                 {"trace.k", "16"},      {"trace.sort_key", "peak"},   {"trace.tmax_update", "kth"},
+const ordered_json kGauTracer = {{"accel", "ellipsoid"}, {"trace.accel", "ellipsoid"}, {"k", "48"},
+                                 {"trace.k", "48"},      {"trace.sort_key", "peak"},   {"trace.tmax_update", "kth"},
                                  {"trace_hash", "3"},    {"machine", "paper, changed"}};
 
 /// The configuration of GauTracer's units, or the same keys at rest.
-ordered_json units(bool on, unsigned registers = 32, unsigned l1_bytes = 1, unsigned k = 16) {
+ordered_json units(bool on, unsigned registers = 32, unsigned l1_bytes = 1, unsigned k = 48) {
   return {{"l1.bytes", l1_bytes},
           {"rt.gaussian.enabled", on},
           {"rt.any_hit_unit.enabled", on},
