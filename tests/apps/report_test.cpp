@@ -133,7 +133,7 @@ TEST(Report, ARunWritesItsReport) {
   EXPECT_THAT(page, Not(HasSubstr("host.wall_seconds")));
   const nlohmann::json results = nlohmann::json::parse(folder.read("out/results.json"));
   char speedup[48];
-  std::snprintf(speedup, sizeof(speedup), "<span class=\"figure\">%.2f×</span>",
+  std::snprintf(speedup, sizeof(speedup), "<span class=\"figure\">%.2f×",
                 results.at("speedup").at("walk").get<double>());  // the fastest
   EXPECT_THAT(page, HasSubstr(speedup));
 }

@@ -88,7 +88,8 @@ class Frames(unittest.TestCase):
             grtx_tlm.simulate(trace, mode="sampled", program=PROGRAM)
         self.assertEqual(caught.exception.code, 2)
         self.assertIn("mode 'sampled' is gone: use cycle; of whole frames, windows", str(caught.exception))
-        results = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), program=PROGRAM, width=8, height=8)
+        results = grtx_tlm.run(self.path("s.ply"), self.path("s.cameras.json"), program=PROGRAM, width=8, height=8,
+                               designs="baseline,sw,hw,grtx,gautracer", k=8)
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
 

@@ -175,7 +175,7 @@ TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {
   SweepPlan other = plan();
   std::filesystem::rename(folder + "/s.ply", folder + "/moved.ply");
   other.scenes[0].file = folder + "/moved.ply";
-  other.settings = {{"tracer.k", 32}, {"l1.latency", 20}};  // the design's, and the default
+  other.settings = {{"tracer.k", 16}, {"l1.latency", 20}};  // the design's, and the default
   other.points = {{}, {{"gpu.sms", 8}}};
   const SweepPoints same = points(other);
   ASSERT_EQ(same.points.size(), 1U);
