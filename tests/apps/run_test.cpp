@@ -193,7 +193,7 @@ TEST_F(RunTest, AWaterfallMultipliesToEachSpeedUpAndLevelsOfLatencyAreOnThePage)
   EXPECT_EQ(results.at("waterfall").size(), 2U);
   EXPECT_GT(results.at("designs").at("walk").at("gpu.latency.nodes.whole").at("value").get<double>(), 0.0);
   const std::string page = read_file(folder + "/out/report.html");
-  for (const char* part : {"Speed-up over baseline: the terms", "memory: DRAM", "Reads of 32 B: cycles"}) {
+  for (const char* part : {"speed-up over baseline, the terms", "memory: DRAM", "Reads of 32 B: cycles"}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(grtx("run " + scene_arguments() + config() + "--latency --mode windows -o " + folder + "/no").code, 2);

@@ -227,14 +227,14 @@ TEST_F(SearchProgram, BadInputIsOneLine) {
   const struct {
     std::string more, message;
   } cases[] = {
-      {"[[objective]]\nvalue = 'gpu.tiem_us'\n", "plan.toml: line 36: unknown value 'gpu.tiem_us', the nearest is"},
+      {"[[objective]]\nvalue = 'gpu.tiem_us'\n", "plan.toml: line 38: unknown value 'gpu.tiem_us', the nearest is"},
       {"[[objective]]\nvalue = 'cost.mm3'\n",
-       "plan.toml: line 36: unknown value 'cost.mm3', the nearest is 'cost.mm2'"},
+       "plan.toml: line 38: unknown value 'cost.mm3', the nearest is 'cost.mm2'"},
       {"[[constraint]]\nrule = 'cost.rt_mm2 <= 1'\n",
-       "plan.toml: line 36: unknown value 'cost.rt_mm2', the nearest is"},
+       "plan.toml: line 38: unknown value 'cost.rt_mm2', the nearest is"},
       {"confirm = 'cylce'\n", "plan.toml: mode: "},
       {"[set]\nl1.bytes = 64\n", "reference: configuration: l1.bytes: must hold at least"},
-      {"[searhc]\n", "plan.toml: line 35: unknown key 'searhc', the nearest is 'search'"}};
+      {"[searhc]\n", "plan.toml: line 37: unknown key 'searhc', the nearest is 'search'"}};
   for (const auto& c : cases) {
     write_search("candidates = 8", c.more);
     const Outcome outcome = sweep("b.sqlite", "--quiet");
