@@ -51,8 +51,6 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("tmax-update", o.tmax_update, "t_max after an any-hit: the reported hit's t, or the k-th");
   visit("opacity-bound", o.opacity_bound,
         "Whether t_max also moves to the hit at which the hits found so far let less light through than --ert");
-  visit("warp-beam", o.warp_beam,
-        "Whether the trace also says which children of a node the beam around a warp's rays meets, for rt.box.beam");
   visit("checkpoint-order", o.checkpoint_order, "Order in which replay reads the source buffer");
   visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
   visit("inside", o.inside, "Gaussians whose proxy holds the ray origin: skipped, or hit at distance 0");

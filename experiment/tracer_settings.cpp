@@ -79,16 +79,6 @@ void check_ahead(const TracerOptions& o, AccelKind accel) {
   }
 }
 
-/// A beam lies in the space of the scene, where a warp's rays are walked together.
-void check_warp_beam(const TracerOptions& o, AccelKind accel) {
-  if (o.tracing != Tracing::multi)
-    throw Error("--warp-beam", "on", "is for rounds of k hits: it needs --tracing multi");
-  if (o.checkpoint) throw Error("--warp-beam", "on", "is for warps that walk: it needs checkpointing off");
-  if (traces::is_two_level(accel)) {
-    throw Error("--warp-beam", "on", "needs a structure of one level, not --accel " + accel_name(accel));
-  }
-}
-
 /// The bound needs the order in which hits are blended, a shader that moves t_max, and a threshold at each hit.
 void check_opacity_bound(const TracerOptions& o) {
   const auto refuse = [](const char* why) { throw Error("--opacity-bound", "on", why); };
@@ -126,7 +116,6 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
   }
   if (o.ahead > 1) check_ahead(o, accel);
   if (o.opacity_bound == frontend::OpacityBound::on) check_opacity_bound(o);
-  if (o.warp_beam == frontend::WarpBeam::on) check_warp_beam(o, accel);
   if (o.ert_check == ErtCheck::round && o.tracing == Tracing::list) {
     throw Error("--ert-check", "round", "is not for --tracing list, which tests each batch of a round as it blends it");
   }
@@ -181,8 +170,8 @@ std::map<std::string, std::string> option_texts(const TracerSettings& settings) 
 std::map<std::string, std::string> option_inputs(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
   std::map<std::string, std::string> inputs = option_texts(settings);
   const std::map<std::string, std::string> defaults = option_texts({});
-  for (const char* later : {"pop_test", "any_hit", "ert_check", "ahead", "opacity_bound", "warp_beam", "kernel_degree",
-                            "layout", "checkpoint_bins", "below_instance"}) {
+  for (const char* later : {"pop_test", "any_hit", "ert_check", "ahead", "opacity_bound", "kernel_degree", "layout",
+                            "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
   if (!checkpoint) {

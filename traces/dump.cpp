@@ -139,8 +139,7 @@ class Groups {
 /// One group as a line of JSON.
 class JsonLine {
  public:
-  JsonLine(const RayGroup& group, const Header& header)
-      : group_(group), sizes_(header.node_sizes()), beams_(header.warp_beam == WarpBeam::on) {}
+  JsonLine(const RayGroup& group, const NodeSizes& sizes) : group_(group), sizes_(sizes) {}
 
   std::string text(std::optional<unsigned> lane) {
     put(R"({{"group":{},"frame":{},"kind":"{}","nodes":[)", group_.index, group_.frame, name_of(group_.kind));
@@ -153,10 +152,6 @@ class JsonLine {
       }
       put("]");
     });
-    if (beams_) {
-      put(R"(],"beams":[)");
-      list(group_.nodes, [this](const NodeDefinition& node) { put("{}", node.beam); });
-    }
     put(R"(],"rays":[)");
     for (unsigned i = lane.value_or(0); i < group_.rays.size() && i <= lane.value_or(i); ++i) {
       if (i != lane.value_or(0)) put(",");
@@ -207,7 +202,6 @@ class JsonLine {
 
   const RayGroup& group_;
   NodeSizes sizes_;
-  bool beams_;
   std::string text_;
 };
 
@@ -295,7 +289,7 @@ void dump_json(const Reader& reader, std::ostream& out, std::optional<std::uint6
   RayGroup decoded;
   for (std::uint64_t index = groups.begin(); index < groups.end(); ++index) {
     reader.read(index, decoded);
-    out << JsonLine(decoded, reader.header()).text(lane);
+    out << JsonLine(decoded, reader.header().node_sizes()).text(lane);
   }
 }
 

@@ -114,9 +114,6 @@ struct NodeDefinition {
   std::uint32_t child_base = 0;                   ///< address of child 0 in units
   std::array<NodeKind, kMaxWidth> child_kinds{};  ///< per slot; unused slots: internal
   std::uint8_t child_count = 0;
-  /// With Header::warp_beam: mask of the children that some ray of the group may meet, as an interval of all rays'
-  /// origins and reciprocal directions says, at any t >= 0. Else 0.
-  std::uint8_t beam = 0;
   friend bool operator==(const NodeDefinition&, const NodeDefinition&) = default;
 };
 

@@ -15,7 +15,9 @@ namespace grtx::traces {
 
 /// Versions that a reader supports. A writer uses the oldest that can express the header (format_version()).
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 15;
+inline constexpr std::uint32_t kFormatVersion = 14;
+/// Said what the beam around a warp's rays meets, which is gone; the number is not used again.
+inline constexpr std::uint32_t kRemovedFormatVersion = 15;
 
 /// An instance leaf of a scene TLAS, which places an object.
 struct SceneLeaf {
@@ -40,7 +42,6 @@ struct Header {
   /// and no checkpointing.
   unsigned ahead = 1;
   OpacityBound opacity_bound = OpacityBound::off;
-  WarpBeam warp_beam = WarpBeam::off;
   unsigned width = 0;   ///< image, pixels
   unsigned height = 0;  ///< image, pixels
   unsigned warp_size = 32;
@@ -87,9 +88,8 @@ struct Header {
 
 /// Version of a file with this header. Each version adds to the previous one: 5 pop_test and child order vulkan_sim,
 /// 6 scene TLAS, 7 sequence of frames, 8 box leaves, 9 checkpoint bins, 10 tracing list, 11 any_hit and ert_check,
-/// 12 ahead, 13 wide leaves, 14 opacity_bound, 15 warp_beam.
+/// 12 ahead, 13 wide leaves, 14 opacity_bound.
 inline std::uint32_t format_version(const Header& header) {
-  if (header.warp_beam == WarpBeam::on) return 15;
   if (header.opacity_bound == OpacityBound::on) return 14;
   if (header.wide_leaves != 0) return 13;
   if (header.ahead != 1) return 12;

@@ -68,11 +68,6 @@ constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "r
 enum class OpacityBound : std::uint8_t { off, on };
 constexpr auto enum_names(OpacityBound) { return names_in_order<OpacityBound>({"off", "on"}); }
 
-/// Whether the dictionary of a group says which children of a node the beam around its rays meets
-/// (NodeDefinition::beam). on needs one level, tracing = multi and no checkpointing.
-enum class WarpBeam : std::uint8_t { off, on };
-constexpr auto enum_names(WarpBeam) { return names_in_order<WarpBeam>({"off", "on"}); }
-
 /// Most nodes of a ray that may be under way at once.
 inline constexpr unsigned kMostAhead = 32;
 

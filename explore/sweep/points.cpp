@@ -73,7 +73,6 @@ std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer,
   choose("any_hit", header.any_hit);
   choose("ert_check", header.ert_check);
   choose("opacity_bound", header.opacity_bound);
-  choose("warp_beam", header.warp_beam);
   if (tracer.contains("ahead")) header.ahead = 2;
   if (several_objects) header.object_roots.push_back(0);
   if (tracer.contains("checkpoint_bins")) header.checkpoint_bins = 1;

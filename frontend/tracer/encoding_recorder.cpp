@@ -11,8 +11,7 @@ EncodingRecorder::EncodingRecorder(const NodeImage& image, const traces::Header&
       learns_(traces::with_child_order(header.child_order, [](auto policy) { return policy.kBySlots; }) ? 0 : 1),
       checkpoints_(header) {}
 
-void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind, const RayBeam* beam) {
-  nodes_.look_along(beam);
+void EncodingRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;
   out_.begin(header_, index, kind, traces::NodeKind::internal, nodes_);
 }

@@ -58,8 +58,7 @@ class EncodingRecorder {
   /// Whether it can record for this header.
   static bool can_record(const traces::Header& header) { return traces::ReadOrder(header.checkpoint_order).by_place(); }
 
-  /// beam: around the rays of the group, for Header::warp_beam; else null.
-  void begin_group(std::uint32_t index, traces::RayKind kind, const RayBeam* beam = nullptr);
+  void begin_group(std::uint32_t index, traces::RayKind kind);
   /// Rays begin in lane order.
   void begin_ray(std::uint32_t pixel);
   /// The group for Writer::append().

@@ -5,8 +5,6 @@
 #include <cstring>
 #include <span>
 
-#include "grtx/frontend/tracer/ray_beam.h"
-
 namespace grtx::frontend {
 
 traces::NodeDefinition ImageNodes::define(std::uint32_t address) const {
@@ -25,14 +23,10 @@ traces::NodeDefinition ImageNodes::define(std::uint32_t address) const {
   static_assert(sizeof definition.child_kinds == sizeof kinds);
   std::memcpy(definition.child_kinds.data(), &kinds, sizeof kinds);
   definition.child_count = static_cast<std::uint8_t>(end);
-  if (beam_ != nullptr) {
-    definition.beam = static_cast<std::uint8_t>(beam_->met(image_.decode_internal(address * image_.sizes().unit())));
-  }
   return definition;
 }
 
-void GroupRecorder::begin_group(std::uint32_t index, traces::RayKind kind, const RayBeam* beam) {
-  nodes_.look_along(beam);
+void GroupRecorder::begin_group(std::uint32_t index, traces::RayKind kind) {
   begun_ = false;
   if (header_ != nullptr) encoder_.begin(*header_, index, kind, traces::NodeKind::internal, nodes_);
 }

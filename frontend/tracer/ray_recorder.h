@@ -13,8 +13,6 @@
 
 namespace grtx::frontend {
 
-class RayBeam;  // ray_beam.h
-
 /// Trace entry of a hit that a ray's shader has processed when blending.
 inline traces::Processed processed_entry(std::uint32_t gaussian, bool blended) {
   traces::Processed entry;
@@ -52,13 +50,10 @@ class NullRecorder {
 class ImageNodes : public traces::NodeSource {
  public:
   explicit ImageNodes(const NodeImage& image) : image_(image) {}
-  /// Nodes say from now on which of their children the beam meets, which must stay valid; null: they do not.
-  void look_along(const RayBeam* beam) { beam_ = beam; }
   traces::NodeDefinition define(std::uint32_t address) const override;
 
  private:
   const NodeImage& image_;
-  const RayBeam* beam_ = nullptr;
 };
 
 /// Records the events of one ray at a time and encodes them when the ray is done: for what EncodingRecorder cannot
@@ -73,8 +68,7 @@ class GroupRecorder {
   explicit GroupRecorder(const NodeImage& image, const traces::Header* header = nullptr)
       : nodes_(image), header_(header) {}
 
-  /// beam: around the rays of the group, for Header::warp_beam; else null.
-  void begin_group(std::uint32_t index, traces::RayKind kind, const RayBeam* beam = nullptr);
+  void begin_group(std::uint32_t index, traces::RayKind kind);
   /// Rays begin in lane order.
   void begin_ray(std::uint32_t pixel);
   /// The group for Writer::append(). Needs a header.

@@ -14,7 +14,6 @@
 #include "grtx/base/progress.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/in_order.h"
-#include "grtx/frontend/tracer/ray_beam.h"
 #include "grtx/frontend/tracer/ray_tracer.h"
 #include "grtx/frontend/tracer/secondary_plan.h"
 
@@ -36,23 +35,20 @@ struct Worker {
   RayTracer tracer;
   RayTracer secondary_tracer;  ///< for separate counts
   std::uint64_t secondary_unique = 0;
-  RayBeam beam;
   GroupRecorder recorder;
   std::optional<EncodingRecorder> encoding_recorder;  ///< used instead where it can record
   std::optional<VisitTracker> tracker;
 };
 
-/// Traces a group's rays and passes their trace to the writer, if there is one. beam: around them, if the trace holds
-/// it.
+/// Traces a group's rays and passes their trace to the writer, if there is one.
 template <typename F>
-void trace_group_of(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer* writer,
-                    const RayBeam* beam, F&& trace_rays) {
+void trace_group_of(Worker& worker, std::size_t index, traces::RayKind kind, traces::Writer* writer, F&& trace_rays) {
   if (writer == nullptr) {
     NullRecorder recorder;
     return trace_rays(recorder, [](std::uint32_t) {});
   }
   const auto write = [&](auto& recorder) {
-    recorder.begin_group(static_cast<std::uint32_t>(index), kind, beam);
+    recorder.begin_group(static_cast<std::uint32_t>(index), kind);
     trace_rays(recorder, [&](std::uint32_t pixel) { recorder.begin_ray(pixel); });
     writer->append(recorder.end_group());
   };
@@ -97,7 +93,6 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.ert_check = options.ert_check;
   header.ahead = options.ahead;
   header.opacity_bound = options.opacity_bound;
-  header.warp_beam = options.warp_beam;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;
@@ -195,11 +190,7 @@ class ViewRender {
         });
       }
     };
-    const RayBeam* const beam = beam_of(worker, pixels, [this](std::uint32_t pixel, auto&& add) {
-      const glm::dvec3 direction = camera_.direction(pixel % camera_.width, pixel / camera_.width);
-      if (direction != glm::dvec3(0.0)) add(SlabRay(origin_, glm::vec3(direction)));
-    });
-    trace_group_of(worker, render_.first_group + index, traces::RayKind::primary, writer_, beam, trace_rays);
+    trace_group_of(worker, render_.first_group + index, traces::RayKind::primary, writer_, trace_rays);
     progress_.add(pixels.size());
   }
 
@@ -220,22 +211,9 @@ class ViewRender {
         });
       }
     };
-    const std::span<const SecondaryRay> rays(plan_->rays.data() + group.first, group.count);
-    const RayBeam* const beam =
-        beam_of(worker, rays, [](const SecondaryRay& ray, auto&& add) { add(SlabRay(ray.origin, ray.direction)); });
-    trace_group_of(worker, render_.first_group + groups_.size() + index, group.kind, writer_, beam, trace_rays);
+    trace_group_of(worker, render_.first_group + groups_.size() + index, group.kind, writer_, trace_rays);
     if (worker.tracker) worker.secondary_unique += worker.tracker->unique() - unique;
     progress_.add(group.count);
-  }
-
-  /// The beam around a group's rays, or null if the trace does not hold it. put(ray, add): calls add for what is
-  /// traced.
-  template <typename Rays, typename Put>
-  const RayBeam* beam_of(Worker& worker, const Rays& rays, Put&& put) {
-    if (writer_ == nullptr || writer_->header().warp_beam == WarpBeam::off) return nullptr;
-    worker.beam.clear();
-    for (const auto& ray : rays) put(ray, [&](const SlabRay& slabs) { worker.beam.add(slabs); });
-    return &worker.beam;
   }
 
   /// Rays of one pixel add up in the order of their path, whichever thread traced them.

@@ -22,7 +22,6 @@ using traces::ErtCheck;
 using traces::OpacityBound;
 using traces::PopTest;
 using traces::Tracing;
-using traces::WarpBeam;
 
 /// How the next round continues: after the last hit in the order (t, id), or with the paper's t_min < t.
 enum class Resume : std::uint8_t { exact, strict };
@@ -75,9 +74,6 @@ struct TracerOptions {
   /// Nodes of a ray under way at once, 1..traces::kMostAhead: what a node finds changes t_max only when it is done.
   /// More than 1 needs tracing = multi, any_hit = immediate, one level and no checkpoint.
   unsigned ahead = 1;
-  /// Whether a trace also says what the beam around a warp's rays meets. on needs one level, tracing = multi and no
-  /// checkpoint.
-  WarpBeam warp_beam = WarpBeam::off;
   ShDirection sh_direction = ShDirection::ray;
   Kernel kernel;                     ///< kernel of the traced Gaussians
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1

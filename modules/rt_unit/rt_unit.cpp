@@ -18,7 +18,6 @@
 #include "grtx/modules/rt_unit/scheduler/rt_scheduler.h"
 #include "grtx/modules/rt_unit/stack/stack_unit.h"
 #include "grtx/modules/rt_unit/warp_buffer/warp_buffer.h"
-#include "grtx/modules/rt_unit/warp_walk/decide/warp_beam.h"
 #include "grtx/modules/rt_unit/warp_walk/warp_walk_scheduler.h"
 
 namespace grtx::modules {
@@ -50,9 +49,6 @@ void RtUnitConfig::parameters(ParameterList& list) {
       },
       "warp needs units of implementation tlm: those in SystemVerilog number lanes, not tests");
   list.part("warp_stack", warp_stack);
-  list.part("beam", beam);
-  list.rule(
-      "beam.enabled", [this] { return !beam.enabled || walks(); }, "needs rt.traversal = warp");
   list.part("warp_buffer", warp_buffer);
   list.part("scheduler", scheduler);
   list.part("memory", memory);
@@ -164,12 +160,10 @@ void RtUnit::build(const RtUnitParts& parts, const traces::Header& header) {
 void RtUnit::build_scheduler(const RtUnitParts& parts, const traces::Header& header) {
   const unsigned entries = config_.warp_buffer.entries;
   if (config_.walks()) {
-    require_walkable(header, config_.beam.enabled);
+    require_walkable(header);
     scheduler_ = made(parts.warp_walk_scheduler, "warp_walk_scheduler", context_, [&](const char* name) {
-      return std::make_unique<WarpWalkScheduler>(
-          name, config_.warp_stack, config_.scheduler, entries, header, config_.memory.node_ports,
-          std::make_unique<BeamTests>(config_.beam, config_.boxes_of_a_test(header), config_.ray_box.count,
-                                      config_.warp_buffer.ray_banks));
+      return std::make_unique<WarpWalkScheduler>(name, config_.warp_stack, config_.scheduler, entries, header,
+                                                 config_.memory.node_ports);
     });
     return;
   }

@@ -44,7 +44,6 @@ struct RtUnitConfig {
   UnitImplementation transform_implementation = UnitImplementation::tlm;
   TraversalWay traversal = TraversalWay::lane;
   WarpStackConfig warp_stack;  ///< traversal = warp
-  WarpBeamConfig beam;         ///< traversal = warp
   bool gaussian_unit = false;  ///< procedural leaves are tested by ray-Gaussian instead of ray-sphere units
   bool box_op_per_child = false;
   AnyHitCollectorConfig any_hit;
@@ -52,11 +51,10 @@ struct RtUnitConfig {
   CheckpointConfig checkpoint;
   bool sibling_prefetch = true;
   PrefetcherConfig prefetcher;
-  /// Boxes that a ray-box pipeline tests at once.
-  unsigned boxes_of_a_test(const traces::Header& header) const { return box_op_per_child ? 1 : header.bvh_width; }
   /// Data path of a ray-box pipeline for a trace with this header.
   DataPath box_path(const traces::Header& header) const {
-    return ray_box_path(boxes_of_a_test(header), header.node_sizes().decoder_priced());
+    const traces::NodeSizes sizes = header.node_sizes();
+    return ray_box_path(box_op_per_child ? 1 : header.bvh_width, sizes.decoder_priced());
   }
   /// Data path of a ray-transform pipeline for a trace with this header.
   static DataPath transform_path(const traces::Header& header) {

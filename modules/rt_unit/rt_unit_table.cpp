@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "grtx/modules/rt_unit/stack/decide/stack_counters.h"
-#include "grtx/modules/rt_unit/warp_walk/decide/warp_beam.h"
 
 namespace grtx::modules {
 namespace {
@@ -32,9 +31,7 @@ std::vector<PartInfo> part_table(const RtUnitConfig& c, const OwnKeys& own) {
   std::vector<PartInfo> parts = {
       part_info(c.scheduler),
       part_info(c.warp_buffer),
-      with_beam(with_idle(part_info(c.warp_stack, c.walks(), c.warp_buffer.ray_banks), !c.walks(), "rt.warp_stack.",
-                          traversal),
-                c.beam),
+      with_idle(part_info(c.warp_stack, c.walks(), c.warp_buffer.ray_banks), !c.walks(), "rt.warp_stack.", traversal),
       with_idle(stack_unit_info(), c.walks(), "rt.warp_buffer.stack_entries", traversal),
       part_info(c.memory, c.walks()),
       ray_box_info(c.ray_box),

@@ -34,8 +34,6 @@ traces::Header header_of(const MachineUse& use) {
   }
   header.pop_test = use.pop_test;
   header.opacity_bound = use.opacity_bound;
-  // What is priced may have a unit of beams, if its structure allows one: the traces that it needs are there.
-  if (!header.two_level && !header.checkpoint) header.warp_beam = traces::WarpBeam::on;
   header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
   header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;

@@ -8,7 +8,6 @@
 #include "grtx/modules/messages/lane_loop.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
-#include "grtx/modules/rt_unit/warp_walk/decide/warp_beam.h"
 #include "grtx/modules/rt_unit/warp_walk/decide/warp_stack.h"
 
 namespace grtx::sim {
@@ -82,8 +81,7 @@ WalkChain::WalkChain(const modules::RtUnitConfig& config, const traces::Header& 
       shader_(shader),
       k_(std::max(header.k, 1U)),
       boxes_(traces::has_box_leaves(header.accel)),
-      by_slot_(header.child_order == traces::ChildOrder::slot),
-      boxes_of_a_test_(config.boxes_of_a_test(header)) {
+      by_slot_(header.child_order == traces::ChildOrder::slot) {
   // One cycle from the node's arrival to the start of the test.
   const auto stage = [](const modules::IntersectionConfig& unit) {
     return Stage{1 + Cycle{unit.latency}, unit.count, unit.interval};
@@ -94,11 +92,10 @@ WalkChain::WalkChain(const modules::RtUnitConfig& config, const traces::Header& 
   if (modules::transforms_leaves(header)) transform_ = stage(config.ray_transform);
 }
 
-WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle start, unsigned met) const {
+WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle start) const {
   const bool internal = entry.kind == NodeKind::internal;
   const auto tests = static_cast<unsigned>(std::popcount(entry.lanes));
   NodeTimes times;
-  times.tests = tests;
   times.sectors = modules::NodeSectors({entry.kind, traffic_.address(entry.address), false}, traffic_).count();
   const Cycle fetched =
       start + fetch_ + (config_.memory.by_shader ? 0 : divide_up(times.sectors, config_.memory.sectors_per_cycle) - 1);
@@ -107,13 +104,6 @@ WalkChain::NodeTimes WalkChain::node_times(const WarpStackEntry& entry, Cycle st
   times.first_result = fetched + transformed + test.latency;
   times.done = std::max(fetched + transformed + test.last(tests),
                         internal ? 0 : fetched + transform_.last(tests) + test.latency);
-  const modules::BeamTests beam(config_.beam, boxes_of_a_test_, config_.ray_box.count, config_.warp_buffer.ray_banks);
-  if (internal && beam.comes_first(entry.lanes)) {
-    const unsigned behind = beam.least_tests(tests, met);
-    times.tests = 1 + behind;
-    times.first_result = fetched + (behind == 0 ? 1 : 2) * test.latency;
-    times.done = fetched + test.latency + (behind == 0 ? 0 : test.last(behind));
-  }
   return times;
 }
 
@@ -158,17 +148,13 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
     const auto [entry, start] = waiting.back();
     waiting.pop_back();
     bool visited = false;
-    unsigned met = 0;
     modules::for_each_bit(entry.lanes, [&](unsigned lane) {
-      const traces::Event& event = trees[lane].event(entry.event[lane]);
-      visited = visited || event.kind() != EventKind::cull;
-      if (event.kind() == EventKind::visit_internal)
-        met = static_cast<unsigned>(std::popcount(group.nodes[event.node].beam));
+      visited = visited || trees[lane].event(entry.event[lane]).kind() != EventKind::cull;
     });
     if (!visited) continue;
-    const NodeTimes times = node_times(entry, start, met);
+    const NodeTimes times = node_times(entry, start);
     call.warp = std::max(call.warp, times.done);
-    load.add(times, start, entry.kind == NodeKind::internal);
+    load.add(times, start, static_cast<unsigned>(std::popcount(entry.lanes)), entry.kind == NodeKind::internal);
     modules::for_each_bit(entry.lanes, [&](unsigned lane) {
       call.lanes[lane] = std::max(call.lanes[lane], times.first_result);
       hits.found(lane, trees[lane].event(entry.event[lane]), times.first_result);

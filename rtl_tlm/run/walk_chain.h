@@ -47,16 +47,15 @@ class WalkChain {
     unsigned sectors = 0;
     Cycle first_result = 0;  ///< of one lane
     Cycle done = 0;          ///< result of the last lane
-    unsigned tests = 0;
   };
   /// Work of a call that units share: each takes its least time for it.
   struct UnitLoad {
     std::uint64_t under_way = 0;  ///< cycles of all visits but the root's, summed
     std::uint64_t sectors = 0, box_tests = 0, leaf_tests = 0;
     Cycle root_done = 0;
-    void add(const NodeTimes& times, Cycle start, bool internal) {
+    void add(const NodeTimes& times, Cycle start, std::uint64_t tests, bool internal) {
       sectors += times.sectors;
-      (internal ? box_tests : leaf_tests) += times.tests;
+      (internal ? box_tests : leaf_tests) += tests;
       if (start == 0) {
         root_done = times.done;
       } else {
@@ -66,8 +65,7 @@ class WalkChain {
   };
   class Hits;
   /// Least cycles of a visit of `entry` that starts in cycle `start`.
-  /// met: children that the beam around the rays meets.
-  NodeTimes node_times(const modules::WarpStackEntry& entry, Cycle start, unsigned met) const;
+  NodeTimes node_times(const modules::WarpStackEntry& entry, Cycle start) const;
   /// Least cycles of a call with this load.
   Cycle least_cycles(const UnitLoad& load) const;
 
@@ -76,7 +74,6 @@ class WalkChain {
   Cycle fetch_, shader_;
   unsigned k_;
   bool boxes_, by_slot_;
-  unsigned boxes_of_a_test_;
   Stage box_, leaf_, transform_;
 };
 

@@ -17,7 +17,6 @@ NOT_A_RESOURCE = {
     "rt.any_hit.timeout": "a longer wait fills batches",
     "rt.warp_stack.window": "0 is all", "rt.warp_stack.write_ports": "0 is any number", "rt.warp_stack.tests": "0 is places for all",
     "rt.warp_buffer.ray_banks": "0 is no limit", "rt.memory.node_ports": "0 is no limit",
-    "rt.beam.least_lanes": "tests of beams for those of lanes", "rt.beam.lanes_per_test": "lanes wait for one another",
     "dram.bandwidth_gb_s": "0 is dram.mhz, which is one",
     "rt.memory.instance_leaf_bytes": "a layout of nodes",
     "rt.checkpoint.open_sectors": "each keeps less in flight",

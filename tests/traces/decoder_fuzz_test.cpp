@@ -48,7 +48,7 @@ TEST(DecoderFuzz, DamagedColumns) {
     Bytes payload;
     encode_group(trace.header, group, payload);
     ColumnSet columns;
-    const std::size_t count = columns_of(trace.header);
+    const std::size_t count = options.bins != 0 ? kColumnCount : kColumnsWithoutBins;
     unpack_columns(payload.data(), payload.size(), columns, count);
     for (int i = 0; i < 60; ++i) {
       ColumnSet damaged = columns;

@@ -42,7 +42,6 @@ struct RandomOptions {
   Tracing tracing = Tracing::multi;    ///< all but multi need checkpoint = false; closest k = 1
   AnyHit any_hit = AnyHit::immediate;  ///< delayed needs multi and checkpoint = false; half of the rays then end early
   ErtCheck ert_check = ErtCheck::hit;
-  bool beams = false;  ///< needs multi, checkpoint = false and two_level = false
 };
 
 struct RandomTrace {
@@ -469,19 +468,6 @@ inline void fill_dictionary(const RandomTree& tree, RayGroup& group) {
   }
 }
 
-/// A beam around the rays meets what one of them pushes, and other children here and there.
-inline void add_beams(std::uint32_t seed, RayGroup& group) {
-  std::mt19937 random(seed);
-  for (NodeDefinition& node : group.nodes) {
-    node.beam = static_cast<std::uint8_t>(random() & random() & ((1U << node.child_count) - 1));
-  }
-  for (const Ray& ray : group.rays) {
-    for (const Event& event : ray.events) {
-      if (event.kind() == EventKind::visit_internal) group.nodes[event.node].beam |= event.detail;
-    }
-  }
-}
-
 inline RandomTrace random_trace(const RandomOptions& options) {
   std::mt19937 random(options.seed);
   const RandomTree tree(options, random);
@@ -497,7 +483,6 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.pop_test = options.pop_test;
   header.any_hit = options.any_hit;
   header.ert_check = options.ert_check;
-  header.warp_beam = options.beams ? WarpBeam::on : WarpBeam::off;
   header.width = 640;
   header.height = 480;
   header.warp_size = options.warp_size;
@@ -530,7 +515,6 @@ inline RandomTrace random_trace(const RandomOptions& options) {
       ray.pixel = static_cast<std::uint32_t>(random() % (640 * 480));
     }
     fill_dictionary(tree, group);
-    if (options.beams) add_beams(options.seed + group.index, group);
     trace.groups.push_back(std::move(group));
   }
   return trace;
@@ -547,7 +531,7 @@ inline std::string describe(const RandomOptions& o) {
          std::to_string(o.capacity) + (o.bins != 0 ? " in " + std::to_string(o.bins) + " bins" : "") + " " +
          std::string(grtx::name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
          std::string(grtx::name_of(o.tracing)) + (o.any_hit == AnyHit::delayed ? " delayed" : "") +
-         (o.ert_check == ErtCheck::round ? " tested once a round" : "") + (o.beams ? " with beams" : "");
+         (o.ert_check == ErtCheck::round ? " tested once a round" : "");
 }
 
 /// Every combination that changes how a group is coded.
@@ -652,14 +636,6 @@ inline std::vector<RandomOptions> all_random_options() {
         all.push_back(o);
       }
     }
-  }
-  // Beams, likewise.
-  for (const unsigned width : {2U, 6U, 8U}) {
-    RandomOptions o{
-        .seed = ++seed, .bvh_width = width, .depth = width == 2 ? 6U : 3U, .checkpoint = false, .capacity = 0};
-    o.child_order = static_cast<ChildOrder>(o.seed % 3);
-    o.beams = true;
-    all.push_back(o);
   }
   return all;
 }

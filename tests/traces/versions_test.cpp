@@ -234,41 +234,6 @@ TEST(Versions, TheBoundByOpacityNeedsTheFourteenth) {
   EXPECT_THAT(fault([](Header& h) { h.ert_check = ErtCheck::round; }), rule);
 }
 
-TEST(Versions, BeamsNeedTheFifteenth) {
-  auto trace = testing::random_trace({.checkpoint = false, .capacity = 0, .beams = true});
-  const testing::TraceFile file(trace.header, trace.groups);
-  EXPECT_EQ(version_of(file), 15u);
-  const Reader reader(file.path());
-  EXPECT_EQ(reader.header().warp_beam, WarpBeam::on);
-  EXPECT_NO_THROW(check(reader, true));
-  RayGroup group;
-  reader.read(0, group);
-  EXPECT_EQ(group, trace.groups[0]);
-  EXPECT_THAT(fault_of(header_to_json(trace.header), 14), HasSubstr("key 'warp_beam' is unknown"));
-  const auto fault = [](auto&& set) {
-    Header header;
-    header.warp_beam = WarpBeam::on;
-    set(header);
-    return header_fault(header);
-  };
-  EXPECT_EQ(fault([](Header& h) { h.ahead = 4, h.opacity_bound = OpacityBound::on; }), "");
-  const auto rule = HasSubstr("warp_beam must be off unless tracing is multi");
-  EXPECT_THAT(fault([](Header& h) { h.tracing = Tracing::list; }), rule);
-  EXPECT_THAT(fault([](Header& h) { h.checkpoint = true, h.checkpoint_capacity = 8; }), rule);
-  EXPECT_THAT(fault([](Header& h) { h.two_level = true; }), rule);
-}
-
-TEST(Versions, ABeamThatMissesWhatARayPushesIsFound) {
-  auto trace = testing::random_trace({.checkpoint = false, .capacity = 0, .beams = true});
-  for (RayGroup& group : trace.groups) {
-    for (NodeDefinition& node : group.nodes) node.beam = 0;
-  }
-  const testing::TraceFile file(trace.header, trace.groups);
-  const Reader reader(file.path());
-  EXPECT_THAT([&] { check(reader, true); },
-              ::testing::ThrowsMessage<Error>(HasSubstr("the beam around the rays must meet every child")));
-}
-
 TEST(Versions, RefuseModesThatDoNotGoTogether) {
   const auto fault = [](auto&& set) {
     Header header;

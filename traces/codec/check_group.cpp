@@ -34,7 +34,6 @@ class GroupChecker {
     checkpoints_ = CheckpointLists<NodeReference>(header);
     delayed_ = header.any_hit == AnyHit::delayed;
     bounded_ = header.opacity_bound == OpacityBound::on;
-    beams_ = header.warp_beam == WarpBeam::on;
     in_order_ = header.ahead == 1;
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
     root_known_ = false;
@@ -263,8 +262,6 @@ class GroupChecker {
     require((event.pushed() & event.checkpoints) == 0, "a child is either pushed or checkpointed");
     require((event.pushed() | event.checkpoints) >> node.child_count == 0, "the child masks exceed the child count");
     require(event.shifts() == 0, "only an insertion shifts");
-    require(!beams_ || (event.pushed() & ~unsigned{group_->nodes[event.node].beam}) == 0,
-            "the beam around the rays must meet every child that one of them pushes");
     node.visited = true;
     for (unsigned left = event.checkpoints; left != 0; left &= left - 1) {
       write({pushed.parent, static_cast<std::uint32_t>(std::countr_zero(left)), pushed.path});
@@ -455,7 +452,6 @@ class GroupChecker {
   PopOrder pop_order_;                                    ///< the header's modes, decoded once
   bool delayed_ = false;
   bool bounded_ = false;
-  bool beams_ = false;                  ///< the header's warp_beam
   bool in_order_ = true;                ///< events stand as the ray came to them
   bool ends_early_ = false;             ///< bounded: the ray has left something out that its hits hide
   std::span<const std::uint8_t> bins_;  ///< bins of the ray's entries not written yet

@@ -10,7 +10,6 @@
 
 #include "grtx/base/declare/named_enum.h"
 #include "grtx/traces/byte_stream.h"
-#include "grtx/traces/header.h"
 
 namespace grtx::traces {
 
@@ -42,7 +41,6 @@ enum class Column : std::uint8_t {
   gaussian_low,      ///< a mispredicted processed entry: position in gaussian_id, low byte
   gaussian_high,     ///< ... the remaining bits of that position
   bin,               ///< with bins: a replay: its order; a checkpoint entry written: its bin
-  node_beam,         ///< with beams: a node, ascending by address: children that the beam meets
 };
 /// Column names as in docs/model/trace-format.md.
 constexpr auto enum_names(Column) {
@@ -72,17 +70,11 @@ constexpr auto enum_names(Column) {
                                  "processed",
                                  "gaussian_low",
                                  "gaussian_high",
-                                 "bin",
-                                 "node_beam"});
+                                 "bin"});
 }
 inline constexpr std::size_t kColumnCount = kCountOf<Column>;
-/// Number of columns if the header has neither warp_beam nor checkpoint_bins: all but the last two.
-inline constexpr std::size_t kColumnsWithoutBins = kColumnCount - 2;
-/// Number of columns of a file with this header.
-constexpr std::size_t columns_of(const Header& header) {
-  if (header.warp_beam == WarpBeam::on) return kColumnCount;
-  return header.checkpoint_bins != 0 ? kColumnCount - 1 : kColumnsWithoutBins;
-}
+/// Number of columns if the header has no checkpoint_bins: all but the last.
+inline constexpr std::size_t kColumnsWithoutBins = kColumnCount - 1;
 
 using ColumnView = std::span<const std::uint8_t>;
 

@@ -29,12 +29,6 @@ void DictionaryDecoder::take(const Header& header, unsigned flags, std::vector<N
   } catch (const std::invalid_argument& fault) {
     throw Malformed(fault.what());
   }
-  const bool beams = header.warp_beam == WarpBeam::on;
-  ByteReader& met = readers_[Column::node_beam];
-  for (NodeDefinition& node : nodes) {
-    node.beam = beams ? met.u8() : std::uint8_t{0};
-    if (node.beam >> node.child_count != 0) met.fail("names a child that is not there");
-  }
 }
 
 // Checks that addresses ascend, so that model and dictionary have the same order.

@@ -36,7 +36,6 @@ std::uint32_t DictionaryEncoder::add(const NodeDefinition& definition) {
   record.kinds_code = shape.kinds_code;
   record.code = shape.code;
   record.units = shape.units;
-  record.beam = definition.beam;
   records_.push_back(record);
   try {
     return model_.add(definition, shape);
@@ -68,9 +67,8 @@ void DictionaryEncoder::visit_first(std::uint32_t index, unsigned hits) {
   model_[index].last_hits = static_cast<std::uint8_t>(hits);
 }
 
-unsigned DictionaryEncoder::put(ColumnWriter& columns, WarpBeam beams) {
+unsigned DictionaryEncoder::put(ColumnWriter& columns) {
   unsigned flags = 0;
-  if (beams == WarpBeam::on) put_beams(columns);
   if (put_tree(columns, flags)) return flags;
   put_by_address(columns);
   return 0;
@@ -162,24 +160,14 @@ bool DictionaryEncoder::put_tree(ColumnWriter& columns, unsigned& flags) {
   return true;
 }
 
-void DictionaryEncoder::sort_by_address() {
-  walk_.resize(records_.size());
-  for (std::uint32_t i = 0; i < walk_.size(); ++i) walk_[i] = i;
-  std::sort(walk_.begin(), walk_.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return records_[a].address < records_[b].address; });
-}
-
-void DictionaryEncoder::put_beams(ColumnWriter& columns) {
-  columns.reserve(Column::node_beam, records_.size());
-  sort_by_address();
-  for (const std::uint32_t i : walk_) columns.put(Column::node_beam, records_[i].beam);
-}
-
 void DictionaryEncoder::put_by_address(ColumnWriter& columns) {
   const std::size_t count = records_.size();
   columns.reserve(Column::node_address, 5 * count);
   columns.reserve(Column::node_children, 10 * count);
-  sort_by_address();
+  walk_.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) walk_[i] = i;
+  std::sort(walk_.begin(), walk_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return records_[a].address < records_[b].address; });
   std::int64_t last_address = -1;
   std::int64_t predicted_children = 0;
   for (const std::uint32_t i : walk_) {

@@ -31,8 +31,8 @@ class DictionaryEncoder {
   /// Records the hits of the node's first visit; ignored for later visits.
   void visit_first(std::uint32_t index, unsigned hits);
   std::size_t size() const { return records_.size(); }
-  /// Fills the node columns. beams: of the header. Returns how the nodes are stored (kNodesInTree and others).
-  unsigned put(ColumnWriter& columns, WarpBeam beams);
+  /// Fills the node columns. Returns how the nodes are stored (kNodesInTree and others).
+  unsigned put(ColumnWriter& columns);
 
  private:
   /// Flag in a node index: an unvisited child comes before this node.
@@ -45,7 +45,6 @@ class DictionaryEncoder {
     std::uint8_t code = 0;
     std::uint8_t units = 0;
     std::uint8_t first_hits = 0;
-    std::uint8_t beam = 0;
     bool visited = false;
   };
 
@@ -59,9 +58,6 @@ class DictionaryEncoder {
   Children push_children(const NodeModel& node, std::size_t& depth);
   bool put_tree(ColumnWriter& columns, unsigned& flags);
   void put_by_address(ColumnWriter& columns);
-  void put_beams(ColumnWriter& columns);
-  /// Sets walk_ to the numbers of all records, ascending by address.
-  void sort_by_address();
   static std::uint8_t* store_kinds(std::uint8_t* at, const NodeRecord& record);
 
   GroupModel& model_;

@@ -58,7 +58,7 @@ class GroupDecoder {
     hides_ = header.opacity_bound == OpacityBound::on;
     has_bins_ = header.checkpoint_bins != 0;
     binned_ = BinnedEntries<NodeReference>(header.checkpoint_bins, header.checkpoint_capacity);
-    unpack_columns(payload, size, columns_, columns_of(header));
+    unpack_columns(payload, size, columns_, has_bins_ ? kColumnCount : kColumnsWithoutBins);
     readers_.begin(columns_);
     ByteReader& top = reader(Column::group);
     if (top.varint() != index) top.fail("holds the index of another group");

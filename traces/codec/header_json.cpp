@@ -54,7 +54,6 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   if (version >= 12) visit("ahead", h.ahead);
   if (version >= 13) visit("wide_leaves", h.wide_leaves);
   if (version >= 14) visit("opacity_bound", h.opacity_bound);
-  if (version >= 15) visit("warp_beam", h.warp_beam);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -223,9 +222,6 @@ std::string mode_fault(const Header& h) {
   if (h.opacity_bound == OpacityBound::on &&
       (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.ert_check == ErtCheck::round)) {
     return "opacity_bound must be off unless tracing is multi, any_hit immediate and ert_check hit";
-  }
-  if (h.warp_beam == WarpBeam::on && (h.tracing != Tracing::multi || h.checkpoint || h.two_level)) {
-    return "warp_beam must be off unless tracing is multi, and checkpoint and two_level are false";
   }
   return "";
 }

@@ -122,7 +122,7 @@ void PopEncoder::end_gap(Column column, unsigned run) {
 }
 
 void PopEncoder::finish(EncodedGroup& group) {
-  const unsigned flags = dictionary_.put(columns_, header_->warp_beam);
+  const unsigned flags = dictionary_.put(columns_);
   const std::size_t gaussians = processed_.put(columns_);
   end_gap(Column::inner_gap, inner_run_);
   end_gap(Column::leaf_gap, leaf_run_);
@@ -140,7 +140,7 @@ void PopEncoder::finish(EncodedGroup& group) {
   group.index = place_.group;
   group.totals = totals_;
   group.chunk.assign(kChunkPreambleBytes, 0);
-  pack_columns(std::span(views).first(columns_of(*header_)), group.chunk);
+  pack_columns(std::span(views).first(bins_ ? kColumnCount : kColumnsWithoutBins), group.chunk);
   const std::size_t payload = group.chunk.size() - kChunkPreambleBytes;
   Bytes preamble;
   put_u32(preamble, static_cast<std::uint32_t>(payload));

@@ -23,16 +23,14 @@ class intersection_if : public virtual sc_core::sc_interface {
   virtual void enqueue(Cycle now, LaneId id, unsigned tests) = 0;
   /// Requests from here on are of another node.
   virtual void begin_node() {}
-  /// The next request reads the rays of these lanes, not only that of `id`.
-  virtual void read_rays(LaneMask /*lanes*/) {}
 };
 
 /// The node dispatch as the warp walk scheduler sees it.
 class node_test_if : public virtual sc_core::sc_interface {
  public:
   /// Passes a lane at a node of this kind, which has been fetched, to the unit that tests it. children: of an internal
-  /// node. rays: lanes that are tested at once; none: the beam. The result comes with `test` as the lane's number.
-  virtual void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children, LaneMask rays) = 0;
+  /// node. The result comes with `test` as the lane's number.
+  virtual void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) = 0;
   /// Tests of nodes of this kind are of another node from here on.
   virtual void begin_node(traces::NodeKind kind) = 0;
 };

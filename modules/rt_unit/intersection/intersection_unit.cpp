@@ -64,10 +64,9 @@ bool IntersectionUnit::read(const Request& request, Reads& reads) const {
     reads.node = request.node;
   }
   if (input_.ray_banks == 0) return true;
-  LaneMask banks = 0;
-  for_each_bit(request.rays, [&](unsigned lane) { banks |= bit(lane % input_.ray_banks); });
-  if ((reads.banks & banks) != 0) return false;
-  reads.banks |= banks;
+  const LaneMask bank = bit(lane_of(request.lane) % input_.ray_banks);
+  if ((reads.banks & bank) != 0) return false;
+  reads.banks |= bank;
   return true;
 }
 

@@ -41,12 +41,10 @@ unsigned NodeDispatch::tests_of(NodeKind kind, unsigned children) const {
 }
 
 // Wide leaves are tested as the others: only what decodes their bytes differs.
-void NodeDispatch::test(Cycle now, LaneId test, NodeKind stored, unsigned children, LaneMask rays) {
+void NodeDispatch::test(Cycle now, LaneId test, NodeKind stored, unsigned children) {
   const NodeKind kind = traces::without_width(stored);
   if (config_.box_leaves && kind == NodeKind::procedural) return client_->unit_result(now, test);
-  intersection_if& unit = unit_of(kind);
-  unit.read_rays(rays);
-  unit.enqueue(now, test, tests_of(kind, children));
+  unit_of(kind).enqueue(now, test, tests_of(kind, children));
 }
 
 void NodeDispatch::fetched(Cycle now, unsigned entry, LaneMask lanes, NodeKind stored) {

@@ -41,7 +41,7 @@ class NodeDispatch final : public RtPart, public fetched_node_if, public node_te
 
   /// Throws Error for a kind whose unit port is unbound.
   void fetched(Cycle now, unsigned entry, LaneMask lanes, traces::NodeKind kind) override;
-  void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children, LaneMask rays) override;
+  void test(Cycle now, LaneId test, traces::NodeKind kind, unsigned children) override;
   void begin_node(traces::NodeKind kind) override { unit_of(traces::without_width(kind)).begin_node(); }
   /// Called by the transform unit: the ray of a lane at a leaf has been transformed.
   void unit_result(Cycle now, LaneId id) override;

@@ -45,11 +45,7 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
           .sum(of_walk(&W::under_way))
           .mean({"", of_walk(&W::under_way)}, {"", [](const C& c) { return c.walk.entries - c.walk.dropped; }},
                 "walk.under_way", "entries", "mean entries of a warp under way when one starts")
-          .largest(of_walk(&W::most_waiting), "walk.max_waiting", "entries", "deepest stack of a warp")
-          .when([](const C& c) { return c.walk.beam_tests != 0; })
-          .sum(of_walk(&W::beam_tests), "walk.beam_tests", "tests", "tests of a node against the beam of a warp")
-          .sum(of_walk(&W::beam_misses), "walk.beam_misses", "tests",
-               "of these, those that met no child, so that no lane was tested");
+          .largest(of_walk(&W::most_waiting), "walk.max_waiting", "entries", "deepest stack of a warp");
   return table;
 }
 

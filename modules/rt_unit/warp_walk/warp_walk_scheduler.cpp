@@ -12,7 +12,6 @@
 #include "grtx/modules/messages/hit_heap.h"
 #include "grtx/modules/rt_unit/decide/event_effect.h"
 #include "grtx/modules/rt_unit/decide/node_visit.h"
-#include "grtx/modules/rt_unit/warp_walk/decide/warp_beam.h"
 
 namespace grtx::modules {
 
@@ -20,7 +19,7 @@ using traces::Event;
 using traces::EventKind;
 using traces::NodeKind;
 
-void require_walkable(const traces::Header& header, bool beams) {
+void require_walkable(const traces::Header& header) {
   const auto refuse = [](const char* rule) { throw Error("configuration", "rt.traversal", rule); };
   if (header.two_level) refuse("warp is for structures of one level: a lane keeps one ray, in the space of the scene");
   if (header.checkpoint) refuse("warp is for traces without checkpoints: a warp's stack has no replay");
@@ -28,29 +27,23 @@ void require_walkable(const traces::Header& header, bool beams) {
   if (header.any_hit == traces::AnyHit::delayed) {
     refuse("warp is for hits that are handled at once: the trace has --any-hit delayed");
   }
-  if (beams && header.warp_beam == traces::WarpBeam::off) {
-    throw Error("configuration", "rt.beam.enabled", "needs a trace of --warp-beam on, which says what beams meet");
-  }
 }
 
 WarpWalkScheduler::WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config,
                                      const RtSchedulerConfig& scheduler, unsigned entries, const traces::Header& header,
-                                     unsigned node_ports, std::unique_ptr<const BeamTests> beam)
+                                     unsigned node_ports)
     : SchedulerBase(name, scheduler, entries, traces::has_box_leaves(header.accel)),
       stacks_(config),
       layout_(warp_stack_entry_layout(header.pop_test)),
       node_ports_(node_ports),
-      beam_(std::move(beam)),
       by_slot_(header.child_order == traces::ChildOrder::slot) {
   require_allowed("rt.warp_stack", config);
-  require_walkable(header, beam_->enabled());
+  require_walkable(header);
   const traces::NodeSizes sizes = header.node_sizes();
   const NodeKind leaf = traces::has_procedural_leaves(header.accel) ? NodeKind::procedural : NodeKind::triangle;
   record_bits_ = static_cast<unsigned>(8 * std::max(sizes.read_bytes(NodeKind::internal), sizes.read_bytes(leaf)));
   restart();
 }
-
-WarpWalkScheduler::~WarpWalkScheduler() = default;
 
 void WarpWalkScheduler::end_of_elaboration() {
   SchedulerBase::end_of_elaboration();
@@ -146,14 +139,11 @@ void WarpWalkScheduler::enter(Cycle now, Entering& unit) {
     const unsigned entry = entry_of(unit.nodes.front()), slot = lane_of(unit.nodes.front());
     WarpStack::Node& node = walks_[entry].stack.node(slot);
     if (node.entering == node.entry.lanes) units_->begin_node(node.entry.kind);
-    const auto first = static_cast<unsigned>(std::countr_zero(node.entering));
-    const LaneMask rays = node.in_beam ? 0 : beam_->next_lanes(node.entering, node.lanes_of_test);
-    node.tests[first] = rays;
-    node.entering &= node.in_beam ? 0 : ~rays;
+    const auto lane = static_cast<unsigned>(std::countr_zero(node.entering));
+    node.entering &= ~bit(lane);
     if (node.entering == 0) unit.nodes.pop();
     ++unit.tests;
-    counters_.walk.beam_tests += node.in_beam ? 1 : 0;
-    units_->test(now, walk_test(entry, slot, first), node.entry.kind, node.children_of_test, rays);
+    units_->test(now, walk_test(entry, slot, lane), node.entry.kind, children_in_node(entry, node.entry));
   }
 }
 
@@ -240,17 +230,8 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
     const LaneMask lanes = node.entry.lanes;
     walk.testing += static_cast<unsigned>(std::popcount(lanes));
     if (boxes_ && is_leaf(kind)) {  // no unit tests it
-      for_each_bit(lanes, [&](unsigned lane) {
-        node.tests[lane] = bit(lane);
-        units_->test(now, walk_test(entry, slot, lane), kind, 0, bit(lane));
-      });
+      for_each_bit(lanes, [&](unsigned lane) { units_->test(now, walk_test(entry, slot, lane), kind, 0); });
       return;
-    }
-    if (!is_leaf(kind)) {
-      const traces::NodeDefinition& visited = definition(entry, node.entry);
-      node.children_of_test = visited.child_count;
-      node.met = visited.beam;
-      node.in_beam = beam_->comes_first(lanes);
     }
     entering_[is_leaf(kind) ? 1 : 0].nodes.push(lane_id(entry, slot));
     working_ = true;
@@ -258,35 +239,16 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
   refresh(entry);
 }
 
-const traces::NodeDefinition& WarpWalkScheduler::definition(unsigned entry, const WarpStackEntry& node) const {
-  for (LaneMask rest = node.lanes;; rest &= rest - 1) {
-    assert(rest != 0);
-    const auto lane = static_cast<unsigned>(std::countr_zero(rest));
+unsigned WarpWalkScheduler::children_in_node(unsigned entry, const WarpStackEntry& node) const {
+  unsigned children = 0;
+  if (is_leaf(node.kind)) return children;
+  for_each_bit(node.lanes, [&](unsigned lane) {
     const Event& event = walks_[entry].lanes[lane].tree.event(node.event[lane]);
-    if (event.kind() == EventKind::visit_internal) return buffer_->warp(entry).group->nodes[event.node];
-  }
-}
-
-void WarpWalkScheduler::beam_tested(Cycle now, unsigned entry, unsigned slot) {
-  const Walk& walk = walks_[entry];
-  WarpStack::Node& node = walks_[entry].stack.node(slot);
-  node.in_beam = false;
-  for_each_bit(node.entry.lanes, [&](unsigned lane) {
-    const Event& event = walk.lanes[lane].tree.event(node.entry.event[lane]);
-    if (event.kind() == EventKind::visit_internal && (event.pushed() & ~unsigned{node.met}) != 0) {
-      refuse(lane_id(entry, lane), kRuleBeamMeets);
+    if (event.kind() == EventKind::visit_internal) {
+      children = buffer_->warp(entry).group->nodes[event.node].child_count;
     }
   });
-  if (node.met == 0) {
-    ++counters_.walk.beam_misses;
-    for_each_bit(node.entry.lanes, [&](unsigned lane) { lane_tested(now, entry, slot, lane); });
-    return;
-  }
-  node.children_of_test = static_cast<unsigned>(std::popcount(node.met));
-  node.lanes_of_test = beam_->lanes_together(node.children_of_test);
-  node.entering = node.entry.lanes;
-  entering_[0].nodes.push(lane_id(entry, slot));
-  working_ = true;
+  return children;
 }
 
 void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
@@ -294,29 +256,16 @@ void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {
   const unsigned entry = test / kMaxLanes / WarpStackConfig::kMostAhead;
   const bool asked = entry < entries_ && slot < stacks_.ahead && walks_[entry].stack.node(slot).fetched &&
                      (walks_[entry].stack.node(slot).testing & bit(lane)) != 0;
-  if (!asked || (!walks_[entry].stack.node(slot).in_beam && walks_[entry].stack.node(slot).tests[lane] == 0)) {
-    throw WrongAnswer{"has a result for test " + std::to_string(test) + ", which no lane asked for"};
-  }
-  WarpStack::Node& node = walks_[entry].stack.node(slot);
+  if (!asked) throw WrongAnswer{"has a result for test " + std::to_string(test) + ", which no lane asked for"};
+  Walk& walk = walks_[entry];
+  WarpStack::Node& node = walk.stack.node(slot);
+  node.testing &= ~bit(lane);
+  --walk.testing;
   if (!(boxes_ && is_leaf(node.entry.kind))) {
     Entering& unit = entering_[is_leaf(node.entry.kind) ? 1 : 0];
     --unit.tests;
     if (!unit.nodes.empty()) working_ = true;
   }
-  if (node.in_beam) {
-    beam_tested(now, entry, slot);
-  } else {
-    for_each_bit(node.tests[lane], [&](unsigned i) { lane_tested(now, entry, slot, i); });
-  }
-  if (node.testing == 0) node_done(entry, slot);
-  refresh(entry);
-}
-
-void WarpWalkScheduler::lane_tested(Cycle now, unsigned entry, unsigned slot, unsigned lane) {
-  Walk& walk = walks_[entry];
-  WarpStack::Node& node = walk.stack.node(slot);
-  node.testing &= ~bit(lane);
-  --walk.testing;
   const std::uint32_t index = node.entry.event[lane];
   if (EventEffect(walk.lanes[lane].tree.event(index)).calls_shader(boxes_)) {
     found(now, entry, lane, index);
@@ -324,6 +273,8 @@ void WarpWalkScheduler::lane_tested(Cycle now, unsigned entry, unsigned slot, un
     if (is_leaf(node.entry.kind)) --walk.held;
     event_done(entry, lane);
   }
+  if (node.testing == 0) node_done(entry, slot);
+  refresh(entry);
 }
 
 void WarpWalkScheduler::found(Cycle now, unsigned entry, unsigned lane, std::uint32_t event) {
@@ -453,7 +404,6 @@ Inventory WarpWalkScheduler::inventory() const {
   inventory.operators.push_back({"arbiter", stacks_.ahead, n});
   // t of an entry against t_max of each of its lanes; the least t of a child among the lanes as their results come.
   inventory.operators.push_back({"fp_compare", 32, kMaxLanes + traces::kMaxWidth});
-  beam_->add_to(inventory, n);
   return inventory;
 }
 

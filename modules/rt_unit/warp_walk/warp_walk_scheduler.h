@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <deque>
 #include <iosfwd>
-#include <memory>
 #include <systemc>
 #include <utility>
 #include <vector>
@@ -25,8 +24,6 @@
 
 namespace grtx::modules {
 
-class BeamTests;  // decide/warp_beam.h
-
 /// Tag of a lane's test: warp, node slot and lane. A lane may be in several tests at once.
 constexpr LaneId walk_test(unsigned entry, unsigned slot, unsigned lane) {
   return static_cast<LaneId>((entry * WarpStackConfig::kMostAhead + slot) * kMaxLanes + lane);
@@ -39,9 +36,7 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
   /// scheduler: the policy. entries: warps of the warp buffer. node_ports: nodes that a unit reads in a cycle. Throws
   /// Error for a trace that warps cannot walk.
   WarpWalkScheduler(const sc_core::sc_module_name& name, const Config& config, const RtSchedulerConfig& scheduler,
-                    unsigned entries, const traces::Header& header, unsigned node_ports,
-                    std::unique_ptr<const BeamTests> beam);
-  ~WarpWalkScheduler() override;
+                    unsigned entries, const traces::Header& header, unsigned node_ports);
 
   void begin(unsigned entry) override;
   void schedule(Cycle now) override;
@@ -90,11 +85,7 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
     return !unit.nodes.empty() && (stacks_.tests == 0 || unit.tests < stacks_.tests);
   }
   void enter(Cycle now, Entering& unit);
-  /// The internal node that lanes of the entry visit.
-  const traces::NodeDefinition& definition(unsigned entry, const WarpStackEntry& node) const;
-  /// The beam is tested: so are the lanes, if it meets no child.
-  void beam_tested(Cycle now, unsigned entry, unsigned slot);
-  void lane_tested(Cycle now, unsigned entry, unsigned slot, unsigned lane);
+  unsigned children_in_node(unsigned entry, const WarpStackEntry& node) const;
   void write_children();
   /// Starts the entry at `place` of the warp's stack.
   void start(Cycle now, unsigned entry, std::size_t place);
@@ -117,7 +108,6 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
   StackEntryLayout layout_;
   unsigned record_bits_;  ///< of a node, as read
   unsigned node_ports_;
-  std::unique_ptr<const BeamTests> beam_;
   bool by_slot_;  ///< children are visited in slot order
   node_test_if* units_ = nullptr;
   traces::NodeKind leaf_{};
@@ -126,7 +116,7 @@ class WarpWalkScheduler final : public SchedulerBase, public fetched_node_if, pu
   LaneMask writing_ = 0;              ///< entries whose warp has children to write
 };
 
-/// Throws Error unless warps can walk a trace with this header, with or without beams.
-void require_walkable(const traces::Header& header, bool beams);
+/// Throws Error unless warps can walk a trace with this header.
+void require_walkable(const traces::Header& header);
 
 }  // namespace grtx::modules

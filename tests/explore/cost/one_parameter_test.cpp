@@ -116,14 +116,6 @@ const std::vector<Mutation>& mutations() {
       {"rt.warp_stack.tests", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
       {"rt.warp_buffer.ray_banks", "1", kBoth},
       {"rt.memory.node_ports", "1", kBoth, "", {"rt.traversal=warp"}, "walked"},
-      {"rt.beam.enabled", "true", kBoth, "", {"rt.traversal=warp"}, "walked"},
-      {"rt.beam.least_lanes",
-       "32",
-       kTiming,
-       "a threshold has no price",
-       {"rt.traversal=warp", "rt.beam.enabled=true"},
-       "walked"},
-      {"rt.beam.lanes_per_test", "1", kBoth, "", {"rt.traversal=warp", "rt.beam.enabled=true"}, "walked"},
       {"rt.transform.decode_latency", "9", kBoth, "", {}, "quantised ellipsoid"},
       {"rt.transform.count", "1", kBoth},
       {"rt.transform.latency", "8", kBoth},
@@ -275,7 +267,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       random.blas_root_is_leaf = kind == "sphere";
       random.checkpoint = tracing == traces::Tracing::multi && kind != "walked";
       random.tracing = tracing;
-      if (kind == "walked") random.depth = 5, random.beams = true;  // deep enough to fill a warp's stack
+      if (kind == "walked") random.depth = 5;  // deep enough to fill a warp's stack
       if (kind == "bins") random.bins = 4;
       if (kind.starts_with("quantised")) random.layout = traces::NodeLayout::quantised, random.procedural = true;
       auto made = traces::testing::random_trace(random);

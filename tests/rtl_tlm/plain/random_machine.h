@@ -72,7 +72,6 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   }
   Random widths = delayed;  // likewise
   trace.wide = trace.layout == NodeLayout::quantised && widths.upto(2) != 0;
-  trace.beams = !trace.two_level && !trace.checkpoint && trace.tracing == traces::Tracing::multi && seed % 2 == 0;
   return trace;
 }
 
@@ -270,9 +269,6 @@ inline GpuConfig random_machine(Random& random) {
   rt.warp_buffer.ray_banks = ports.one_of({0U, 1U, 3U, 4U});
   rt.memory.node_ports = ports.one_of({0U, 1U, 2U});
   rt.leaf_decode_latency = ports.one_of({1U, 0U, 7U});
-  Random beams = ports;  // likewise; for traces that have beams
-  rt.beam = {false, beams.one_of({1U, 2U, 4U, 32U}), beams.one_of({1U, 2U, 3U, 8U})};
-  if (beams.coin()) rt.warp_buffer.ray_banks = beams.one_of({0U, 2U, 8U, 32U});
   Random bandwidth = walks;  // likewise
   if (bandwidth.upto(3) == 0) c.dram_gb_s = c.peak_dram_gb_s() * (bandwidth.coin() ? 0.5 : 1.3);
   Random reads = bandwidth;  // likewise
@@ -299,7 +295,6 @@ inline void make_possible(GpuConfig& config, const traces::testing::RandomOption
       trace.any_hit == traces::AnyHit::immediate && config.rt.warp_stack.entries != 64) {
     config.rt.traversal = modules::TraversalWay::warp;
     config.rt.warp_buffer.spill = true;
-    config.rt.beam.enabled = trace.beams;
   }
 }
 

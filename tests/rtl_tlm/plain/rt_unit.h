@@ -173,8 +173,6 @@ class RtUnit {
     s.add(p + "walk.in_vain", walk_in_vain_);
     s.add(p + "walk.under_way.sum", walk_under_way_);
     s.most(p + "walk.max_waiting", walk_most_);
-    s.add(p + "walk.beam_tests", beam_tests_);
-    s.add(p + "walk.beam_misses", beam_misses_);
   }
   /// Means and ratios, once the counts of all units are summed. unit_cycles: cycles of the run times units.
   static void finish(Statistics& s, std::uint64_t unit_cycles) {
@@ -237,8 +235,7 @@ class RtUnit {
     LaneName lane;
     Cycle queued;
     unsigned tests;
-    std::uint64_t node;                              // of how many that came to units before
-    std::optional<std::vector<unsigned>> rays = {};  // lanes whose rays it reads, if not that of its own
+    std::uint64_t node;  // of how many that came to units before
   };
   struct Result {
     Cycle due;
@@ -459,13 +456,10 @@ class RtUnit {
     for (Cycle& free : unit.free_from) {
       if (free > now_ || unit.queue.empty() || unit.queue.front().queued >= now_) continue;
       const Operation op = unit.queue.front();
-      std::set<unsigned> read;
-      for (const unsigned l : op.rays.value_or(std::vector{op.lane.second % kLanes})) {
-        if (unit.ray_banks != 0) read.insert(l % unit.ray_banks);
-      }
+      const unsigned bank = unit.ray_banks == 0 ? 0 : op.lane.second % kLanes % unit.ray_banks;
       if (unit.node_ports != 0 && !nodes.contains(op.node) && nodes.size() == unit.node_ports) break;
-      if (std::any_of(read.begin(), read.end(), [&](unsigned bank) { return banks.contains(bank); })) break;
-      banks.insert(read.begin(), read.end());
+      if (unit.ray_banks != 0 && banks.contains(bank)) break;
+      banks.insert(bank);
       nodes.insert(op.node);
       unit.queue.pop_front();
       free = now_ + Cycle{op.tests} * unit.interval;
@@ -1333,8 +1327,6 @@ class RtUnit {
       return;
     }
     for (const auto& [lane, number] : lanes) entry->to_test.push_back(lane);
-    entry->in_beam =
-        config_.beam.enabled && fetch.kind == traces::NodeKind::internal && lanes.size() >= config_.beam.least_lanes;
     walk_arrived_[fetch.kind == traces::NodeKind::internal ? 0 : 1].emplace_back(fetch.entry, fetch.leader);
   }
   // Lanes of the nodes that came first are queued first, as long as tests of their kind are few enough.
@@ -1346,58 +1338,15 @@ class RtUnit {
         const auto entry = warps_[w].walk.in_slot(slot);
         if (entry->to_test.size() == entry->events.size()) entry->number = ++nodes_that_came_;
         const unsigned lane = entry->to_test.front();
-        const unsigned tests = walk_tests_of(warps_[w], *entry);
-        std::vector<unsigned> together;
-        if (entry->in_beam) {
-          ++beam_tests_;
-          entry->to_test.clear();
-        } else {
-          together = walk_together(warps_[w], *entry);
-          entry->tests[lane] = together;
-        }
+        entry->to_test.pop_front();
         if (entry->to_test.empty()) arrived.pop_front();
         ++walk_tests_[kind];
         Unit& unit = units_[kind == 0 ? 0 : ellipsoid_ ? 4 : leaf_unit_];
-        queue_at(unit, {test_name(w, slot, lane), now_, tests, entry->number, together});
+        queue_at(unit, {test_name(w, slot, lane), now_, walk_tests_of(warps_[w], *entry), entry->number});
       }
     }
   }
-  /// The internal node that lanes of the entry visit; null for a leaf.
-  const traces::NodeDefinition* walked_node(const Warp& warp, const WarpWalk::Entry& entry) const {
-    for (const auto& [lane, number] : entry.events) {
-      const traces::Event& e = walk_event(warp, entry, lane);
-      if (e.kind() == traces::EventKind::visit_internal) return &definition(warp, e);
-    }
-    return nullptr;
-  }
-  /// Whether lanes are tested with what the beam meets.
-  bool walk_beamed(const WarpWalk::Entry& entry) const {
-    return config_.beam.enabled && entry.kind == traces::NodeKind::internal && !entry.in_beam &&
-           entry.events.size() >= config_.beam.least_lanes;
-  }
-  unsigned met(const Warp& warp, const WarpWalk::Entry& entry) const {
-    return static_cast<unsigned>(std::popcount(walked_node(warp, entry)->beam));
-  }
-  /// Takes the lanes of the next test: the lowest, and others whose rays lie in banks of their own.
-  std::vector<unsigned> walk_together(const Warp& warp, WarpWalk::Entry& entry) const {
-    std::size_t most = 1;
-    if (walk_beamed(entry)) {
-      const unsigned boxes = config_.box_op_per_child ? 1 : header_.bvh_width;
-      most = std::max(1U, std::min(config_.beam.lanes_per_test, boxes / met(warp, entry)));
-    }
-    std::vector<unsigned> lanes;
-    std::set<unsigned> banks;
-    const unsigned all = config_.warp_buffer.ray_banks;
-    for (const unsigned lane : entry.to_test) {
-      if (lanes.size() == most || (all != 0 && banks.contains(lane % all))) continue;
-      lanes.push_back(lane);
-      if (all != 0) banks.insert(lane % all);
-    }
-    for (const unsigned lane : lanes) std::erase(entry.to_test, lane);
-    return lanes;
-  }
   unsigned walk_tests_of(const Warp& warp, const WarpWalk::Entry& entry) const {
-    if (walk_beamed(entry)) return config_.box_op_per_child ? met(warp, entry) : 1;
     if (entry.kind == traces::NodeKind::triangle && compact()) return 4;
     for (const auto& [lane, number] : entry.events) {
       const traces::Event& e = walk_event(warp, entry, lane);
@@ -1408,38 +1357,13 @@ class RtUnit {
     return 1;
   }
   void walk_result(LaneName name) {
-    const unsigned first = name.second % kLanes, slot = name.second / kLanes;
+    const unsigned lane = name.second % kLanes, slot = name.second / kLanes;
     Warp& warp = warps_[name.first];
     const auto entry = warp.walk.in_slot(slot);
-    const bool internal = entry->kind == traces::NodeKind::internal;
-    std::vector<unsigned> lanes = {first};
-    if (!boxes_ || internal) {
-      --walk_tests_[internal ? 0 : 1];
-      if (entry->in_beam) {
-        entry->in_beam = false;
-        lanes = entry->testing;
-        if (met(warp, *entry) != 0) {
-          entry->to_test.assign(lanes.begin(), lanes.end());
-          walk_arrived_[0].emplace_back(name.first, slot);
-          return;
-        }
-        ++beam_misses_;
-      } else {
-        lanes = entry->tests.at(first);
-      }
-    }
-    for (const unsigned lane : lanes) walk_lane_tested({name.first, lane}, *entry);
-    if (!entry->testing.empty()) return;
-    entry->children = walk_children(warp, *entry);
-    if (!entry->children.empty()) return warp.walk.done.push_back(slot);
-    warp.walk.stack.erase(entry);
-    walk_refill(warp);
-  }
-  void walk_lane_tested(LaneName name, WarpWalk::Entry& of) {
-    const unsigned lane = name.second;
-    Warp& warp = warps_[name.first];
-    WarpWalk::Entry* const entry = &of;
     std::erase(entry->testing, lane);
+    if (!boxes_ || entry->kind == traces::NodeKind::internal) {
+      --walk_tests_[entry->kind == traces::NodeKind::internal ? 0 : 1];
+    }
     const traces::Event& e = walk_event(warp, *entry, lane);
     if (e.kind() == traces::EventKind::visit_leaf && (boxes_ || traces::calls_any_hit(e.outcome()))) {
       auto& hits = warp.walk.hits[lane];
@@ -1448,6 +1372,11 @@ class RtUnit {
     } else {
       walk_event_done(warp, lane);
     }
+    if (!entry->testing.empty()) return;
+    entry->children = walk_children(warp, *entry);
+    if (!entry->children.empty()) return warp.walk.done.push_back(slot);
+    warp.walk.stack.erase(entry);
+    walk_refill(warp);
   }
   // The lane's next hit goes to the any-hit unit or waits for the shader.
   void walk_next_hit(LaneName name) {
@@ -1525,8 +1454,7 @@ class RtUnit {
                               [address](const WarpWalk::Entry& other) { return other.address == address; });
     if (child == children.end()) {
       child = children.insert(
-          child,
-          WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}, {}, {}, false, false, 0, {}});
+          child, WarpWalk::Entry{address, kind_of_child(parent, address), {}, {}, false, {}, {}, {}, false, 0});
     }
     child->events[lane] = number;
   }
@@ -1600,7 +1528,6 @@ class RtUnit {
   std::array<unsigned, 2> walk_tests_{};                                   // of each, queued or in pipelines
   std::uint64_t spills_ = 0, fills_ = 0, max_spilled_ = 0;
   std::uint64_t walk_entries_ = 0, walk_dropped_ = 0, walk_in_vain_ = 0, walk_under_way_ = 0, walk_most_ = 0;
-  std::uint64_t beam_tests_ = 0, beam_misses_ = 0;
 };
 
 }  // namespace grtx::sim::plain

@@ -23,13 +23,11 @@ struct WarpWalk {
     std::map<unsigned, std::size_t> events;  // of each of its lanes
     std::optional<unsigned> slot;            // under way there
     bool fetched = false;
-    std::vector<unsigned> testing;                    // lanes without a result
-    std::deque<unsigned> to_test;                     // lanes whose test is not queued yet
-    std::vector<Entry> children;                      // to be written, the topmost first
-    bool writing = false;                             // some of them are there
-    bool in_beam = false;                             // no lane is tested before the beam
-    std::uint64_t number = 0;                         // of how many nodes that came to units
-    std::map<unsigned, std::vector<unsigned>> tests;  // first lane: lanes that are tested together
+    std::vector<unsigned> testing;  // lanes without a result
+    std::deque<unsigned> to_test;   // lanes whose test is not queued yet
+    std::vector<Entry> children;    // to be written, the topmost first
+    bool writing = false;           // some of them are there
+    std::uint64_t number = 0;       // of how many nodes that came to units
   };
   std::list<Entry> stack;     // the topmost first
   std::deque<Entry> memory;   // the topmost first

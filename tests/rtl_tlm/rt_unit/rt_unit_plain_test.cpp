@@ -187,13 +187,6 @@ TEST_P(RtUnitPlain, AgreesToTheCycleWhereWarpsWalkTogether) {
     rt.any_hit_unit.count = 1 + pick(31);
     const unsigned leaves = pick(3);
     trace.procedural = leaves > 1 && trace.layout == traces::NodeLayout::quantised;  // their size differs
-    if (pick(1) == 0) {
-      constexpr unsigned kLanes[] = {1, 2, 4, 8}, kTogether[] = {1, 2, 3, 8}, kBanks[] = {0, 2, 4, 8};
-      trace.beams = true;
-      rt.beam = {true, kLanes[pick(3)], kTogether[pick(3)]};
-      rt.warp_buffer.ray_banks = kBanks[pick(3)];
-      rt.memory.node_ports = pick(2);
-    }
     auto made = random_trace(trace);
     if (leaves > 1) make_procedural(made, leaves == 3);
     if (leaves == 3) rt.any_hit_unit.enabled = false;  // hits of boxes come from a shader

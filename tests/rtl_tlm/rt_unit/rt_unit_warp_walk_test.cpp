@@ -2,8 +2,6 @@
 // Warps that walk together: closed forms of docs/model/warp_walk.md, cycle by cycle.
 #include <gmock/gmock.h>
 
-#include <array>
-
 #include "grtx/base/error.h"
 #include "rtl_tlm/rt_unit/rt_bench.h"
 
@@ -251,78 +249,6 @@ TEST_F(WarpWalk, TracesThatWarpsCannotWalkAreRefusedByTheKey) {
   traces::Header delayed = small_header();
   delayed.any_hit = traces::AnyHit::delayed;
   EXPECT_THAT(refused(delayed, walking(8)), ::testing::HasSubstr("rt.traversal: warp is for"));
-  BenchOptions beams = walking(8);
-  beams.rt.beam.enabled = true;
-  EXPECT_THAT(refused(small_header(), beams), ::testing::HasSubstr("rt.beam.enabled: needs a trace of --warp-beam on"));
-}
-
-/// The beam around the group's rays meets these children of the root.
-traces::RayGroup with_beam(traces::RayGroup group, unsigned met) {
-  group.nodes[0].beam = static_cast<std::uint8_t>(met);
-  return group;
-}
-traces::Header header_with_beams() {
-  traces::Header header = small_header();
-  header.warp_beam = traces::WarpBeam::on;
-  return header;
-}
-BenchOptions with_beams(BenchOptions options, unsigned lanes_per_test) {
-  options.rt.beam = {true, 4, lanes_per_test};
-  return options;
-}
-
-TEST_F(WarpWalk, ABeamIsTestedBeforeItsLanesWhichThenShareTests) {
-  const auto group = with_beam(fan(32, 2), 0b11);
-  RtBench bench(header_with_beams(), with_beams(walking(8), 2));
-  bench.run(group);
-  EXPECT_EQ(bench.counters().ray_box.tests, 1u + 32 / 2);
-  EXPECT_EQ(bench.counters().ray_triangle.tests, 64u);
-  EXPECT_EQ(bench.counters().scheduler.walk.beam_tests, 1u);
-  // The lanes' tests start a cycle after the result of the beam's.
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + (kFetch + 2 * kBox + 1) + (kFetch + kTriangle) + 2);
-}
-
-TEST_F(WarpWalk, LanesShareATestOnlyIfItHasBoxesForAllOfThem) {
-  for (const auto& [lanes, leaves, tests] : {std::array{6u, 1u, 6u}, {6u, 2u, 11u}, {6u, 4u, 32u}, {2u, 1u, 16u}}) {
-    const auto group = with_beam(fan(32, leaves), (1u << leaves) - 1);
-    RtBench bench(header_with_beams(), with_beams(walking(8), lanes));
-    bench.run(group);
-    EXPECT_EQ(bench.counters().ray_box.tests, 1u + tests) << lanes << " lanes, " << leaves << " children";
-  }
-}
-
-TEST_F(WarpWalk, ANodeWhoseChildrenTheBeamMissesNeedsNoTestOfALane) {
-  traces::RayGroup group = fan(32, 2);
-  for (traces::Ray& ray : group.rays) {
-    ray.events = {internal_event(0, 0)};
-    ray.rounds[0].event_count = 1;
-  }
-  RtBench bench(header_with_beams(), with_beams(walking(8), 2));
-  bench.run(group);
-  EXPECT_EQ(bench.counters().ray_box.tests, 1u);
-  EXPECT_EQ(bench.counters().scheduler.walk.beam_misses, 1u);
-  EXPECT_EQ(bench.dones[0].cycle, kFirst + kFetch + kBox);
-}
-
-TEST_F(WarpWalk, AFewLanesAreTestedWithoutTheBeam) {
-  const auto group = with_beam(fan(3, 2), 0b11);
-  RtBench bench(header_with_beams(), with_beams(walking(8), 2));
-  bench.run(group);
-  EXPECT_EQ(bench.counters().ray_box.tests, 3u);
-  EXPECT_EQ(bench.counters().scheduler.walk.beam_tests, 0u);
-}
-
-TEST_F(WarpWalk, AnUnitThatTestsAChildAtATimeTestsThoseThatTheBeamMeets) {
-  auto group = with_beam(fan(32, 5), 0b00111);
-  for (traces::Ray& ray : group.rays) {
-    ray.events = {internal_event(0, 0b100), leaf_event(12, LeafOutcome::miss)};
-    ray.rounds[0].event_count = 2;
-  }
-  BenchOptions options = with_beams(walking(8), 6);
-  options.rt.box_op_per_child = true;
-  RtBench bench(header_with_beams(), options);
-  bench.run(group);
-  EXPECT_EQ(bench.counters().ray_box.tests, 5u + 32 * 3);
 }
 
 }  // namespace

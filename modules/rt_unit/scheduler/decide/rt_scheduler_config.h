@@ -29,8 +29,6 @@ struct WarpWalkCounters {
   std::uint64_t in_vain = 0;       ///< tests of lanes for which the node is beyond t_max
   std::uint64_t under_way = 0;     ///< entries of the warp under way at a start, itself included, summed over starts
   std::uint64_t most_waiting = 0;  ///< most entries of a warp that waited, in memory or not
-  std::uint64_t beam_tests = 0;    ///< tests of a beam
-  std::uint64_t beam_misses = 0;   ///< of these, those that met no child
 };
 
 struct RtSchedulerCounters {

@@ -75,11 +75,7 @@ unsigned WarpStack::start(std::size_t place) {
   unsigned slot = 0;
   while (nodes_[slot].used) ++slot;
   Item& item = order_[place];
-  Node& node = nodes_[slot];
-  node = Node();
-  node.entry = item.entry;
-  node.testing = node.entering = item.entry.lanes;
-  node.used = true;
+  nodes_[slot] = {item.entry, item.entry.lanes, true, false, item.entry.lanes, {}, 0};
   item.slot = static_cast<int>(slot);
   --waiting_;
   ++under_way_;

@@ -20,7 +20,6 @@ namespace grtx::modules {
 // Rules that a trace must keep to be walked by warps; texts of the errors.
 inline constexpr const char* kRuleChildPushed = "visits a node that its parent did not push";
 inline constexpr const char* kRuleNothingLeft = "leaves nodes on its stack";
-inline constexpr const char* kRuleBeamMeets = "pushes a child that the beam of its warp does not meet";
 inline constexpr const char* kRuleWalkedKinds = "has an event that a warp cannot walk: an instance or a replay";
 
 /// The tree of a lane's events of one round, which the trace lists depth first. With the tree the lane can visit nodes
@@ -69,13 +68,9 @@ class WarpStack {
     LaneMask testing = 0;  ///< lanes whose test is not done
     bool used = false;
     bool fetched = false;
-    bool in_beam = false;  ///< the beam is to be tested, or is being tested; no lane yet
-    std::uint8_t met = 0;  ///< children that the beam meets
-    unsigned children_of_test = 0, lanes_of_test = 1;
-    std::array<LaneMask, kMaxLanes> tests{};  ///< [first lane] lanes of a test
-    LaneMask entering = 0;                    ///< lanes whose test is not in the queue of its unit yet
-    std::vector<WarpStackEntry> children;     ///< the topmost first
-    std::size_t written = 0;                  ///< children that are on the stack
+    LaneMask entering = 0;                 ///< lanes whose test is not in the queue of its unit yet
+    std::vector<WarpStackEntry> children;  ///< the topmost first
+    std::size_t written = 0;               ///< children that are on the stack
   };
 
   explicit WarpStack(const WarpStackConfig& config, unsigned in_a_sector)

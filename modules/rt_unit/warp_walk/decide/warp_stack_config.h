@@ -56,23 +56,6 @@ struct WarpStackConfig {
              kOurs);
   }
 };
-/// The beam around the rays of a warp that walks.
-struct WarpBeamConfig {
-  bool enabled = false;
-  unsigned least_lanes = 4;
-  unsigned lanes_per_test = 2;
-  void parameters(ParameterList& list) {
-    list.add(
-        "enabled", enabled,
-        "with rt.traversal = warp: the boxes of a node are first tested against the beam around the warp's rays, and "
-        "then, lane by lane, only those that it meets; the trace needs --warp-beam on",
-        kOurs);
-    list.add("least_lanes", least_lanes, {1, kMaxLanes}, "lanes",
-             "entries with fewer lanes are tested without the beam", kOurs);
-    list.add("lanes_per_test", lanes_per_test, {1, 8}, "lanes",
-             "with the beam: lanes that a box pipeline tests at once, if it has boxes enough for all of them", kOurs);
-  }
-};
 
 /// The part's row in the table of all parts; used: whether the machine has the part.
 PartInfo part_info(const WarpStackConfig& config, bool used, unsigned ray_banks);
