@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <iosfwd>
-#include <optional>
 #include <systemc>
 #include <vector>
 
@@ -47,12 +46,12 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   /// The tests of a request run one after another in one pipeline.
   void enqueue(Cycle now, LaneId id, unsigned tests) override {
     if (queue_.empty()) due_ = std::min(due_, std::max(now + 1, next_free_));
-    queue_.push({now, id, static_cast<std::uint16_t>(tests), node_, rays_.value_or(bit(lane_of(id)))});
-    rays_.reset();
+    queue_.push({now, id, static_cast<std::uint16_t>(tests), node_, rays_, own_ray_});
+    own_ray_ = true;
     if (queue_.size() > counters_.queue_max) counters_.queue_max = queue_.size();
   }
   void begin_node() override { ++node_; }
-  void read_rays(LaneMask lanes) override { rays_ = lanes; }
+  void read_rays(LaneMask lanes) override { rays_ = lanes, own_ray_ = false; }
   void tick(Cycle now) override;
 
   bool idle() const override { return queue_.empty() && flights_.empty(); }
@@ -75,7 +74,8 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
     LaneId lane = 0;
     std::uint16_t tests = 1;
     std::uint32_t node = 0;
-    LaneMask rays = 0;  ///< lanes whose rays it reads
+    LaneMask rays = 0;    ///< lanes whose rays it reads,
+    bool own_ray = true;  ///< or that of `lane`
   };
   /// What is read in a cycle.
   struct Reads {
@@ -95,13 +95,15 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Config config_;
   DataPath path_;
   TestInput input_;
+  bool limited_;  ///< input_ lets not all tests in that find a pipeline
   intersection_client_if* client_ = nullptr;
   RingQueue<Request> queue_;      ///< at most one per lane of the warp buffer
   RingQueue<Flight> flights_;     ///< in order of due cycles
   std::vector<Cycle> free_from_;  ///< [pipeline]
   Cycle next_free_ = 0;           ///< lower bound of free_from_
   std::uint32_t node_ = 0;        ///< of the requests that come
-  std::optional<LaneMask> rays_;  ///< of the next request
+  LaneMask rays_ = 0;             ///< of the next request
+  bool own_ray_ = true;           ///< the same
   std::size_t lanes_;             ///< lanes of the warp buffer
   Counters counters_;
 };
