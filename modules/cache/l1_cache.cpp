@@ -89,7 +89,10 @@ void L1Cache::load(StateReader& state) {
 
 // The most frequently called function of the model. What it always does is inlined, what it seldom does is not: its
 // instructions stay in the host's cache.
-Cycle L1Cache::tick(Cycle now) {
+Cycle L1Cache::tick(Cycle now) { return stages_ == nullptr ? work<false>(now) : work<true>(now); }
+
+template <bool kObserved>
+inline Cycle L1Cache::work(Cycle now) {
   if (now == ticked_) {  // read_at_once() has called it; since then requests may have been sent
     for (const Client& client : clients_) next_request_ = std::min(next_request_, client.request.next_visible());
     return next_due(now);
@@ -97,9 +100,9 @@ Cycle L1Cache::tick(Cycle now) {
   ticked_ = now;
   // Before the requests, so that a sector filled in this cycle hits in this cycle.
   if (up_.next_visible() <= now) take_response(now);
-  take_requests(now);
+  take_requests<kObserved>(now);
   if (!miss_queue_.empty() && miss_queue_.front().due <= now) send_miss(now);
-  if (next_response_ <= now) send_responses(now);
+  if (next_response_ <= now) send_responses<kObserved>(now);
   return next_due(now);
 }
 
@@ -158,21 +161,23 @@ void L1Cache::fill(Cycle now, std::uint32_t mshr, std::uint64_t address) {
 
 // A port accepts up to `width` requests per cycle, a bank one. Clients are tried in priority order, so the first one
 // wins a contested bank.
-inline void L1Cache::take_requests(Cycle now) {
+template <bool kObserved>
+[[gnu::always_inline]] inline void L1Cache::take_requests(Cycle now) {
   banks_taken_ = 0;
   next_request_ = kNever;
   bool won = false;
   waiting_.for_each_from(
-      first_client_, [&](unsigned i) __attribute__((always_inline)) { take_from(now, i, won); });
+      first_client_, [&](unsigned i) __attribute__((always_inline)) { take_from<kObserved>(now, i, won); });
 }
 
+template <bool kObserved>
 [[gnu::always_inline]] inline void L1Cache::take_from(Cycle now, unsigned i, bool& won) {
   Client& client = clients_[i];
   for (unsigned left = client.width; left > 0; --left) {
     const MemoryRequest* head = client.request.front(now);
     if (head == nullptr) break;
-    if (stages_ != nullptr) asked_ = client.request.next_visible();
-    if (!accept(now, i, *head)) {
+    if constexpr (kObserved) asked_ = client.request.next_visible();
+    if (!accept<kObserved>(now, i, *head)) {
       next_request_ = now;
       return;
     }
@@ -194,6 +199,7 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
   return stall(reason);
 }
 
+template <bool kObserved>
 [[gnu::always_inline]] inline bool L1Cache::accept(Cycle now, unsigned port, const MemoryRequest& access) {
   Client& client = clients_[port];
   assert(access.address % kSectorBytes == 0);
@@ -204,7 +210,7 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
   if ((banks_taken_ & bank) != 0) return stall(L1Stall::bank_conflict);
   // A refused request is refused again until something inside has changed.
   if (client.refused.at == version_) return stall(client.refused.reason);
-  const bool accepted = access.write ? accept_write(now, port, access) : accept_read(now, port, access);
+  const bool accepted = access.write ? accept_write(now, port, access) : accept_read<kObserved>(now, port, access);
   if (accepted) {
     banks_taken_ |= bank;
     client.refused.at = kNever;
@@ -213,13 +219,14 @@ bool L1Cache::refuse(Client& client, L1Stall reason) {
 }
 
 // A hit, the usual case, or accept_miss().
+template <bool kObserved>
 [[gnu::always_inline]] inline bool L1Cache::accept_read(Cycle now, unsigned port, const MemoryRequest& access) {
   const SectorCacheTags::Slot slot = config_.perfect ? SectorCacheTags::kNone : tags_.find(access.address);
   const std::uint8_t sector = tags_.sector_bit(access.address);
   const bool present = slot != SectorCacheTags::kNone && (tags_.valid(slot) & sector) != 0;
   if (!present && !config_.perfect) return accept_miss(now, port, access, slot);
 
-  answer_hit(now, port, access);
+  answer_hit<kObserved>(now, port, access);
   count_hit(port, access, slot, sector, present);
   return true;
 }
@@ -296,8 +303,11 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
 [[gnu::noinline]] bool L1Cache::accept_write(Cycle now, unsigned port, const MemoryRequest& access) {
   Client& client = clients_[port];
   RegionCounters& region = counters_.region[index(access.region)];
+  const auto answer = [&] {
+    stages_ == nullptr ? answer_hit<false>(now, port, access) : answer_hit<true>(now, port, access);
+  };
   if (config_.perfect) {
-    answer_hit(now, port, access);
+    answer();
     ++region.writes;
     ++region.write_hits;
     return true;
@@ -328,7 +338,7 @@ ReadAtOnce L1Cache::read_at_once(Cycle now, const MemoryRequest& access) {
     tags_.set_dirty(slot, sector);
     written_by_[slot] = access.region;
     ++counters_.kept_writes;
-    answer_hit(now, port, access);
+    answer();
   }
   if (effect.forward) {
     miss_queue_.push({from_port(port, access), now + config_.tag_latency, false});
@@ -362,6 +372,7 @@ void L1Cache::push_dirty(Cycle now, const SectorCacheTags::Victim& victim, Regio
   }
 }
 
+template <bool kObserved>
 inline void L1Cache::answer_hit(Cycle now, unsigned port, const MemoryRequest& access) {
   Client& client = clients_[port];
   const Cycle due = now + client.hit_latency;
@@ -370,7 +381,7 @@ inline void L1Cache::answer_hit(Cycle now, unsigned port, const MemoryRequest& a
   hit.response.client = static_cast<std::uint8_t>(port);
   hit.response.sm = config_.sm;
   hit.due = due;
-  if (stages_ != nullptr) client.hit_reads.push({asked_, now, {static_cast<std::uint32_t>(now - asked_)}});
+  if constexpr (kObserved) client.hit_reads.push({asked_, now, {static_cast<std::uint32_t>(now - asked_)}});
   respond_at(due, port);
 }
 
@@ -392,18 +403,20 @@ inline void L1Cache::reference(SectorCacheTags::Slot slot, std::uint8_t sector) 
 }
 
 // Up to `width` responses per client and cycle: earliest due first, a hit before a fill of the same cycle.
-inline void L1Cache::send_responses(Cycle now) {
+template <bool kObserved>
+[[gnu::always_inline]] inline void L1Cache::send_responses(Cycle now) {
   Cycle* const due = response_due_.data();
   const std::size_t clients = config_.clients;
   Cycle next = kNever;
   for (std::size_t i = 0; i < clients; ++i) {
-    if (due[i] <= now) due[i] = send_response(now, clients_[i]);
+    if (due[i] <= now) due[i] = send_response<kObserved>(now, clients_[i]);
     next = std::min(next, due[i]);
   }
   next_response_ = next;
 }
 
 // Returns when the client's next response is due.
+template <bool kObserved>
 [[gnu::always_inline]] inline Cycle L1Cache::send_response(Cycle now, Client& client) {
   const auto first_due = [](const RingQueue<Pending>& queue) { return queue.empty() ? kNever : queue.front().due; };
   Cycle hit = first_due(client.hits);
@@ -413,7 +426,7 @@ inline void L1Cache::send_responses(Cycle now) {
     const bool hit_first = hit <= filled;
     RingQueue<Pending>& queue = hit_first ? client.hits : client.fills;
     if (!client.response.try_push(now, queue.front().response)) break;
-    if (stages_ != nullptr) report(client, hit_first, now);
+    if constexpr (kObserved) report(client, hit_first, now);
     queue.pop();
     ++counters_.responses;
     (hit_first ? hit : filled) = first_due(queue);
@@ -428,7 +441,7 @@ inline void L1Cache::send_responses(Cycle now) {
   reads.pop();
 }
 
-inline Cycle L1Cache::next_due(Cycle now) const {
+[[gnu::always_inline]] inline Cycle L1Cache::next_due(Cycle now) const {
   Cycle due = std::min(up_.next_visible(), std::min(next_request_, next_response_));
   if (!miss_queue_.empty()) due = std::min(due, miss_queue_.front().due);
   return std::max(now + 1, due);

@@ -89,15 +89,23 @@ class L1Cache final : public L1CacheModule {
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
   void restart(Caches caches) override;
+  // The work of a tick; kObserved: reads are reported to stages_. What each access passes is compiled for both, so that
+  // a run without an observer does not ask for one.
+  template <bool kObserved>
+  Cycle work(Cycle now);
   void take_response(Cycle now);
   void fill(Cycle now, std::uint32_t mshr, std::uint64_t address);
   void install(Cycle now, std::uint32_t mshr, std::uint64_t address);
+  template <bool kObserved>
   void take_requests(Cycle now);
+  template <bool kObserved>
   void take_from(Cycle now, unsigned client, bool& won);
   // access: as at the port; who asks is `port`, whatever the request says.
+  template <bool kObserved>
   bool accept(Cycle now, unsigned port, const MemoryRequest& access);
   void count_hit(unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot, std::uint8_t sector,
                  bool present);
+  template <bool kObserved>
   bool accept_read(Cycle now, unsigned port, const MemoryRequest& access);
   bool accept_miss(Cycle now, unsigned port, const MemoryRequest& access, SectorCacheTags::Slot slot);
   bool accept_write(Cycle now, unsigned port, const MemoryRequest& access);
@@ -121,10 +129,13 @@ class L1Cache final : public L1CacheModule {
     return allocate(now, access, tags_.victim_slot(access.address, access));
   }
   SectorCacheTags::Slot allocate(Cycle now, const MemoryRequest& access, SectorCacheTags::Slot place);
+  template <bool kObserved>
   void answer_hit(Cycle now, unsigned port, const MemoryRequest& access);
   void reference(SectorCacheTags::Slot slot, std::uint8_t sector);
   void send_miss(Cycle now);
+  template <bool kObserved>
   void send_responses(Cycle now);
+  template <bool kObserved>
   Cycle send_response(Cycle now, Client& client);
   void report(Client& client, bool hit, Cycle now);
   /// A response was added to the client's queues, to be sent in cycle `due` or later.

@@ -60,30 +60,34 @@ void L2Slice::load(StateReader& state) {
 
 void L2Slice::preload(std::uint64_t address) { tags_.preload(config_.interleave.local(address), {.address = address}); }
 
-bool L2Slice::work_at(Cycle now) const {
+inline bool L2Slice::work_at(Cycle now) const {
   return due_ <= now || in_.front(now) != nullptr || dram.front(now) != nullptr ||
          (!dram_queue_.empty() && dram.can_send(now));
 }
 
-Cycle L2Slice::tick(Cycle now) {
+Cycle L2Slice::tick(Cycle now) { return stages_ == nullptr ? work<false>(now) : work<true>(now); }
+
+template <bool kObserved>
+inline Cycle L2Slice::work(Cycle now) {
   dram.update(now);
   if (!work_at(now)) return std::min(due_, next_arrival());
   prefetch_host(now);
-  if (in_.next_visible() <= now) take_request(now);
+  if (in_.next_visible() <= now) take_request<kObserved>(now);
   take_completion(now);  // before the accesses, so that a sector filled in this cycle hits in this cycle
   if (!pipe_.empty() && pipe_.front().due <= now) look_up(now);
   if (!dram_queue_.empty()) send_dram(now);
-  if (!replies_.empty()) send_reply(now);
+  if (!replies_.empty()) send_reply<kObserved>(now);
   due_ = next_due(now);
   return std::min(due_, std::max(now + 1, next_arrival()));
 }
 
+template <bool kObserved>
 inline void L2Slice::take_request(Cycle now) {
   const MemoryRequest* arrived = in_.front(now);
   if (arrived == nullptr || pipe_.size() >= std::size_t{config_.latency} + config_.queue) return;
   assert(config_.interleave.slice(arrived->address) == config_.slice);
   pipe_.push({*arrived, now + config_.latency});
-  if (stages_ != nullptr && !arrived->write) stages_->enters_l2(arrived->sm, arrived->tag, now);
+  if (kObserved && !arrived->write) stages_->enters_l2(arrived->sm, arrived->tag, now);
   in_.pop(now);
   ++counters_.requests_in;
 }
@@ -175,7 +179,7 @@ bool L2Slice::read(Cycle now, const MemoryRequest& access) {
     ++region.misses;
   }
   ++region.reads;
-  if (stages_ != nullptr && !hit) stages_->misses_l2(access.sm, access.tag, now);
+  if (!hit && stages_ != nullptr) stages_->misses_l2(access.sm, access.tag, now);
   if (slot != SectorCacheTags::kNone) tags_.touch(slot, [&] { return access; });
   return true;
 }
@@ -239,9 +243,10 @@ inline void L2Slice::reply(const MemoryRequest& r) { replies_.push(response_to(r
   dram.send(head.address, config_.geometry.sector_bytes, head.write, head.context, head.origin);
 }
 
+template <bool kObserved>
 inline void L2Slice::send_reply(Cycle now) {
   if (!out_.try_push(now, replies_.front())) return;
-  if (const MemoryResponse& sent = replies_.front(); stages_ != nullptr && !sent.write) {
+  if (const MemoryResponse& sent = replies_.front(); kObserved && !sent.write) {
     stages_->leaves_l2(sent.sm, sent.tag, now);
   }
   replies_.pop();

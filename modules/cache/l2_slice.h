@@ -76,8 +76,11 @@ class L2Slice final : public L2SliceModule {
 
   void end_of_elaboration() override;
   Cycle tick(Cycle now) override;
+  template <bool kObserved>
+  Cycle work(Cycle now);
   void restart(Caches caches) override;
   bool work_at(Cycle now) const;
+  template <bool kObserved>
   void take_request(Cycle now);
   void take_completion(Cycle now);
   bool fill(Cycle now, std::uint32_t mshr);
@@ -93,6 +96,7 @@ class L2Slice final : public L2SliceModule {
   void write_back(const SectorCacheTags::Victim& victim, Region region);
   void reply(const MemoryRequest& access);
   void send_dram(Cycle now);
+  template <bool kObserved>
   void send_reply(Cycle now);
   Cycle next_due(Cycle now) const;
   Cycle next_arrival() const;

@@ -15,7 +15,10 @@ class WaitingLinks {
   /// always counts as waiting.
   template <typename T>
   void watch(unsigned i, const LinkReader<T>& link) {
-    if (link.announce(numbers_.word_of(i), i % 64)) return;
+    if (!link.announce(numbers_.word_of(i), i % 64)) always(i);
+  }
+  /// Number `i` always counts as waiting.
+  void always(unsigned i) {
     silent_.insert(i);
     numbers_.insert(i);
   }

@@ -288,13 +288,22 @@ void RtUnit::end_of_elaboration() {
   calls_.wake(&alarm_);
   shader_dones_.wake(&alarm_);
   if (fetches_done_) fetches_done_.wake(&alarm_);
-  clients_.push_back({memory_.get(), reader_of(node_response)});
-  if (checkpoint_) clients_.push_back({checkpoint_.get(), reader_of(checkpoint_response)});
-  if (prefetcher_) clients_.push_back({prefetcher_.get(), reader_of(prefetch_response)});
-  if (stack_) clients_.push_back({stack_.get(), reader_of(stack_response)});
-  for (const MemoryClient& client : clients_) {
-    if (client.responses) client.responses.wake(&alarm_);
-  }
+  waiting_.watch(kAnyHit, shader_dones_);
+  waiting_.watch(kCalls, calls_);
+  any_hit_->show_awake(awake_, kAnyHit);
+  add_client(kMemory, memory_.get(), reader_of(node_response));
+  add_client(kCheckpoint, checkpoint_.get(), reader_of(checkpoint_response));
+  add_client(kPrefetch, prefetcher_.get(), reader_of(prefetch_response));
+  add_client(kStack, stack_.get(), reader_of(stack_response));
+}
+
+void RtUnit::add_client(unsigned place, RtMemoryPart* part, const LinkReader<MemoryResponse>& responses) {
+  if (part == nullptr) return;
+  clients_[place] = {part, responses};
+  part->show_awake(awake_, place);
+  if (!responses) return waiting_.always(place);
+  responses.wake(&alarm_);
+  waiting_.watch(place, responses);
 }
 
 void RtUnit::restart(Caches) {
@@ -304,14 +313,18 @@ void RtUnit::restart(Caches) {
   accounted_ = settled_ = 0;
 }
 
-// First cycle in which an item on an input link is visible.
+// First cycle in which an item on this input link is visible and can be taken.
+inline Cycle RtUnit::arrival(unsigned link) const {
+  if (link == kCalls) return warps_->has_room() ? calls_.next_visible() : kNever;
+  if (link == kAnyHit) return shader_dones_.next_visible();
+  const LinkReader<MemoryResponse>& responses = clients_[link].responses;
+  if (responses) return responses.next_visible();
+  return link == kMemory && fetches_done_ ? fetches_done_.next_visible() : kNever;
+}
+
 Cycle RtUnit::next_arrival() const {
-  Cycle next = shader_dones_.next_visible();
-  for (const MemoryClient& client : clients_) {
-    if (client.responses) next = std::min(next, client.responses.next_visible());
-  }
-  if (fetches_done_) next = std::min(next, fetches_done_.next_visible());
-  if (warps_->has_room()) next = std::min(next, calls_.next_visible());
+  Cycle next = kNever;
+  waiting_.for_each([&](unsigned link) { next = std::min(next, arrival(link)); });
   return next;
 }
 
@@ -345,14 +358,26 @@ inline void RtUnit::tick_units(Cycle now) {
 // or a link, are not called.
 inline void RtUnit::run_stages(Cycle now) {
   tick_units(now);
-  for (const MemoryClient& client : clients_) {
-    if (!client.responses || client.responses.next_visible() <= now) client.part->respond(now);
+  bool shaders_done = false, called = false;
+  waiting_.for_each([&](unsigned link) {
+    if (link >= kClients) {
+      (link == kCalls ? called : shaders_done) = true;
+      return;
+    }
+    const MemoryClient& client = clients_[link];
+    if (!client.responses) return client.part->respond(now);
+    if (client.responses.next_visible() > now) return;
+    client.part->respond(now);
+    waiting_.popped(link, client.responses);
+  });
+  for (unsigned place = 0; place < kClients; ++place) {
+    if (is_awake(place)) clients_[place].part->issue(now);
   }
-  for (const MemoryClient& client : clients_) {
-    if (client.part->awake()) client.part->issue(now);
+  if (is_awake(kCheckpoint)) checkpoint_->accept(now);
+  if (is_awake(kAnyHit) || (shaders_done && shader_dones_.next_visible() <= now)) {
+    any_hit_->invoke(now);
+    if (shaders_done) waiting_.popped(kAnyHit, shader_dones_);
   }
-  if (checkpoint_ && checkpoint_->awake()) checkpoint_->accept(now);
-  if (any_hit_->awake() || shader_dones_.next_visible() <= now) any_hit_->invoke(now);
   if (warps_->finished_entries() != 0) warp_buffer_->retire(now);
   if (scheduler_->working()) scheduler_->prepare(now);
   if (warps_->ready_entries() != 0) {
@@ -360,16 +385,18 @@ inline void RtUnit::run_stages(Cycle now) {
   } else {
     scheduler_->count_idle(1);
   }
-  if (calls_.next_visible() <= now) warp_buffer_->accept(now);
+  if (called && calls_.next_visible() <= now) {
+    warp_buffer_->accept(now);
+    waiting_.popped(kCalls, calls_);
+  }
 }
 
 inline Cycle RtUnit::next_due(Cycle now) const {
-  const auto busy = [](const MemoryClient& client) { return client.part->awake() && client.part->busy(); };
-  if (warps_->ready_entries() != 0 || warps_->finished_entries() != 0 || scheduler_->working() ||
-      std::any_of(clients_.begin(), clients_.end(), busy)) {
-    return now + 1;
+  if (warps_->ready_entries() != 0 || warps_->finished_entries() != 0 || scheduler_->working()) return now + 1;
+  for (unsigned place = 0; place < kClients; ++place) {
+    if (is_awake(place) && clients_[place].part->busy()) return now + 1;
   }
-  Cycle due = any_hit_->awake() ? any_hit_->next_due(now) : kNever;
+  Cycle due = is_awake(kAnyHit) ? any_hit_->next_due(now) : kNever;
   for (const IntersectionModule* unit : units_) due = std::min(due, unit->due());
   return std::max(due, now + 1);
 }

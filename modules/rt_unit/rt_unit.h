@@ -5,6 +5,7 @@
 // in the parts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "grtx/modules/kernel/inventory.h"
 #include "grtx/modules/kernel/link_access.h"
 #include "grtx/modules/kernel/link_if.h"
+#include "grtx/modules/kernel/waiting_links.h"
 #include "grtx/modules/messages/memory_map.h"
 #include "grtx/modules/messages/memory_request.h"
 #include "grtx/modules/messages/node_fetch_messages.h"
@@ -65,6 +67,9 @@ class RtUnit final : public RtUnitModule {
   void run_stages(Cycle now);
   void tick_units(Cycle now);
   Cycle next_due(Cycle now) const;
+  void add_client(unsigned place, RtMemoryPart* part, const LinkReader<MemoryResponse>& responses);
+  bool is_awake(unsigned place) const { return (awake_ >> place & 1) != 0; }
+  Cycle arrival(unsigned link) const;
   Cycle next_arrival() const;
   template <typename F>
   void for_each_part(F&& f) const {
@@ -95,7 +100,13 @@ class RtUnit final : public RtUnitModule {
     RtMemoryPart* part = nullptr;
     LinkReader<MemoryResponse> responses;  ///< unset: respond() is called in every active cycle
   };
-  std::vector<MemoryClient> clients_;  ///< existing clients, in stage order
+  // In stage order. Also the bit of a part in awake_, and the number of its response link in waiting_.
+  static constexpr unsigned kMemory = 0, kCheckpoint = 1, kPrefetch = 2, kStack = 3, kClients = 4;
+  static constexpr unsigned kAnyHit = 4;        ///< in awake_; in waiting_, its link shader_dones_
+  static constexpr unsigned kCalls = 5;         ///< in waiting_
+  std::array<MemoryClient, kClients> clients_;  ///< without a part where the configuration has none
+  std::uint32_t awake_ = 0;                     ///< RtPart::awake() of clients and any-hit part
+  WaitingLinks waiting_{kCalls + 1};            ///< input links that hold something
   WarpTable* warps_ = nullptr;
 
   // Links that can wake the unit, looked up once.

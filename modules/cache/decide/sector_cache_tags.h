@@ -159,7 +159,7 @@ class SectorCacheTags {
     const unsigned hit = equal_keys(s.number, static_cast<std::uint32_t>(number));
     return hit == 0 ? kNone : static_cast<Slot>(set * kSmallWays + static_cast<unsigned>(std::countr_zero(hit)));
   }
-  void touch_lru(Slot slot) {
+  [[gnu::always_inline]] void touch_lru(Slot slot) {
     if (large_) {
       if (lines_[slot].newer != kNoWay) touch_large(slot);  // otherwise it is already the newest
       return;

@@ -28,6 +28,7 @@ IntersectionUnit::IntersectionUnit(const sc_core::sc_module_name& name, const Co
       config_(config),
       path_(std::move(path)),
       input_(input),
+      limited_(input.node_ports != 0 || input.ray_banks != 0),
       free_from_(config.count),
       lanes_(std::size_t{entries} * kMaxLanes) {
   if (config.count < 1) throw Error("configuration", basename() + std::string(".count"), "must be at least 1");
@@ -41,6 +42,7 @@ void IntersectionUnit::restart() {
   std::fill(free_from_.begin(), free_from_.end(), 0);
   next_free_ = 0;
   node_ = 0;
+  own_ray_ = true;
   due_ = kNever;
   counters_ = {};
 }
@@ -75,7 +77,7 @@ void IntersectionUnit::start_queued(Cycle now) {
   Reads reads;
   for (Cycle& free_from : free_from_) {
     if (free_from <= now) {
-      if (queue_.empty() || !read(queue_.front(), reads)) {
+      if (queue_.empty() || (limited_ && !read(queue_.front(), reads))) {
         earliest = now;
         break;
       }

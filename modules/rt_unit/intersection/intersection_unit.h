@@ -91,6 +91,7 @@ class IntersectionUnit final : public IntersectionModule, public IntersectionSta
   Config config_;
   DataPath path_;
   TestInput input_;
+  bool limited_;  ///< input_ lets not all tests in that find a pipeline
   intersection_client_if* client_ = nullptr;
   RingQueue<Request> queue_;      ///< at most one per lane of the warp buffer
   RingQueue<Flight> flights_;     ///< in order of due cycles

@@ -59,6 +59,7 @@ MemoryScheduler::MemoryScheduler(const sc_core::sc_module_name& name, const Conf
       header_(header),
       traffic_(header, config.traffic),
       holds_nodes_(holds_nodes),
+      reads_twice_(config.traffic.descriptor_wait != 0 || config.traffic.header_wait != 0),
       fetches_(std::size_t{entries} * kMaxLanes),
       under_way_(entries),
       queue_(config.queue > 0 ? config.queue : 1),
@@ -104,7 +105,7 @@ void MemoryScheduler::begin_warp(Cycle now, unsigned entry) {
 
 void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t address, bool header) {
   const NodeVisit node{kind, address, header};
-  const NodePart part = wait_of(node, traffic_) == 0 ? NodePart::whole : NodePart::first;
+  const NodePart part = reads_twice_ && wait_of(node, traffic_) != 0 ? NodePart::first : NodePart::whole;
   const NodeSectors sectors(node, traffic_, part);
   ++counters_.visits[static_cast<std::size_t>(sectors.region())];
   const LaneMask lane = bit(lane_of(id));
@@ -113,7 +114,8 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
 }
 
 /// Whether a fetch under way serves these lanes, too.
-inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& node, NodePart part, std::uint64_t key) {
+[[gnu::always_inline]] inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& node,
+                                                         NodePart part, std::uint64_t key) {
   const std::uint32_t under_way = merge_.find(entry_of(id), key, part);
   if (under_way == FetchMerge::kNone) return false;
   if (fetches_[under_way].node.kind != node.kind) {  // only in an inconsistent trace
@@ -124,7 +126,8 @@ inline bool MemoryScheduler::join(LaneId id, LaneMask lanes, const NodeVisit& no
   return true;
 }
 
-inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSectors& sectors, std::uint64_t key) {
+[[gnu::always_inline]] inline void MemoryScheduler::open(LaneId id, const Fetch& fetch, const NodeSectors& sectors,
+                                                         std::uint64_t key) {
   merge_.begin(id, key, fetch.part);
   ++counters_.fetches[static_cast<std::size_t>(sectors.region())];
   fetches_[id] = fetch;

@@ -104,6 +104,7 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   const traces::Header& header_;
   NodeTraffic traffic_;
   bool holds_nodes_;
+  bool reads_twice_;  ///< some visits are two reads
   WarpTable* warps_ = nullptr;
   fetched_node_if* fetched_node_ = nullptr;
   LinkWriter<MemoryRequest> requests_;

@@ -12,6 +12,31 @@
 
 namespace grtx::modules {
 
+/// Whether a part is awake. An RT unit reads that of all its parts in each cycle, so their bits are in one word of it.
+class AwakeBit {
+ public:
+  AwakeBit() = default;
+  AwakeBit(const AwakeBit&) = delete;
+  AwakeBit& operator=(const AwakeBit&) = delete;
+  operator bool() const { return (*word_ & bit_) != 0; }
+  AwakeBit& operator=(bool awake) {
+    *word_ = awake ? *word_ | bit_ : *word_ & ~bit_;
+    return *this;
+  }
+  /// From now on it is in `word`, which must live as long.
+  void move_to(std::uint32_t& word, unsigned bit) {
+    const bool awake = *this;
+    word_ = &word;
+    bit_ = std::uint32_t{1} << bit;
+    *this = awake;
+  }
+
+ private:
+  std::uint32_t own_ = 1;
+  std::uint32_t* word_ = &own_;
+  std::uint32_t bit_ = 1;
+};
+
 /// The netlist calls the stages of a part in the order of RtUnit::run_stages(). Parts reach their neighbours through
 /// ports.
 class RtPart : public sc_core::sc_module {
@@ -29,12 +54,14 @@ class RtPart : public sc_core::sc_module {
   virtual void restart() {}
   /// False while the stages of the part would do nothing if nothing arrived on its links: they are then not called.
   bool awake() const { return awake_; }
+  /// The netlist: awake() is to be this bit.
+  void show_awake(std::uint32_t& word, unsigned bit) { awake_.move_to(word, bit); }
 
  protected:
   explicit RtPart(const sc_core::sc_module_name& name) : sc_module(name) {}
   explicit RtPart(const char* name) = delete;  ///< members would land in the module around it: see ClockedModule
 
-  bool awake_ = true;  ///< a derived part may keep it up to date, which saves calls; true is always right
+  AwakeBit awake_;  ///< a derived part may keep it up to date, which saves calls; true is always right
 };
 
 /// A part that is a client of the L1.
