@@ -6,7 +6,8 @@
 
 Builds COMMIT and this tree below build/abi as shared libraries, unoptimised and with debug information, and prints for
 each library how many functions and variables went, changed and came, and by name what went from the public headers of
-COMMIT: within a major version that is a fault (docs/api.md). abidiff's own words are in build/abi/LIBRARY.txt.
+COMMIT: within a major version that is a fault (docs/api.md). Names that came again with other parameters are told, too:
+a further one with a default breaks no caller. abidiff's own words are in build/abi/LIBRARY.txt.
 Exit code 1: a public name went; 2: it could not be asked.
 """
 import argparse
@@ -22,6 +23,7 @@ TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDER = os.path.join(TOP, "build", "abi")
 SUMMARY = re.compile(r"^(Functions|Variables) changes summary: (\d+) Removed.*?, (\d+) Changed.*?, (\d+) Added", re.M)
 GONE = re.compile(r"^  \[D\] '(?:function|method|variable)? ?(.*)'", re.M)
+CAME = re.compile(GONE.pattern.replace("D", "A"), re.M)
 
 
 def must(command, **more):
@@ -75,6 +77,13 @@ def is_public(name, texts):
     return name.startswith("grtx::") and "<" not in name and any(all(word.search(text) for word in words) for text in texts)
 
 
+def moved(report, texts):
+    """Names of public headers (their text) that went, and those whose parameters are others now."""
+    came = {declared(name) for name in CAME.findall(report)}
+    gone = [name for name in GONE.findall(report) if is_public(name, texts)]
+    return [name for name in gone if declared(name) not in came], [name for name in gone if declared(name) in came]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("commit")
@@ -110,10 +119,11 @@ def main():
             report.write(done.stdout)
         print(f"{library}: " + "; ".join(f"{kind.lower()}: {gone} went, {changed} changed, {came} came"
                                          for kind, gone, changed, came in SUMMARY.findall(done.stdout)))
-        went = [name for name in GONE.findall(done.stdout) if is_public(name, texts)]
+        went, other = moved(done.stdout, texts)
         public += len(went)
-        for name in went:
-            print(f"  went: {name}")
+        for word, names in (("went", went), ("other parameters", other)):
+            for name in names:
+                print(f"  {word}: {name}")
     for library in sorted(set(old) - set(new)):
         print(f"{library}: the library is gone")
         public += 1
