@@ -26,7 +26,8 @@ function(grtx_library name)
   # them. Functions of ours are not replaced from outside, so they stay as fast as before.
   set_target_properties(grtx_${name} PROPERTIES EXPORT_NAME ${name} GRTX_OWN ON POSITION_INDEPENDENT_CODE ON
                                                 VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-                                                INSTALL_RPATH "$<$<BOOL:${BUILD_SHARED_LIBS}>:$ORIGIN>")  # they stand on each other
+                                                INSTALL_RPATH "$<$<BOOL:${BUILD_SHARED_LIBS}>:$ORIGIN>"  # they stand on each other
+                                                DEFINE_SYMBOL "")  # objects are the same in both kinds of library
   target_compile_options(grtx_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
   target_compile_features(grtx_${name} PUBLIC cxx_std_20)
   target_include_directories(grtx_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
@@ -40,7 +41,7 @@ function(grtx_library name)
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX MATCH "^[^/]+" folder ${folder})
   install(TARGETS grtx_${name} EXPORT grtx_${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT program NAMELINK_COMPONENT dev)
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT dev)
   set_property(GLOBAL APPEND PROPERTY grtx_installed_folders ${folder})
   install(EXPORT grtx_${name} NAMESPACE grtx:: FILE grtx_tlm-${name}.cmake DESTINATION ${GRTX_PACKAGE_FOLDER})
   set_property(GLOBAL APPEND PROPERTY grtx_installed_libraries ${name})

@@ -45,9 +45,9 @@ install(FILES ${grtx_examples} DESTINATION ${CMAKE_INSTALL_DATADIR}/grtx_tlm/exa
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/grtx_tlm DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)  # where Debian's Python looks
 
-# Packages: cpack --config build/release/CPackConfig.cmake -G DEB. Configure with -DCMAKE_INSTALL_PREFIX=/usr. Three, as
-# Debian has them: grtx-tlm, whose needs dpkg-shlibdeps finds, grtx-tlm-dev, which brings all that
-# find_package(grtx_tlm) looks for, and python3-grtx-tlm.
+# Packages, as Debian has them: grtx-tlm, whose needs dpkg-shlibdeps finds, grtx-tlm-dev, which brings all that
+# find_package(grtx_tlm) looks for, python3-grtx-tlm, and libgrtx-tlmVERSION where BUILD_SHARED_LIBS is on, as in
+# scripts/deb.sh. Configure with -DCMAKE_INSTALL_PREFIX=/usr.
 if(PROJECT_IS_TOP_LEVEL)
   set(CPACK_PACKAGE_NAME grtx-tlm)
   set(CPACK_PACKAGE_VENDOR "The GRTX-TLM authors")
@@ -61,6 +61,10 @@ and energy. The package holds the program grtx and its machines.")
       "Transaction-level model of ray-tracing hardware (development files)
 The libraries, their public headers, CMake package and pkg-config file, for
 programs that link the tracer, the hardware units or the whole GPU.")
+  set(CPACK_COMPONENT_LIBRARY_DESCRIPTION
+      "Transaction-level model of ray-tracing hardware (libraries)
+The shared libraries: the tracer, the hardware units, the whole GPU as a
+SystemC module, cost, sweeps and reports.")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION
       "Transaction-level model of ray-tracing hardware (Python)
 Runs the program grtx, and reads its statistics, results and sweeps as pandas
@@ -71,26 +75,47 @@ frames, and traces as arrays.")
   set(CPACK_STRIP_FILES ON)
   set(CPACK_GENERATOR DEB)
   set(CPACK_COMPONENTS_ALL program dev python)
+  set(grtx_deb_library "")
+  if(BUILD_SHARED_LIBS)
+    list(APPEND CPACK_COMPONENTS_ALL library)
+    set(grtx_deb_library libgrtx-tlm${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})  # as their SONAMEs
+  endif()
   set(CPACK_DEB_COMPONENT_INSTALL ON)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME grtx-tlm)
   set(CPACK_DEBIAN_DEV_PACKAGE_NAME grtx-tlm-dev)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-grtx-tlm)
+  set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${grtx_deb_library})
   # One name for each distribution, whose libraries it was linked with: grtx-tlm_1.0.0-1~debian12_amd64.deb.
   cmake_host_system_information(RESULT grtx_system QUERY DISTRIB_ID DISTRIB_VERSION_ID)
   list(JOIN grtx_system "" grtx_system)
   set(CPACK_DEBIAN_PACKAGE_RELEASE 1~${grtx_system})
-  set(grtx_deb_version ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
+  string(REPLACE - ~ grtx_deb_suffix "${GRTX_VERSION_SUFFIX}")  # 1.1.0~dev comes before 1.1.0
+  set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION}${grtx_deb_suffix})
+  set(grtx_deb_version ${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
   set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-grtx-tlm, gtkwave")
+  if(BUILD_SHARED_LIBS)
+    # Without a promise of binary compatibility (docs/api.md) who links them needs these very ones.
+    set(grtx_deb_exactly "${grtx_deb_library} (= ${grtx_deb_version}), ")
+    set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "${grtx_deb_library} (= ${grtx_deb_version})")
+    set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+    foreach(library ${grtx_installed})
+      get_target_property(folder grtx_${library} BINARY_DIR)
+      list(APPEND CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${folder})
+    endforeach()
+  endif()
+  set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+  set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "grtx-tlm (= ${grtx_deb_version})")  # has the machines
   set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
   set(grtx_deb_needs
       libcli11-dev libembree-dev libfmt-dev libglm-dev libopenexr-dev libpagmo-dev libpng-dev libsqlite3-dev libsystemc-dev
       libtbb-dev libtomlplusplus-dev libwebp-dev libxxhash-dev libzip-dev libzstd-dev nlohmann-json3-dev pkgconf
       zlib1g-dev)  # all of dependencies.cmake
   list(JOIN grtx_deb_needs ", " grtx_deb_needs)
-  set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "grtx-tlm (= ${grtx_deb_version}), ${grtx_deb_needs}")
+  set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${grtx_deb_exactly}grtx-tlm (= ${grtx_deb_version}), ${grtx_deb_needs}")
   set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake (>= 3.25), g++ (>= 4:12)")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)

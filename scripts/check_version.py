@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One version in all places: project() of CMakeLists.txt, python/grtx_tlm/__init__.py, CITATION.cff, packaging/, CHANGELOG.md.
 
-A tree between releases has a suffix ("-dev", GRTX_VERSION_SUFFIX of CMakeLists.txt), no section and no date.
+A tree between releases has a suffix ("-dev", GRTX_VERSION_SUFFIX of CMakeLists.txt), no section and no date. Its Spack
+recipe may still name the last release: there is no later tag. A release's section does not speak of "-dev".
 
 CHANGELOG.md has a section for it, below [Unreleased], and each of its versions has a link to compare it with the one
 before. A section has each heading once. "Model version N", said by [Unreleased] or else by the version's section, is
@@ -70,7 +71,9 @@ def faults(top, tag=None):
                           ("packaging/spack/packages/grtx-tlm/package.py", r'^    version\("([^"]+)", tag="v\1"')):
         other = first(pattern, read(top, name))
         wanted = number + suffix.replace("-dev", ".dev0") if name.startswith("python/") else version  # PEP 440
-        if other != (number if name.endswith("package.py") else wanted):  # a recipe names tags
+        if name.endswith("package.py"):  # a recipe names tags
+            wanted = other if suffix and other else number
+        if other != wanted:
             found.append(f"{name}: version {other}, CMakeLists.txt has {version}")
     text = read(top, "CHANGELOG.md")
     known = sections(text)
@@ -102,6 +105,8 @@ def faults(top, tag=None):
         found.append(f"CITATION.cff: date-released {cited or 'is missing'}, CHANGELOG.md has {date}")
     elif not DATE.match(date) and cited:
         found.append(f"CITATION.cff: date-released {cited}, CHANGELOG.md has no date for [{version}]")
+    if not suffix and f"{number}-dev" in known.get(version, ("", ""))[1]:
+        found.append(f"CHANGELOG.md: [{version}] says {number}-dev")
     if tag is not None:
         if tag != "v" + version:
             found.append(f"CMakeLists.txt: version {version} is not that of the tag {tag}")

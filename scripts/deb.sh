@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages: builds them for this system, or tries them in a bare one (as root).
-# Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb, grtx-tlm-dev_*.deb
-#          and python3-grtx-tlm_*.deb (build/packages)
+# Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb, libgrtx-tlmX.Y_*.deb (the shared
+#          libraries), grtx-tlm-dev_*.deb and python3-grtx-tlm_*.deb (build/packages)
 #        scripts/deb.sh try PACKAGE CHROOT  installs PACKAGE there, makes a scene, runs a design, removes it; then the -dev
 #          package beside it, with programs by find_package and pkg-config. Fails if a file stays. CHROOT is / in a container.
 #        debootstrap --variant=minbase bookworm CHROOT (or trixie) makes a bare chroot of Debian 12 (or 13).
@@ -23,10 +23,20 @@ build() {
   out=$(cd "${1:-$top/build/packages}" && pwd)
   cd "$top"
   # What a package holds does not depend on what else is installed: no RTL, with or without Verilator.
-  cmake --preset release -B build/deb -DGRTX_REPORT_CHARTS="$charts" -DGRTX_RTL=OFF -DGRTX_BUILD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=/usr
+  cmake --preset release -B build/deb -DGRTX_REPORT_CHARTS="$charts" -DGRTX_RTL=OFF -DGRTX_BUILD_TESTS=OFF \
+    -DBUILD_SHARED_LIBS=ON -DCMAKE_SKIP_INSTALL_RPATH=ON -DCMAKE_INSTALL_PREFIX=/usr
   cmake --build build/deb
   trap 'rm -rf "$out/_CPack_Packages"' EXIT  # what cpack installs to pack it
   cpack --config build/deb/CPackConfig.cmake -G DEB -B "$out"
+  # cpack's scripts call ldconfig; Debian has a trigger for that.
+  local library unpacked=$out/_CPack_Packages/library
+  for library in "$out"/libgrtx-tlm*.deb; do
+    rm -rf "$unpacked"
+    dpkg-deb -R "$library" "$unpacked"
+    rm -f "$unpacked"/DEBIAN/post{inst,rm}
+    echo "activate-noawait ldconfig" >"$unpacked/DEBIAN/triggers"
+    dpkg-deb --root-owner-group -b "$unpacked" "$library" >/dev/null
+  done
   ls "$out"/*grtx-tlm*.deb
 }
 
@@ -49,9 +59,10 @@ gone() {
 }
 
 try() {
-  local package=$1 dev
+  local package=$1 dev library
   dev=$(dirname "$1")/$(basename "$1" | sed 's/^grtx-tlm_/grtx-tlm-dev_/')
-  for file in "$package" "$dev"; do
+  library=$(dirname "$1")/$(basename "$1" | sed -E 's/^grtx-tlm_([0-9]+\.[0-9]+)/libgrtx-tlm\1_\1/')
+  for file in "$package" "$library" "$dev"; do
     [ -f "$file" ] || fail "$file: no such package"
   done
   [ -x "$2/usr/bin/apt-get" ] || fail "$2: must be a chroot of Debian (debootstrap makes one)"
@@ -63,20 +74,23 @@ try() {
   mkdir -p "$root/proc" "$root/tmp/grtx"
   mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc"; mounted=yes; }
   cp "$package" "$root/tmp/grtx/grtx-tlm.deb"
+  cp "$library" "$root/tmp/grtx/libgrtx-tlm.deb"
   cp "$dev" "$root/tmp/grtx/grtx-tlm-dev.deb"
   cp "$top/tests/package/outside/five_lines.cpp" "$root/tmp/grtx/"
   apt update -q
   names >"$work/before"
 
-  apt install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb
+  apt install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb /tmp/grtx/libgrtx-tlm.deb
   inside grtx --version
   inside grtx selftest
   inside grtx synth --preset object --count 2000 -o /tmp/grtx/object.ply
   inside grtx run --scene /tmp/grtx/object.ply --cameras /tmp/grtx/object.cameras.json --width 16 --height 16 \
     --machine ada-share --designs baseline,grtx --quiet -o /tmp/grtx/out
   inside test -s /tmp/grtx/out/report.html
-  files grtx-tlm >"$work/files"
-  apt purge -y -q --autoremove grtx-tlm
+  local soname
+  soname=$(basename "$library" | cut -d_ -f1)
+  files grtx-tlm "$soname" >"$work/files"
+  apt purge -y -q --autoremove grtx-tlm "$soname"
   gone "$work/files"
   echo "$(wc -l <"$work/files") files came and went; of the libraries that came with it, $(wc -l <"$work/stayed") names stayed:"
   cat "$work/stayed"
@@ -91,13 +105,13 @@ target_link_libraries(five_lines PRIVATE grtx::sim)
 END
   local tools=()
   for tool in g++ cmake make; do inside dpkg -s "$tool" >/dev/null 2>&1 || tools+=("$tool"); done
-  apt install -y -q --no-install-recommends "${tools[@]}" /tmp/grtx/grtx-tlm.deb /tmp/grtx/grtx-tlm-dev.deb
+  apt install -y -q --no-install-recommends "${tools[@]}" /tmp/grtx/grtx-tlm.deb /tmp/grtx/libgrtx-tlm.deb /tmp/grtx/grtx-tlm-dev.deb
   # shellcheck disable=SC2016
   inside sh -ec 'cd /tmp/grtx && cmake -S . -B by_cmake && cmake --build by_cmake && by_cmake/five_lines
     c++ -std=c++20 five_lines.cpp $(pkg-config --cflags --libs grtx) -o by_pkg_config && ./by_pkg_config' >>"$work/log" 2>&1 ||
     { tail -n 40 "$work/log" >&2; exit 1; }
-  files grtx-tlm grtx-tlm-dev >"$work/files"
-  apt purge -y -q --autoremove grtx-tlm grtx-tlm-dev "${tools[@]}"
+  files grtx-tlm "$soname" grtx-tlm-dev >"$work/files"
+  apt purge -y -q --autoremove grtx-tlm "$soname" grtx-tlm-dev "${tools[@]}"
   gone "$work/files"
   echo "$(wc -l <"$work/files") files with the -dev package, and a program by find_package and by pkg-config"
 }

@@ -47,6 +47,13 @@ class CheckVersion(unittest.TestCase):
         self.assertEqual(self.faults({**dev, "python/grtx_tlm/__init__.py": TREE["python/grtx_tlm/__init__.py"]}),
                          ["python/grtx_tlm/__init__.py: version 1.2.0, CMakeLists.txt has 1.2.0-dev"])
         self.assertEqual(len(self.faults(dev, "--tag", "v1.2.0")), 2)
+        recipe = "packaging/spack/packages/grtx-tlm/package.py"  # it had to name a tag that nobody has
+        self.assertEqual(self.faults({**dev, recipe: '    version("1.1.0", tag="v1.1.0")\n'}), [])
+        self.assertEqual(len(self.faults({**dev, recipe: '    version("1.1.0", tag="v1.0.0")\n'})), 1)
+
+    def test_a_release_that_calls_itself_dev(self):
+        text = TREE["CHANGELOG.md"].replace("* A thing.", "The tree is 1.2.0-dev.\n\n* A thing.")
+        self.assertEqual(self.faults({"CHANGELOG.md": text}), ["CHANGELOG.md: [1.2.0] says 1.2.0-dev"])
 
     def test_each_place_of_another_version(self):
         self.assertEqual(self.faults({"python/grtx_tlm/__init__.py": '__version__ = "1.1.0"\n'}),

@@ -23,7 +23,7 @@ struct MemorySchedulerConfig {
   unsigned l1_hit_latency = kThroughThePort;
   unsigned node_ports = 0;
   NodeTrafficConfig traffic;
-  static constexpr unsigned kThroughThePort = kMaxLatency;
+  static constexpr unsigned kThroughThePort = static_cast<unsigned>(kMaxLatency);
   /// Whether the L1 is asked in the cycle of the request, not through links.
   bool asks_at_once() const { return l1_hit_latency != kThroughThePort; }
   void parameters(ParameterList& list) {
