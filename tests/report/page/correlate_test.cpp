@@ -103,6 +103,23 @@ TEST_F(Correlate, WhatStandsOutIsNamed) {
   EXPECT_EQ(page.find("m<1>"), std::string::npos);
 }
 
+TEST_F(Correlate, HeadlineFiguresStandInARowAndPointsHaveTheNumbersOfTheTable) {
+  const SweepResults sweep = database();
+  const std::string page = correlation_page(
+      correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\nroom,sw,baseline,2,1.6\n"
+                                  "garden,sw,baseline,2,1.4\n")),
+                sweep, "sweep.sqlite"),
+      "measured.csv", sweep);
+  const std::size_t row = page.find("<dl class=\"cards\">"), end = page.find("</dl>", row);
+  ASSERT_NE(row, std::string::npos);
+  for (const char* card : {"mean error", "common factor", "Spearman"}) {
+    const std::size_t place = page.find("<dt>" + std::string(card));
+    EXPECT_TRUE(row < place && place < end) << card;
+  }
+  EXPECT_THAT(page, HasSubstr("2. garden: sw over baseline"));
+  EXPECT_THAT(page, HasSubstr("\"number\":2"));
+}
+
 TEST_F(Correlate, ACropStandsForTheFrameOfTheCardWithoutTheTailThatAFrameHasNot) {
   const std::string path = file("crop.sqlite");
   std::filesystem::remove(path);
