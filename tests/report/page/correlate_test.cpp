@@ -144,6 +144,23 @@ TEST_F(Correlate, ACropStandsForTheFrameOfTheCardWithoutTheTailThatAFrameHasNot)
               HasSubstr("line 2: frame.ms needs pixels, sms and mhz"));
 }
 
+TEST_F(Correlate, APlanMaySetForAllOfItsPointsWhatAFigureNames) {
+  const std::string path = file("rounds.sqlite");
+  std::filesystem::remove(path);
+  const json point = {
+      {"id", 1}, {"scene", "room"}, {"design", "sw"}, {"config", {{"gpu.sms", 2}}}, {"values", {{"gpu.time_us", 50}}}};
+  testing_sweep::make_points(path, json::array({point}));
+  testing_sweep::execute(path,
+                         R"(INSERT INTO trace VALUES('t', 'room', '{"tracer": {"k": "18"}}', '', 0, 'done', '', 0))");
+  const Correlation c = correlate(read_measured(csv("source,scene,design,tracer.k,gpu.sms,value\n"
+                                                    "chart,room,sw,18,2,40\nother,room,sw,16,2,40\n"
+                                                    "larger,room,sw,18,4,40\n")),
+                                  read_sweep_results(path), path);
+  ASSERT_EQ(c.comparisons.size(), 1u);
+  EXPECT_EQ(c.comparisons.front().label, "room: chart: sw, tracer.k 18, gpu.sms 2");
+  EXPECT_EQ(c.unmatched.size(), 2u);
+}
+
 TEST_F(Correlate, FiguresOfOneCardAreComparedAndWhatKeepsOthersFromItIsSaid) {
   const std::vector<Measured> all =
       read_measured(csv("card,source,design,why,value\nA 1,chart,baseline,,100\n"
