@@ -82,7 +82,7 @@ class Sweeps:
         os.makedirs(options.work, exist_ok=True)
 
     def machines(self, part):
-        return part.machines[:1] if self.options.quick and part.table == "cards" else part.machines
+        return part.machines[:1] if self.options.quick and part.rows == "cards" else part.machines
 
     def database(self, part, machine):
         return os.path.join(self.options.work, part.name, machine + ".sqlite")
@@ -112,7 +112,7 @@ class Sweeps:
                     f"{len(plans.points(part, machine, self.options.quick))} points each")
                 more = ["--retry"] if self.options.retry else []
                 more += ["--sbatch", self.options.sbatch] if self.options.sbatch else []
-                self.call("sweep", plan, "-o", path, "--machine", machine, "--jobs", self.options.jobs, "--launcher", self.options.launcher,
+                self.call("sweep", plan, "-o", path, "--machine", plans.file_of(machine), "--jobs", self.options.jobs, "--launcher", self.options.launcher,
                           "--quiet", *more, accept=(0, 1))
                 self.call("report", path, "-o", path.replace(".sqlite", ".html"), "--quiet")
         if not self.options.keep_traces:  # machines of a part share them
@@ -123,7 +123,7 @@ class Sweeps:
         path, plan = self.database(part, machine), self.plan(part, machine)
         if not os.path.exists(path):
             return {None}
-        listed = json.loads(self.call("sweep", plan, "-o", path, "--machine", machine, "--list", "--json"))
+        listed = json.loads(self.call("sweep", plan, "-o", path, "--machine", plans.file_of(machine), "--list", "--json"))
         return {point["status"] for point in listed["points"] if not point["earlier_plan"]}
 
     def rows(self, part):

@@ -36,12 +36,12 @@ class Part:
         return self.designs or self.table
 
 
-CARDS = ("ada-share", "blackwell-share", "rdna4-share", "rtx2060-share")
+CARDS = ("ada-quarter", "blackwell-quarter", "rdna4-quarter", "rtx2060-quarter")  # of the shares of cards
 PARTS = {part.name: part for part in (
     Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
     Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
-    Part("cards", "cards", CARDS, "cycle", 64, 128, 60),
+    Part("cards", "shares", CARDS, "cycle", 32, 128, 10, designs="cards"),
     Part("l2", "cards", ("paper-charged",), "cycle", 48, 128, 10, {key: value for key, value in QUARTER.items() if key != "l2.bytes"}),
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
@@ -91,7 +91,8 @@ def points(part, machine, quick):
             continue
         if not {part.rows, part.name} & set(design["tables"]):
             continue
-        sizes = design["k"] if part.rows in ("who", "steps") else design.get("on_cards", [k for k in design["k"] if k in (1, 16, 48)])
+        few = [k for k in design["k"] if k in (1, 16, 48)]
+        sizes = design["on_cards"] if part.rows == "cards" else design["k"] if part.rows in ("who", "steps") else few
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
             found[design["name"], k] = of_design(plan, design, machine, k)
     return found
@@ -124,6 +125,12 @@ def text(part, machine, scenes, quick):
     for own in points(part, machine, quick).values():
         lines += ["[[point]]"] + [f"{key} = {json.dumps(value)}" for key, value in whole(part, own).items()]
     return "\n".join(lines) + "\n"
+
+
+def file_of(machine):
+    """What --machine takes: the name, or the file of a card's quarter."""
+    card, quarter, _ = machine.partition("-quarter")
+    return os.path.join(TOP, "configs", "sweeps", "quarters", card + ".toml") if quarter else machine
 
 
 def whole(part, own):

@@ -94,6 +94,15 @@ double frame_ms(const ReportedPoint& point, const Measured& m) {
   return cycles * crops * of(point.config, "gpu.sms") / m.sms / (1000.0 * m.mhz);
 }
 
+/// A coordinate of the point, or what its whole plan has in common: an option of its trace or a key of its machine. "":
+/// neither.
+std::string input_of(const ReportedPoint& point, const std::string& name) {
+  for (const ordered_json* inputs : {&point.coordinates, point.trace.get(), &point.config}) {
+    if (inputs != nullptr && inputs->contains(name)) return explore::text_of(inputs->at(name));
+  }
+  return "";
+}
+
 class Matcher {
  public:
   Matcher(const SweepResults& sweep, const std::string& path) : sweep_(sweep), path_(path) {}
@@ -118,10 +127,8 @@ class Matcher {
     for (const ReportedPoint& point : sweep_.points) {
       const double value = m.quantity == kFrameMs ? frame_ms(point, m) : point.value(m.quantity);
       if (!point.done() || point.design != design || !std::isfinite(value) || value <= 0.0) continue;
-      const bool fits = std::all_of(m.coordinates.begin(), m.coordinates.end(), [&](const auto& wanted) {
-        return point.coordinates.contains(wanted.first) &&
-               explore::text_of(point.coordinates.at(wanted.first)) == wanted.second;
-      });
+      const bool fits = std::all_of(m.coordinates.begin(), m.coordinates.end(),
+                                    [&](const auto& wanted) { return input_of(point, wanted.first) == wanted.second; });
       if (!fits) continue;
       if (!found.emplace(point.scene, value).second) {
         throw Error(path_, "scene " + point.scene,

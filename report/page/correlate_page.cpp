@@ -25,13 +25,14 @@ std::string percent(double share) { return fmt::format("{:.0f} %", 100.0 * share
 }  // namespace
 
 std::string correlation_page(const Correlation& c, const std::string& measured, const SweepResults& sweep) {
-  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n" + subject_html(sweep, "sweep", true);
+  std::string body = "<section id=\"headline\"><h2>Headline figures</h2>\n" + subject_html(sweep, "sweep", true) +
+                     "<dl class=\"cards\">\n";
   body += headline(percent(c.mean_error), "mean error", "of simulated against measured");
   body += headline(times(c.factor), "common factor", percent(c.scaled_error) + " mean error beyond it");
   if (std::isfinite(c.spearman)) {
     body += headline(number(c.spearman), "Spearman", "Kendall " + fmt::format("{:.2f}", c.kendall));
   }
-  body += "</section>\n<section id=\"scatter\"><h2>Measured and simulated</h2>\n";
+  body += "</dl>\n</section>\n<section id=\"scatter\"><h2>Measured and simulated</h2>\n";
   ordered_json rows = ordered_json::array();
   const std::string machines = machines_of(sweep);
   Table table("Measured against simulated" + (machines.empty() ? "" : "; " + machines),

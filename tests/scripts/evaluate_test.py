@@ -148,6 +148,20 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
             self.assertTrue(str(refused.exception).startswith("configs/scenes/evaluation.toml: hall-3: role is "), own)
             self.assertIn(rule, str(refused.exception))
 
+    def test_cards_are_compared_where_nothing_was_chosen_each_design_at_its_recommended_k(self):
+        sys.path.insert(0, os.path.join(ROOT, "bench", "evaluate"))
+        import plans  # pylint: disable=import-outside-toplevel
+        cards = plans.PARTS["cards"]
+        views = plans.views(cards, False)
+        self.assertEqual({view["role"] for view in views}, {"show"})
+        self.assertGreaterEqual({(view["class"], "preset" in view) for view in views}, {("room", False), ("object", False)})
+        sizes = {}
+        for design, k in plans.points(cards, "ada-share", False):
+            sizes.setdefault(design, []).append(k)
+        for design in ("baseline", "sw", "hw", "grtx", "gautracer", "walk"):
+            done = subprocess.run([PROGRAM, "machine", "paper", "--design", design, "--json"], capture_output=True, text=True, check=True)
+            self.assertEqual(sizes[design], [int(json.loads(done.stdout)["keys"]["tracer.k"]["value"])], design)
+
     def test_a_wrong_role_stops_the_evaluation_in_one_line(self):
         with tempfile.TemporaryDirectory() as tree:
             for folder in ("bench", "scripts", os.path.join("configs", "scenes")):

@@ -103,6 +103,23 @@ TEST_F(Correlate, WhatStandsOutIsNamed) {
   EXPECT_EQ(page.find("m<1>"), std::string::npos);
 }
 
+TEST_F(Correlate, HeadlineFiguresStandInARowAndPointsHaveTheNumbersOfTheTable) {
+  const SweepResults sweep = database();
+  const std::string page = correlation_page(
+      correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\nroom,sw,baseline,2,1.6\n"
+                                  "garden,sw,baseline,2,1.4\n")),
+                sweep, "sweep.sqlite"),
+      "measured.csv", sweep);
+  const std::size_t row = page.find("<dl class=\"cards\">"), end = page.find("</dl>", row);
+  ASSERT_NE(row, std::string::npos);
+  for (const char* card : {"mean error", "common factor", "Spearman"}) {
+    const std::size_t place = page.find("<dt>" + std::string(card));
+    EXPECT_TRUE(row < place && place < end) << card;
+  }
+  EXPECT_THAT(page, HasSubstr("2. garden: sw over baseline"));
+  EXPECT_THAT(page, HasSubstr("\"number\":2"));
+}
+
 TEST_F(Correlate, ACropStandsForTheFrameOfTheCardWithoutTheTailThatAFrameHasNot) {
   const std::string path = file("crop.sqlite");
   std::filesystem::remove(path);
@@ -125,6 +142,23 @@ TEST_F(Correlate, ACropStandsForTheFrameOfTheCardWithoutTheTailThatAFrameHasNot)
   EXPECT_DOUBLE_EQ(c.comparisons[1].simulated, 2.0);
   EXPECT_THAT(fault_of("design,quantity,value\nsw,frame.ms,1\n"),
               HasSubstr("line 2: frame.ms needs pixels, sms and mhz"));
+}
+
+TEST_F(Correlate, APlanMaySetForAllOfItsPointsWhatAFigureNames) {
+  const std::string path = file("rounds.sqlite");
+  std::filesystem::remove(path);
+  const json point = {
+      {"id", 1}, {"scene", "room"}, {"design", "sw"}, {"config", {{"gpu.sms", 2}}}, {"values", {{"gpu.time_us", 50}}}};
+  testing_sweep::make_points(path, json::array({point}));
+  testing_sweep::execute(path,
+                         R"(INSERT INTO trace VALUES('t', 'room', '{"tracer": {"k": "18"}}', '', 0, 'done', '', 0))");
+  const Correlation c = correlate(read_measured(csv("source,scene,design,tracer.k,gpu.sms,value\n"
+                                                    "chart,room,sw,18,2,40\nother,room,sw,16,2,40\n"
+                                                    "larger,room,sw,18,4,40\n")),
+                                  read_sweep_results(path), path);
+  ASSERT_EQ(c.comparisons.size(), 1u);
+  EXPECT_EQ(c.comparisons.front().label, "room: chart: sw, tracer.k 18, gpu.sms 2");
+  EXPECT_EQ(c.unmatched.size(), 2u);
 }
 
 TEST_F(Correlate, FiguresOfOneCardAreComparedAndWhatKeepsOthersFromItIsSaid) {
