@@ -81,6 +81,8 @@ class Part:
         first = {row["view"]: row for row in rows}
         self.views = list(first)
         self.of_class = {name: [view for view, row in first.items() if inside(row)] for name, inside in CLASSES.items()}
+        self.choose = [view for view, row in first.items() if row["took_part"]]  # k is chosen on these, and shown on the others
+        self.show = {name: [view for view in views if view not in self.choose] or views for name, views in self.of_class.items()}
         self.first = {}  # of each design: its first k
         for design, k in self.designs:
             self.first.setdefault(design, k)
@@ -94,15 +96,22 @@ class Part:
         return self.ratio("cycles", design, k, view, "baseline", self.first["baseline"])
 
     def mean(self, design, k, name):
-        return mean(self.speed(design, k, view) for view in self.of_class[name])
+        return mean(self.speed(design, k, view) for view in self.show[name])
+
+    def heading(self, name):
+        """Of a column with the mean of a class."""
+        views = self.show[name]
+        return f"{name}, {len(views)}" + (" (k is chosen on them)" if set(views) & set(self.choose) else "")
 
     def energy(self, design, k):
-        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in self.views)
+        views = [view for views in self.show.values() for view in views]
+        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in views)
         return None if over is None else 1 / over
 
     def best(self, design):
-        """The k with the largest mean over all views."""
-        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in self.views) or 0)
+        """The k with the largest mean over the views of role choose; where there are none, over all."""
+        views = self.choose or self.views
+        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in views) or 0)
 
     def shown(self):
         """(design, k, what k is called): each design with its first k and its best."""
@@ -126,11 +135,11 @@ def who(rows, name):
         return None
     costs = name == "who-128"
     kinds = [kind for kind, views in of.of_class.items() if views]
-    head = ["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
+    head = ["design", "k", *(of.heading(kind) for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
     lines = []
     for design, k, called in of.shown():
         any_row = next(row for (d, size, _), row in of.at.items() if (d, size) == (design, k))
-        lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.of_class[kind]) for kind in kinds),
+        lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.show[kind]) for kind in kinds),
                       *([shown(float(any_row["rt_unit_mm2"])), shown(float(any_row["chip_mm2"]), 1)] if costs else []),
                       shown(of.energy(design, k))])
     return table(head, lines) + caption(of.rows)
@@ -193,16 +202,16 @@ def found(rows):
     near, full = part(rows, "who-128"), part(rows, "who-full")
     if not near or not full:
         return None
-    columns = [(near, kind, "") for kind, views in near.of_class.items() if views] + [(full, "rooms", " as dense as in full HD")]
+    columns = [(near, kind, "") for kind, views in near.of_class.items() if views] + [(full, "rooms", ", as dense as in full HD")]
     lines = []
     for comparison in comparisons():
         cells = [shown(over(of, kind, comparison)) for of, kind, _ in columns]
         lines.append([comparison["says"], *(f"**{cell}**" if comparison.get("bold") else cell for cell in cells)])
-    return table(["speed over", *(f"{kind}, {len(of.of_class[kind])}{dense}" for of, kind, dense in columns)], lines) + caption(near.rows + full.rows)
+    return table(["speed over", *(of.heading(kind) + dense for of, kind, dense in columns)], lines) + caption(near.rows + full.rows)
 
 
 def over(of, kind, comparison):
-    """How many times the speed of the fastest of its rivals it has; each with the k that is named, or its best over all views."""
+    """How many times the speed of the fastest of its rivals it has; each with the k that is named, or its best."""
     def fastest(designs):
         return max((of.mean(design, comparison.get("k") or of.best(design), kind) or 0 for design in designs if design in of.first), default=0)
     own, rival = fastest([comparison["of"]]), fastest(comparison["over"])
