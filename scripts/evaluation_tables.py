@@ -237,7 +237,7 @@ def headline(rows):
     if not base:
         return None
     apart = {view for view in base.views if not base.at["baseline", 8, view]["took_part"]}
-    groups = {"rooms": base.of_class["rooms"], "rooms that took no part": [view for view in base.of_class["rooms"] if view in apart],
+    groups = {"rooms": base.of_class["rooms"], "rooms on which nothing was chosen": [view for view in base.of_class["rooms"] if view in apart],
               "objects": base.of_class["objects"], "generated": base.of_class["generated"]}
     for machine in ("paper", "paper-charged", "paper-lean"):
         both = Part(base.rows + [row for row in rows if row["part"] == "paper-128" and row["machine"] == machine])
@@ -251,45 +251,42 @@ def headline(rows):
 
 
 def classes(rows):
-    """A row a view: what its rays visit, and speeds of the paper's designs with free traffic of checkpoints."""
+    """A row a class of views: what their rays visit, and speeds of the paper's designs with free traffic of checkpoints; means and ranges."""
     base, dense = part(rows, "paper-128", "paper"), part(rows, "paper-full", "paper")
     if None in (base, dense):
         return None
+
+    def visits(design, view):
+        row = base.at.get((design, 8, view))
+        return float(row["node_visits"]) / float(row["rays"]) if row else None
+
     lines = []
-    for view in base.views:
-        row = base.at["baseline", 8, view]
-        visits = [float(own["node_visits"]) / float(own["rays"]) if (own := base.at.get((design, 8, view))) else None
-                  for design in ("baseline", "sw", "grtx")]
-        lines.append([f"{view}{', generated' if row['generated'] == '1' else ''}", row["class"], *(shown(value, 0) for value in visits),
-                      f"{100 * float(row['node_hit_rate']):.0f} %", *(shown(of.speed(design, 8, view)) for of in (base, dense)
-                                                                      for design in ("sw", "hw", "grtx"))])
-    head = ["view", "class", "visits a ray: baseline", "sw", "grtx", "L1 hits of the baseline", "speed: sw", "hw", "grtx", "1,080 lines: sw", "hw",
-            "grtx"]
+    for kind, views in base.of_class.items():
+        if views:
+            lines.append([f"{kind}, {len(views)}", *(shown(mean(visits(design, view) for view in views), 0) for design in ("baseline", "sw", "grtx")),
+                          *(with_range(of.speed(design, 8, view) for view in views) for of in (base, dense) for design in ("sw", "hw", "grtx"))])
+    head = ["views", "visits a ray: baseline", "sw", "grtx", "speed: sw", "hw", "grtx", "1,080 lines: sw", "hw", "grtx"]
     return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-") and row["machine"] == "paper"])
 
 
 def binds(rows, name):
-    """What each design waits for, a column a class: resources with the largest lower bound, of how many views where not of all, and the range of
-    that bound over the cycles."""
+    """What each design waits for: resources with the largest lower bound, of how many views where not of all, and the range of that bound over
+    the cycles."""
     of = part(rows, name)
     if not of:
         return None
-    kinds = [kind for kind, views in of.of_class.items() if views]
     lines = []
     for design, k in of.first.items():
-        cells = []
-        for kind in kinds:
-            own = [of.at[design, k, view] for view in of.of_class[kind] if (design, k, view) in of.at]
-            shares = [float(row["bound_cycles"]) / float(row["cycles"]) for row in own]
-            counts = collections.Counter(row["bound"] for row in own).most_common()
-            names = ", ".join(bound if len(counts) == 1 else f"{bound} {count}" for bound, count in counts)
-            cells.append(f"{names}: {min(shares):.2f}–{max(shares):.2f}" if own else "–")
-        lines.append([design, str(k), *cells])
-    return table(["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds)], lines) + caption(of.rows)
+        own = [of.at[design, k, view] for view in of.views if (design, k, view) in of.at]
+        shares = [float(row["bound_cycles"]) / float(row["cycles"]) for row in own]
+        counts = collections.Counter(row["bound"] for row in own).most_common()
+        names = ", ".join(bound if len(counts) == 1 else f"{bound} {count}" for bound, count in counts)
+        lines.append([design, str(k), names, f"{min(shares):.2f}–{max(shares):.2f}"])
+    return table(["design", "k", f"largest bound, of {len(of.views)} views", "over the cycles"], lines) + caption(of.rows)
 
 
 def checkpoints(rows):
-    """What charging takes from hw and grtx, and what `paper-lean` gets back: speed over that with free traffic, a row a view."""
+    """What charging takes from hw and grtx, and what `paper-lean` gets back: speed over that with free traffic, a row a class of views."""
     at = {(row["part"], row["machine"], row["design"], row["view"]): float(row["cycles"]) for row in rows if row["part"] in ("paper-128", "paper-full")}
     of = part(rows, "paper-128", "paper")
     if not of or not part(rows, "paper-full", "paper-lean"):
@@ -301,14 +298,9 @@ def checkpoints(rows):
         free, own = at.get((density, "paper", design, view)), at.get((density, machine, design, view))
         return free / own if free and own else None
 
-    lines = []
-    for view in of.views:
-        row = of.at["baseline", 8, view]
-        lines.append([view + (", generated" if row["generated"] == "1" else "") + (" *" if "paper-lean" in row["took_part"] else ""), row["class"],
-                      *(shown(over_free(view, *column)) for column in columns)])
-    for kind, views in of.of_class.items():
-        lines.append([f"**{kind}, {len(views)}**", "", *(with_range(over_free(view, *column) for view in views) for column in columns)])
-    head = ["view", "class", *(("1,080 lines: " if density == "paper-full" and (design, machine) == ("hw", "paper-charged") else "")
+    lines = [[f"{kind}, {len(views)}", *(with_range(over_free(view, *column) for view in views) for column in columns)]
+             for kind, views in of.of_class.items() if views]
+    head = ["views", *(("1,080 lines: " if density == "paper-full" and (design, machine) == ("hw", "paper-charged") else "")
                                + f"{design} {'charged' if machine == 'paper-charged' else 'lean'}" for density, design, machine in columns)]
     return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
 
@@ -319,13 +311,11 @@ def lean(rows):
     if None in (of, free, whole):
         return None
     of = Part(free.rows + of.rows + [{**row, "design": "all"} for row in whole.rows if row["design"] == "grtx"])
-    lines = []
-    for view in free.views:
-        row = free.at["baseline", 8, view]
-        visits = of.ratio("node_visits", "small entries", 8, view, "finished", 8)
-        lines.append([view + (", generated" if row["generated"] == "1" else ""), row["class"],
-                      *(shown(of.ratio("cycles", design, 8, view, "grtx", 8)) for design in ("small entries", "finished", "bins", "all")), shown(visits)])
-    head = ["view", "class", "small entries", "and finished instances", "and bins", "all: `paper-lean`", "visits, finished"]
+    lines = [[f"{kind}, {len(views)}",
+              *(with_range(of.ratio("cycles", design, 8, view, "grtx", 8) for view in views) for design in ("small entries", "finished", "bins", "all")),
+              with_range(of.ratio("node_visits", "small entries", 8, view, "finished", 8) for view in views)]
+             for kind, views in free.of_class.items() if views]
+    head = ["views", "small entries", "and finished instances", "and bins", "all: `paper-lean`", "visits, finished"]
     return table(head, lines) + caption([row for row in rows if row["part"] in ("lean", "paper-128")])
 
 
