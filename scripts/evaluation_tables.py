@@ -81,6 +81,8 @@ class Part:
         first = {row["view"]: row for row in rows}
         self.views = list(first)
         self.of_class = {name: [view for view, row in first.items() if inside(row)] for name, inside in CLASSES.items()}
+        self.choose = [view for view, row in first.items() if row["took_part"]]  # k is chosen on these, and shown on the others
+        self.show = {name: [view for view in views if view not in self.choose] or views for name, views in self.of_class.items()}
         self.first = {}  # of each design: its first k
         for design, k in self.designs:
             self.first.setdefault(design, k)
@@ -94,15 +96,22 @@ class Part:
         return self.ratio("cycles", design, k, view, "baseline", self.first["baseline"])
 
     def mean(self, design, k, name):
-        return mean(self.speed(design, k, view) for view in self.of_class[name])
+        return mean(self.speed(design, k, view) for view in self.show[name])
+
+    def heading(self, name):
+        """Of a column with the mean of a class."""
+        views = self.show[name]
+        return f"{name}, {len(views)}" + (" (k is chosen on them)" if set(views) & set(self.choose) else "")
 
     def energy(self, design, k):
-        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in self.views)
+        views = [view for views in self.show.values() for view in views]
+        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in views)
         return None if over is None else 1 / over
 
     def best(self, design):
-        """The k with the largest mean over all views."""
-        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in self.views) or 0)
+        """The k with the largest mean over the views of role choose; where there are none, over all."""
+        views = self.choose or self.views
+        return max((k for name, k in self.designs if name == design), key=lambda k: mean(self.speed(design, k, view) for view in views) or 0)
 
     def shown(self):
         """(design, k, what k is called): each design with its first k and its best."""
@@ -126,11 +135,11 @@ def who(rows, name):
         return None
     costs = name == "who-128"
     kinds = [kind for kind, views in of.of_class.items() if views]
-    head = ["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
+    head = ["design", "k", *(of.heading(kind) for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
     lines = []
     for design, k, called in of.shown():
         any_row = next(row for (d, size, _), row in of.at.items() if (d, size) == (design, k))
-        lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.of_class[kind]) for kind in kinds),
+        lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.show[kind]) for kind in kinds),
                       *([shown(float(any_row["rt_unit_mm2"])), shown(float(any_row["chip_mm2"]), 1)] if costs else []),
                       shown(of.energy(design, k))])
     return table(head, lines) + caption(of.rows)
@@ -193,16 +202,16 @@ def found(rows):
     near, full = part(rows, "who-128"), part(rows, "who-full")
     if not near or not full:
         return None
-    columns = [(near, kind, "") for kind, views in near.of_class.items() if views] + [(full, "rooms", " as dense as in full HD")]
+    columns = [(near, kind, "") for kind, views in near.of_class.items() if views] + [(full, "rooms", ", as dense as in full HD")]
     lines = []
     for comparison in comparisons():
         cells = [shown(over(of, kind, comparison)) for of, kind, _ in columns]
         lines.append([comparison["says"], *(f"**{cell}**" if comparison.get("bold") else cell for cell in cells)])
-    return table(["speed over", *(f"{kind}, {len(of.of_class[kind])}{dense}" for of, kind, dense in columns)], lines) + caption(near.rows + full.rows)
+    return table(["speed over", *(of.heading(kind) + dense for of, kind, dense in columns)], lines) + caption(near.rows + full.rows)
 
 
 def over(of, kind, comparison):
-    """How many times the speed of the fastest of its rivals it has; each with the k that is named, or its best over all views."""
+    """How many times the speed of the fastest of its rivals it has; each with the k that is named, or its best."""
     def fastest(designs):
         return max((of.mean(design, comparison.get("k") or of.best(design), kind) or 0 for design in designs if design in of.first), default=0)
     own, rival = fastest([comparison["of"]]), fastest(comparison["over"])
@@ -228,7 +237,7 @@ def headline(rows):
     if not base:
         return None
     apart = {view for view in base.views if not base.at["baseline", 8, view]["took_part"]}
-    groups = {"rooms": base.of_class["rooms"], "rooms that took no part": [view for view in base.of_class["rooms"] if view in apart],
+    groups = {"rooms": base.of_class["rooms"], "rooms on which nothing was chosen": [view for view in base.of_class["rooms"] if view in apart],
               "objects": base.of_class["objects"], "generated": base.of_class["generated"]}
     for machine in ("paper", "paper-charged", "paper-lean"):
         both = Part(base.rows + [row for row in rows if row["part"] == "paper-128" and row["machine"] == machine])
@@ -242,45 +251,42 @@ def headline(rows):
 
 
 def classes(rows):
-    """A row a view: what its rays visit, and speeds of the paper's designs with free traffic of checkpoints."""
+    """A row a class of views: what their rays visit, and speeds of the paper's designs with free traffic of checkpoints; means and ranges."""
     base, dense = part(rows, "paper-128", "paper"), part(rows, "paper-full", "paper")
     if None in (base, dense):
         return None
+
+    def visits(design, view):
+        row = base.at.get((design, 8, view))
+        return float(row["node_visits"]) / float(row["rays"]) if row else None
+
     lines = []
-    for view in base.views:
-        row = base.at["baseline", 8, view]
-        visits = [float(own["node_visits"]) / float(own["rays"]) if (own := base.at.get((design, 8, view))) else None
-                  for design in ("baseline", "sw", "grtx")]
-        lines.append([f"{view}{', generated' if row['generated'] == '1' else ''}", row["class"], *(shown(value, 0) for value in visits),
-                      f"{100 * float(row['node_hit_rate']):.0f} %", *(shown(of.speed(design, 8, view)) for of in (base, dense)
-                                                                      for design in ("sw", "hw", "grtx"))])
-    head = ["view", "class", "visits a ray: baseline", "sw", "grtx", "L1 hits of the baseline", "speed: sw", "hw", "grtx", "1,080 lines: sw", "hw",
-            "grtx"]
+    for kind, views in base.of_class.items():
+        if views:
+            lines.append([f"{kind}, {len(views)}", *(shown(mean(visits(design, view) for view in views), 0) for design in ("baseline", "sw", "grtx")),
+                          *(with_range(of.speed(design, 8, view) for view in views) for of in (base, dense) for design in ("sw", "hw", "grtx"))])
+    head = ["views", "visits a ray: baseline", "sw", "grtx", "speed: sw", "hw", "grtx", "1,080 lines: sw", "hw", "grtx"]
     return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-") and row["machine"] == "paper"])
 
 
 def binds(rows, name):
-    """What each design waits for, a column a class: resources with the largest lower bound, of how many views where not of all, and the range of
-    that bound over the cycles."""
+    """What each design waits for: resources with the largest lower bound, of how many views where not of all, and the range of that bound over
+    the cycles."""
     of = part(rows, name)
     if not of:
         return None
-    kinds = [kind for kind, views in of.of_class.items() if views]
     lines = []
     for design, k in of.first.items():
-        cells = []
-        for kind in kinds:
-            own = [of.at[design, k, view] for view in of.of_class[kind] if (design, k, view) in of.at]
-            shares = [float(row["bound_cycles"]) / float(row["cycles"]) for row in own]
-            counts = collections.Counter(row["bound"] for row in own).most_common()
-            names = ", ".join(bound if len(counts) == 1 else f"{bound} {count}" for bound, count in counts)
-            cells.append(f"{names}: {min(shares):.2f}–{max(shares):.2f}" if own else "–")
-        lines.append([design, str(k), *cells])
-    return table(["design", "k", *(f"{kind}, {len(of.of_class[kind])}" for kind in kinds)], lines) + caption(of.rows)
+        own = [of.at[design, k, view] for view in of.views if (design, k, view) in of.at]
+        shares = [float(row["bound_cycles"]) / float(row["cycles"]) for row in own]
+        counts = collections.Counter(row["bound"] for row in own).most_common()
+        names = ", ".join(bound if len(counts) == 1 else f"{bound} {count}" for bound, count in counts)
+        lines.append([design, str(k), names, f"{min(shares):.2f}–{max(shares):.2f}"])
+    return table(["design", "k", f"largest bound, of {len(of.views)} views", "over the cycles"], lines) + caption(of.rows)
 
 
 def checkpoints(rows):
-    """What charging takes from hw and grtx, and what `paper-lean` gets back: speed over that with free traffic, a row a view."""
+    """What charging takes from hw and grtx, and what `paper-lean` gets back: speed over that with free traffic, a row a class of views."""
     at = {(row["part"], row["machine"], row["design"], row["view"]): float(row["cycles"]) for row in rows if row["part"] in ("paper-128", "paper-full")}
     of = part(rows, "paper-128", "paper")
     if not of or not part(rows, "paper-full", "paper-lean"):
@@ -292,14 +298,9 @@ def checkpoints(rows):
         free, own = at.get((density, "paper", design, view)), at.get((density, machine, design, view))
         return free / own if free and own else None
 
-    lines = []
-    for view in of.views:
-        row = of.at["baseline", 8, view]
-        lines.append([view + (", generated" if row["generated"] == "1" else "") + (" *" if "paper-lean" in row["took_part"] else ""), row["class"],
-                      *(shown(over_free(view, *column)) for column in columns)])
-    for kind, views in of.of_class.items():
-        lines.append([f"**{kind}, {len(views)}**", "", *(with_range(over_free(view, *column) for view in views) for column in columns)])
-    head = ["view", "class", *(("1,080 lines: " if density == "paper-full" and (design, machine) == ("hw", "paper-charged") else "")
+    lines = [[f"{kind}, {len(views)}", *(with_range(over_free(view, *column) for view in views) for column in columns)]
+             for kind, views in of.of_class.items() if views]
+    head = ["views", *(("1,080 lines: " if density == "paper-full" and (design, machine) == ("hw", "paper-charged") else "")
                                + f"{design} {'charged' if machine == 'paper-charged' else 'lean'}" for density, design, machine in columns)]
     return table(head, lines) + caption([row for row in rows if row["part"].startswith("paper-")])
 
@@ -310,13 +311,11 @@ def lean(rows):
     if None in (of, free, whole):
         return None
     of = Part(free.rows + of.rows + [{**row, "design": "all"} for row in whole.rows if row["design"] == "grtx"])
-    lines = []
-    for view in free.views:
-        row = free.at["baseline", 8, view]
-        visits = of.ratio("node_visits", "small entries", 8, view, "finished", 8)
-        lines.append([view + (", generated" if row["generated"] == "1" else ""), row["class"],
-                      *(shown(of.ratio("cycles", design, 8, view, "grtx", 8)) for design in ("small entries", "finished", "bins", "all")), shown(visits)])
-    head = ["view", "class", "small entries", "and finished instances", "and bins", "all: `paper-lean`", "visits, finished"]
+    lines = [[f"{kind}, {len(views)}",
+              *(with_range(of.ratio("cycles", design, 8, view, "grtx", 8) for view in views) for design in ("small entries", "finished", "bins", "all")),
+              with_range(of.ratio("node_visits", "small entries", 8, view, "finished", 8) for view in views)]
+             for kind, views in free.of_class.items() if views]
+    head = ["views", "small entries", "and finished instances", "and bins", "all: `paper-lean`", "visits, finished"]
     return table(head, lines) + caption([row for row in rows if row["part"] in ("lean", "paper-128")])
 
 

@@ -3,7 +3,8 @@
 """Writes the generated parts of the documentation anew.
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
-docs/ becomes what that command prints.
+docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, and one row for
+names that differ in one part alone.
 
 Usage: generate_docs.py [--check] GRTX
 --check: writes nothing; exit code 1 and one line for each page that is out of date.
@@ -18,6 +19,64 @@ import sys
 PART = re.compile(r"(<!-- generated: grtx ([^\n]*) -->\n)(.*?)(<!-- end of generated -->\n)", re.S)
 
 
+def folded_rows(rows):
+    """Rows whose names differ in one part, and whose other cells are alike or differ in that part alone, become one:
+    `a.{x,y}.b`. In the other cells the part is then "…"."""
+    groups = {}
+    for name, *cells in rows:
+        parts = name.split(".")
+        for i, part in enumerate(parts):
+            key = (i, tuple(parts[:i]), tuple(parts[i + 1 :]),
+                   tuple(re.sub(rf"(?<![\w.]){re.escape(part)}(?![\w.])", "…", cell) for cell in cells))
+            groups.setdefault(key, []).append(name)
+    largest, done = {}, set()
+    for key, names in sorted(groups.items(), key=lambda entry: -len(entry[1])):
+        names = [name for name in names if name not in largest]
+        if len(names) > 1:
+            largest.update({name: (key, names) for name in names})
+    for name, *cells in rows:
+        if name not in largest:
+            yield [name, *cells]
+        elif name not in done:
+            (i, before, after, common), names = largest[name]
+            done.update(names)
+            several = "{" + ",".join(one.split(".")[i] for one in names) + "}"
+            yield [".".join([*before, several, *after]), *common]
+
+
+def folded(printed):
+    """The list that the program prints, with a section for each unit, and fewer columns and rows."""
+    sections, head = {}, None
+    for line in printed.splitlines():
+        cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+        if not cells or cells[0].startswith("-"):
+            continue
+        if not cells[0].startswith("`"):
+            head = cells
+            continue
+        name, *cells = cells
+        name = name.strip("`")
+        parts = name.split(".")
+        if head[0] == "key":
+            default, limits, unit, meaning, source, confidence = cells
+            limits = re.sub(r"(?<=\d) to (?=\d)", "–", limits)
+            row = [name, default, f"{limits} {unit}".strip(), meaning, confidence if source == "this project" else f"{source} ({confidence})"]
+            sections.setdefault(parts[0], []).append(row)
+        else:
+            unit, kind, meaning = cells
+            several = len(parts) > 2 and "_" not in parts[1].removeprefix("energy_nj")
+            sections.setdefault(".".join(parts[: 1 + several]), []).append([name, f"{unit}, {kind}", meaning])
+    text = []
+    for unit, rows in sections.items():
+        if head[0] == "key":
+            text += [f"### [{unit}]", "", "| key | default | range | meaning | source of the default |", "|---|---|---|---|---|"]
+            text += [f"| `{name}` | " + " | ".join(cells) + " |" for name, *cells in folded_rows(rows)]
+        else:
+            text += [f"### {unit}", "", *(f"* `{name}` ({cells[0]}): {cells[1]}" for name, *cells in folded_rows(rows))]
+        text.append("")
+    return "\n".join(text)
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--check", action="store_true")
@@ -27,7 +86,9 @@ def main():
     def renewed(part):
         command = [arguments.grtx] + part.group(2).split()
         printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        return part.group(1) + "\n" + printed + "\n" + part.group(4)
+        if "--list-json" not in command:
+            printed = folded(printed)
+        return part.group(1) + "\n" + printed.rstrip("\n") + "\n\n" + part.group(4)
 
     top = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
     stale = 0

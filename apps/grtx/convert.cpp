@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// grtx convert: converts a scene of any supported format to .ply or .spz.
+// grtx convert: converts a scene of any supported format to .ply, .spz or .usda.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -23,8 +23,8 @@ struct ConvertArguments {
 
 int convert(const ConvertArguments& options, const CommonOptions& common) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
-  if (extension != ".ply" && extension != ".spz")
-    throw Error(options.output, "", "must end in .ply or .spz: these are written");
+  if (extension != ".ply" && extension != ".spz" && extension != ".usda")
+    throw Error(options.output, "", "must end in .ply, .spz or .usda: these are written");
   FilesRead files;
   const frontend::RawRows rows = frontend::load_rows(options.input, options.read, files);
   common.files.check(files);
@@ -32,7 +32,7 @@ int convert(const ConvertArguments& options, const CommonOptions& common) {
   if (extension == ".ply") {
     frontend::write_ply(rows, options.output);
   } else {
-    left_out = frontend::write_spz(rows, options.output);
+    left_out = (extension == ".spz" ? frontend::write_spz : frontend::write_usda)(rows, options.output);
   }
   if (common.json) {
     nlohmann::ordered_json json = json_document("convert");
@@ -52,12 +52,12 @@ int convert(const ConvertArguments& options, const CommonOptions& common) {
 
 void add_convert(CLI::App& app, CommonOptions& common) {
   const auto options = std::make_shared<ConvertArguments>();
-  CLI::App* command = make_command(app, common, "convert", "Writes a scene of any format as .ply or .spz",
+  CLI::App* command = make_command(app, common, "convert", "Writes a scene of any format as .ply, .spz or .usda",
                                    [options, &common] { return convert(*options, common); });
   command->add_option("INPUT", options->input, "Scene file, or folder of a SOG scene (no default)")
       ->type_name(kInputFile)
       ->required();
-  command->add_option("OUTPUT", options->output, "File to write, .ply or .spz (no default)")
+  command->add_option("OUTPUT", options->output, "File to write, .ply, .spz or .usda (no default)")
       ->type_name(kOutputFile)
       ->required();
   command->add_option("--lod", options->read.sog_lod, "Level of detail of a streamed SOG scene; 0: the finest");

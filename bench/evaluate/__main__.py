@@ -165,7 +165,7 @@ class Sweeps:
 
 
 def estimate(sweeps, options):
-    """A line a part and machine: points, those done, hours of two cores for the rest."""
+    """A line per part and machine: points, those done, hours of two cores for the rest; and how many hours all may take."""
     print(f"{'part':12}{'machine':18}{'points':>7}{'done':>6}{'hours left':>12}")
     total = 0.0
     for part in options.parts:
@@ -181,7 +181,7 @@ def estimate(sweeps, options):
             hours = (count - done) * seconds / 2 / 3600
             total += hours
             print(f"{part.name:12}{machine:18}{count:7}{done:6}{hours:12.2f}")
-    print(f"{'together':43}{total:12.2f}")
+    print(f"{'together':43}{total:12.2f} of at most {plans.HOURS}")
 
 
 def write_pages(options, rows):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.normpath(os.path.join(HERE, "..", ".."))
 SET = "configs/scenes/evaluation.toml"
+HOURS = 8  # of two cores that all parts may take
 LIMITS = {"seconds": 3600, "memory_mb": 9000}
 QUARTER = {"gpu.sms": 2, "l2.bytes": 1048576, "l2.slices": 1}  # of the paper's GPU
 SMALL = {"tracer.accel": "tlas-tri20", "tracer.checkpoint": "on", "tracer.k": 8, "tracer.checkpoint_capacity": 1024, "rt.checkpoint.entry_bytes": 8,

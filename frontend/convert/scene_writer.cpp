@@ -13,18 +13,14 @@
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
+#include "grtx/frontend/convert/writable_rows.h"
 #include "grtx/frontend/scene/ply_writer.h"
 #include "grtx/frontend/scene/readers.h"
 
 namespace grtx::frontend {
 namespace {
 
-constexpr unsigned kMostDegree = 3;  // that readers of both formats accept
-
-std::size_t harmonics_of(const RawRows& rows, const std::string& path) {
-  if (rows.sh_degree > kMostDegree) throw Error(path, "SH degree", "must be at most 3 to be written");
-  return std::size_t{rows.sh_degree + 1} * (rows.sh_degree + 1) * 3;
-}
+constexpr unsigned kMostDegree = 3;  // that readers of these formats accept
 
 bool is_finite(const RawRows& rows, std::size_t i, std::size_t harmonics) {
   const auto finite = [](const float* values, std::size_t count) {
@@ -93,6 +89,19 @@ std::string gzip(const std::string& plain, const std::string& path) {
 
 }  // namespace
 
+std::size_t harmonics_of(const RawRows& rows, const std::string& path) {
+  if (rows.sh_degree > kMostDegree) throw Error(path, "SH degree", "must be at most 3 to be written");
+  return std::size_t{rows.sh_degree + 1} * (rows.sh_degree + 1) * 3;
+}
+
+std::vector<std::size_t> writable_rows(const RawRows& rows, std::size_t harmonics) {
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < rows.x.size(); ++i) {
+    if (is_finite(rows, i, harmonics)) kept.push_back(i);
+  }
+  return kept;
+}
+
 void write_ply(const RawRows& rows, const std::string& path) {
   const std::size_t harmonics = harmonics_of(rows, path);
   PlyWriter file(path, rows.x.size(), rows.sh_degree);
@@ -110,11 +119,9 @@ void write_ply(const RawRows& rows, const std::string& path) {
 
 std::uint64_t write_spz(const RawRows& rows, const std::string& path) {
   const std::size_t harmonics = harmonics_of(rows, path);
-  std::vector<std::size_t> kept;
+  const std::vector<std::size_t> kept = writable_rows(rows, harmonics);
   double largest = 0.0;
-  for (std::size_t i = 0; i < rows.x.size(); ++i) {
-    if (!is_finite(rows, i, harmonics)) continue;
-    kept.push_back(i);
+  for (const std::size_t i : kept) {
     largest = std::max({largest, std::abs(rows.x[i]), std::abs(rows.y[i]), std::abs(rows.z[i])});
   }
   constexpr double kSteps = 8388607.0;  // 2^23 - 1

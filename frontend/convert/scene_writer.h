@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes scenes as INRIA .ply and as .spz, for programs that read no other format.
+// Writes scenes as INRIA .ply, .spz and .usda, for programs that read no other format.
 #pragma once
 
 #include <cstdint>
@@ -18,5 +18,10 @@ void write_ply(const RawRows& rows, const std::string& path);
 /// 1/255, SH 1/128. Rows with a non-finite number cannot be written; returns how many were left out. Throws Error for
 /// SH degree 4 and for positions beyond 2^23.
 std::uint64_t write_spz(const RawRows& rows, const std::string& path);
+
+/// USD text with one ParticleField3DGaussianSplat, in the axes of a .ply, without a transform. Each number reads as the
+/// float that it was, opacities up to a logit of 20. Rows with a non-finite number cannot be written; returns how many
+/// were left out. Throws Error for SH degree 4.
+std::uint64_t write_usda(const RawRows& rows, const std::string& path);
 
 }  // namespace grtx::frontend

@@ -28,8 +28,8 @@ bool holds(std::string_view bytes, std::string_view text) { return bytes.find(te
 
 bool is_usd(std::string_view bytes) {  // the first file of a USDZ is the scene
   const std::string_view first = first_in_zip(bytes);
-  return bytes.starts_with("PXR-USDC") || bytes.starts_with("#usda ") || first.ends_with(".usdc") ||
-         first.ends_with(".usda") || first.ends_with(".usd");
+  return bytes.starts_with("PXR-USDC") || first.ends_with(".usdc") || first.ends_with(".usda") ||
+         first.ends_with(".usd");
 }
 bool is_pytorch(std::string_view bytes) {  // an archive since version 1.6, a pickled number before
   return (bytes.starts_with(kZip) && holds(bytes, "/data.pkl"sv)) ||
@@ -37,12 +37,6 @@ bool is_pytorch(std::string_view bytes) {  // an archive since version 1.6, a pi
 }
 bool is_numpy(std::string_view bytes) {
   return bytes.starts_with("\x93NUMPY"sv) || first_in_zip(bytes).ends_with(".npy");
-}
-/// Header of 4096 bytes: version 0.1, then sections and splats: most there may be, and how many there are.
-bool is_ksplat(std::string_view bytes) {
-  if (bytes.size() < 4096 || !bytes.starts_with("\0\1\0\0"sv)) return false;
-  const auto number = [&](std::size_t at) { return load<std::uint32_t>(bytes, at); };
-  return number(8) > 0 && number(8) <= number(4) && number(16) > 0 && number(16) <= number(12);
 }
 bool is_rad(std::string_view bytes) { return bytes.starts_with("RAD0"); }
 bool is_spx(std::string_view bytes) { return bytes.starts_with("spx\1"sv); }
@@ -65,18 +59,17 @@ struct ForeignFormat {
   std::array<const char*, 4> extensions;
 };
 /// The first whose content fits counts.
-constexpr std::array<ForeignFormat, 8> kFormats = {{
-    {"a USD scene (NVIDIA)",
-     "let the program that trained it export a .ply, as 3DGRUT's export_ply does",
+constexpr std::array<ForeignFormat, 7> kFormats = {{
+    {"a USD scene in binary",
+     "'usdcat --flatten IN -o OUT.usda' makes text of it (OpenUSD), or the program that trained it exports a .ply",
      is_usd,
-     {".usdz", ".usd", ".usda", ".usdc"}},
+     {".usdz", ".usd", ".usdc"}},
     {"a PyTorch checkpoint",
      "let the program that trained it export a .ply, as 3DGRUT's export_ply or Nerfstudio's 'ns-export gaussian-splat' "
      "do",
      is_pytorch,
      {".pt", ".pth", ".ckpt"}},
     {"NumPy arrays", "let the program that wrote them export a .ply", is_numpy, {".npz", ".npy"}},
-    {"KSPLAT (GaussianSplats3D)", kSplatTransform, is_ksplat, {".ksplat"}},
     {"LCC (XGRIDS)", kSplatTransform, by_name_only, {".lcc", ".lcc2"}},
     {"RAD (Spark)", "take the .ply or .spz that it was built from", is_rad, {".rad"}},
     {"SPX (Reall3dViewer)", "gsbox makes a .ply of it", is_spx, {".spx"}},

@@ -20,6 +20,23 @@ bool is_splat(std::string_view bytes);
 /// Precondition: is_splat(bytes).
 RawRows read_splat(std::string_view bytes);
 
+// .ksplat (GaussianSplats3D): sections of splats; at levels 1 and 2 positions are steps inside buckets.
+
+/// True when the bytes begin as version 0.1 with counts that can be.
+bool is_ksplat(std::string_view bytes);
+
+/// Throws Error{file, place, rule}.
+RawRows read_ksplat(std::string_view bytes, const std::string& file);
+
+// USD text (.usda) with prims of type ParticleField3DGaussianSplat.
+
+/// True when the bytes begin as USD text.
+bool is_usda(std::string_view bytes);
+
+/// All such prims of the file in turn, in their own axes: those of the trainer's .ply and cameras. Transforms of prims
+/// are counted, not applied; files that it names are not opened. Throws Error{file, line, rule}.
+RawRows read_usda(std::string_view bytes, const std::string& file);
+
 // .spz (Niantic): quantised attributes in blocks; versions 1 to 3 in one gzip stream, version 4 in zstd streams.
 
 /// Signs of the SH coefficients from k1 on when y and z change sign. The last one, of k24, follows the format's

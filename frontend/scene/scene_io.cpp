@@ -23,9 +23,12 @@ RawRows read_rows(const std::string& path, std::string_view bytes, const SceneRe
     return is_compressed_ply(header) ? read_compressed_ply(bytes, header, path) : read_ply(bytes, header, path);
   }
   if (is_spz(bytes)) return read_spz(bytes, options.spz_raw_axes, path);
+  if (is_usda(bytes)) return read_usda(bytes, path);
+  if (is_ksplat(bytes)) return read_ksplat(bytes, path);
   if (is_splat(bytes)) return read_splat(bytes);
   if (const std::string foreign = foreign_name(path); !foreign.empty()) throw Error(path, "", foreign);
-  throw Error(path, "byte 0", "must be a .ply, .spz, .sog, .glb, .gltf or .splat scene; its content is none of them");
+  throw Error(path, "byte 0",
+              "must be a .ply, .spz, .sog, .glb, .gltf, .usda, .ksplat or .splat scene; its content is none of them");
 }
 
 /// A folder means the SOG scene in it.

@@ -23,8 +23,8 @@ struct SceneReadOptions {
 };
 
 /// The rows of a scene as its file stores them, before any is dropped or clamped. Formats: INRIA .ply (binary or
-/// ASCII), PlayCanvas compressed .ply, .splat, .spz v1-v4, SOG v1 and v2 (archive, folder with meta.json or
-/// lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting. Throws Error{file, place, rule}.
+/// ASCII), PlayCanvas compressed .ply, .splat, .ksplat, .spz v1-v4, SOG v1 and v2 (archive, folder with meta.json or
+/// lod-meta.json, or one of these files), .glb with KHR_gaussian_splatting, .usda. Throws Error{file, place, rule}.
 RawRows load_rows(const std::string& path, const SceneReadOptions& options);
 RawRows load_rows(const std::string& path, const SceneReadOptions& options, FilesRead& files);
 

@@ -65,18 +65,6 @@ Header parse_header(std::string_view bytes, const std::string& file) {
   return header;
 }
 
-double half_to_double(std::uint16_t bits) {
-  const int exponent = (bits >> 10) & 31;
-  const double fraction = bits & 1023;
-  double value = 0.0;
-  if (exponent == 31) {
-    value = fraction == 0.0 ? std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
-  } else {
-    value = exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(fraction + 1024.0, exponent - 25);
-  }
-  return (bits & 0x8000) != 0 ? -value : value;
-}
-
 // 24 bits, least significant byte first, two's complement.
 std::int32_t load_i24(std::string_view bytes, std::size_t at) {
   const std::uint32_t bits = byte_at(bytes, at) | byte_at(bytes, at + 1) << 8 | byte_at(bytes, at + 2) << 16;

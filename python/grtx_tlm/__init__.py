@@ -10,11 +10,11 @@ except ModuleNotFoundError as missing:
                               name=missing.name) from None
 
 from .errors import GrtxError, ProgramError, StatisticsError, TraceError
-from .frames import DESIGNS, Results, over_time, read_results, read_statistics, read_sweep
+from .frames import DESIGNS, Results, over_time, read_results, read_statistics, read_sweep, speedup
 from .runs import run, simulate, simulate_all
 from .trace import EVENT_KINDS, OUTCOMES, RayGroup, Trace, read_trace
 
 __version__ = "1.1.0.dev0"
 __all__ = ["DESIGNS", "EVENT_KINDS", "OUTCOMES", "GrtxError", "ProgramError", "RayGroup", "Results", "StatisticsError", "Trace",
            "TraceError", "__version__", "over_time", "read_results", "read_statistics", "read_sweep", "read_trace", "run",
-           "simulate", "simulate_all"]
+           "simulate", "simulate_all", "speedup"]

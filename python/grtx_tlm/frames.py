@@ -3,11 +3,12 @@
 import json
 import os
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from .errors import StatisticsError, StrPath, unknown
@@ -257,6 +258,32 @@ def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.D
             database.close()
     except (sqlite3.Error, pd.errors.DatabaseError) as error:
         raise StatisticsError(path, "", f"is no database of a sweep: {error}") from None
+
+
+OF_A_POINT = ("status", "reason", "seconds", "earlier_plan", "notes")  # columns of read_sweep that tell no points apart
+
+
+def speedup(frame: pd.DataFrame, reference: Mapping[str, Any], value: str = "gpu.cycles") -> pd.Series:
+    """How many times as fast each row is as the row that has ``reference`` and is the same in all else that was varied.
+
+    ``frame``: of ``read_sweep`` or ``simulate_all``, with ``value`` among its statistics. ``reference``: by column, say
+    ``{"design": "baseline"}``, ``{"tracer.k": 16}`` or ``{"machine": "paper", "l1.bytes": 65536}``. NaN where there is no such row.
+    Points of an earlier plan are left out. Raises ValueError for a column that is not there, and where several rows fit.
+    """
+    for name in [*reference, value]:
+        if name not in frame:
+            raise ValueError(f"speedup: {unknown(name, frame.columns)}")
+    rows = frame[~frame["earlier_plan"]] if "earlier_plan" in frame else frame
+    same = [name for name in rows if name not in frame.attrs.get("units", {}) and name not in reference and name not in OF_A_POINT]
+    chosen = rows[np.logical_and.reduce([rows[name] == wanted for name, wanted in reference.items()])]
+    key = lambda row: tuple(None if pd.isna(row[name]) else row[name] for name in same)
+    base: dict[tuple[Any, ...], float] = {}
+    for _, row in chosen.iterrows():
+        if key(row) in base:
+            raise ValueError(f"speedup: several rows have {dict(reference)} and are alike in {', '.join(same) or 'nothing'}")
+        base[key(row)] = row[value]
+    return pd.Series([base.get(key(row), np.nan) / row[value] for _, row in rows.iterrows()], index=rows.index, name="speedup",
+                     dtype=float)
 
 
 def _sweep(database: sqlite3.Connection, path: str, values: str | Iterable[str] | None) -> pd.DataFrame:

@@ -2,13 +2,17 @@
 """Plots with matplotlib. Each takes an optional ``ax`` (else a new figure's) and gives the axes it drew on."""
 from collections.abc import Mapping
 
-import matplotlib.pyplot as plt
+try:
+    import matplotlib.pyplot as plt
+except ModuleNotFoundError as missing:
+    raise ModuleNotFoundError(f"grtx_tlm.plots needs {missing.name}: pip install matplotlib, or apt install python3-matplotlib",
+                              name=missing.name) from None
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
 from .errors import unknown
-from .frames import DESIGNS, Results
+from .frames import DESIGNS, Results, speedup
 
 Reference = Mapping[str, float] | pd.Series
 
@@ -78,6 +82,19 @@ def plot_pareto(sweep: pd.DataFrame, x: str = "cost.mm2", y: str = "gpu.time_us"
     units = sweep.attrs.get("units", {})
     ax.set_xlabel(f"{x} ({units[x]})" if units.get(x) else x)
     ax.set_ylabel(f"{y} ({units[y]})" if units.get(y) else y)
+    ax.legend()
+    return ax
+
+
+def plot_over(sweep: pd.DataFrame, x: str, reference: Mapping[str, object], value: str = "gpu.cycles", ax: Axes | None = None) -> Axes:
+    """Lines of speed-up (``grtx_tlm.speedup``) over any coordinate of a sweep, one per design."""
+    _need("plot_over", sweep, x, value)
+    ax, rows = _axes(ax), _of_the_plan(sweep)
+    rows = rows.assign(speedup=speedup(sweep, reference, value)).sort_values(x)
+    for design, points in rows.groupby("design"):
+        ax.plot(points[x], points["speedup"], marker="o", label=design, color=COLOURS.get(design))
+    ax.set_xlabel(x)
+    ax.set_ylabel("speed-up over " + ", ".join(f"{name} = {wanted}" for name, wanted in reference.items()))
     ax.legend()
     return ax
 

@@ -113,7 +113,7 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
 
     ``traces``: a path, several, or {name: path}. ``settings``: {key: value}. Options are simulate()'s. Each value may be a
     list, a range, an array or a series: an axis. Columns: ``trace``, what was given, then the statistics, integers as
-    integers. ``values``: names of those wanted (default: all but host.*). ``jobs``: runs at a time. The first run that the
+    integers; ``attrs["units"]`` has their units. ``values``: names of those wanted (default: all but host.*). ``jobs``: runs at a time. The first run that the
     program refuses ends all. Raises ProgramError; StatisticsError for an unknown name in ``values``.
     """
     given = _given(locals(), "traces", "settings", "values", "jobs", "program")
@@ -123,6 +123,8 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
     wanted = None if values is None else named(values)
     paths = _traces(traces)
 
+    units: dict[str, str] = {}
+
     def row(name: str, point: dict[str, Any]) -> dict[str, Any]:
         own = {key: value for key, value in point.items() if key not in given}
         options = {key: value for key, value in point.items() if key in given}
@@ -131,6 +133,7 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
             if asked not in statistics:
                 raise StatisticsError(paths[name], "values", unknown(asked, statistics))
         names = [s for s in statistics if not s.startswith("host.")] if wanted is None else wanted
+        units.update({s: statistics[s]["unit"] for s in names})
         return {"trace": name, **point, **{s: statistics[s]["value"] for s in names}}
 
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
@@ -142,4 +145,6 @@ def simulate_all(traces: StrPath | Iterable[StrPath] | Mapping[str, StrPath], se
             pool.shutdown(cancel_futures=True)
             raise
     columns = {name: None for one in rows for name in one}  # a dict keeps their order
-    return table({name: [one.get(name) for one in rows] for name in columns}).rename_axis("run")
+    frame = table({name: [one.get(name) for one in rows] for name in columns}).rename_axis("run")
+    frame.attrs["units"] = units
+    return frame

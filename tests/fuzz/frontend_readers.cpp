@@ -11,6 +11,7 @@
 #include "grtx/base/hash.h"
 #include "grtx/frontend/accel/object_list.h"
 #include "grtx/frontend/camera/camera.h"
+#include "grtx/frontend/convert/scene_writer.h"
 #include "grtx/frontend/image/image.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/traces/check.h"
@@ -71,6 +72,20 @@ Seeds plain_ply() {
     for (int i = 0; i < 3; ++i) rows.add(0.25F * static_cast<float>(i + 1));
   }
   return {header + "end_header\n" + rows.str()};
+}
+
+/// As grtx convert writes it, SH degree 1.
+Seeds usda_text() {
+  frontend::RawRows rows;
+  rows.sh_degree = 1;
+  rows.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    rows.x[i] = 0.25 * static_cast<double>(i + 1);
+    rows.rotation[4 * i] = 1.0F;
+  }
+  const std::string path = folder() + "/seed.usda";
+  (void)frontend::write_usda(rows, path);
+  return {read_file(path)};
 }
 
 void put_hash(std::string& bytes, std::size_t at, std::size_t from, std::size_t count) {
@@ -169,6 +184,8 @@ const std::vector<InputReader>& frontend_readers() {
       {"spz", "s.spz", scene, nullptr, [] { return converted(".spz"); }},
       {"glb", "s.glb", scene, nullptr, [] { return converted(".glb"); }},
       {"gltf", "s.gltf", scene, nullptr, gltf_texts},
+      {"ksplat", "s.ksplat", scene, nullptr, [] { return converted(".ksplat"); }},
+      {"usda", "s.usda", scene, nullptr, usda_text},
       {"sog", "s.sog", scene, nullptr, [] { return converted(".sog"); }},
       {"cameras_json", "cameras.json", cameras, nullptr,
        [] {

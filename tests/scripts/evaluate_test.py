@@ -114,7 +114,7 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
         before = os.listdir(self.work)
         plan = self.evaluate("--plan", "--only", "who-128")
         self.assertEqual(plan.returncode, 0, plan.stderr)
-        self.assertRegex(plan.stdout, r"who-128 +paper-charged +(\d+) +\1 +0\.00\ntogether +0\.00\n$")
+        self.assertRegex(plan.stdout, r"who-128 +paper-charged +(\d+) +\1 +0\.00\ntogether +0\.00 of at most 8\n$")
         self.assertEqual(os.listdir(self.work), before)
 
     def test_the_set_of_scenes(self):
@@ -161,6 +161,31 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
         for design in ("baseline", "sw", "hw", "grtx", "gautracer", "walk"):
             done = subprocess.run([PROGRAM, "machine", "paper", "--design", design, "--json"], capture_output=True, text=True, check=True)
             self.assertEqual(sizes[design], [int(json.loads(done.stdout)["keys"]["tracer.k"]["value"])], design)
+
+    def test_k_is_chosen_on_views_that_do_not_show(self):
+        sys.path.insert(0, os.path.join(ROOT, "scripts"))
+        import evaluation_tables  # pylint: disable=import-outside-toplevel
+
+        def row(view, took_part, design, k, cycles):
+            return {"view": view, "class": "room", "generated": "0", "took_part": took_part, "design": design, "k": k, "cycles": cycles,
+                    "energy_nj_per_ray": 1}
+        rows = [row("a-0", "tuned: walk: k", "baseline", 16, 100), row("b-0", "", "baseline", 16, 100),
+                row("a-0", "tuned: walk: k", "walk", 48, 20), row("a-0", "tuned: walk: k", "walk", 64, 10),
+                row("b-0", "", "walk", 48, 10), row("b-0", "", "walk", 64, 25)]
+        part = evaluation_tables.Part(rows)
+        self.assertEqual((part.best("walk"), part.heading("rooms")), (64, "rooms, 1"))
+        self.assertAlmostEqual(part.mean("walk", 64, "rooms"), 4.0)
+        alone = evaluation_tables.Part([own for own in rows if own["took_part"]])
+        self.assertEqual(alone.heading("rooms"), "rooms, 1 (k is chosen on them)")
+        self.assertAlmostEqual(alone.mean("walk", 64, "rooms"), 10.0)
+
+    def test_all_parts_take_no_more_hours_than_the_plan_says(self):
+        sys.path.insert(0, os.path.join(ROOT, "bench", "evaluate"))
+        import plans  # pylint: disable=import-outside-toplevel
+        hours = sum(len(plans.views(part, False)) * len(plans.points(part, machine, False)) * part.seconds / 2 / 3600
+                    for part in plans.PARTS.values() for machine in part.machines)
+        self.assertLessEqual(hours, plans.HOURS)
+        self.assertEqual({part.mode for part in plans.PARTS.values()}, {"cycle"})
 
     def test_a_wrong_role_stops_the_evaluation_in_one_line(self):
         with tempfile.TemporaryDirectory() as tree:

@@ -114,6 +114,8 @@ class Frames(unittest.TestCase):
                                               "gpu.l1.all.hit_rate"])
         self.assertEqual(many["l1.bytes"].tolist(), [32768, 65536] * 2)
         self.assertEqual(many["gpu.cycles"].dtype, "int64")
+        self.assertEqual(many.attrs["units"]["gpu.cycles"], "cycles")
+        self.assertEqual(grtx_tlm.speedup(many, {"trace": "a"}).tolist(), [1.0] * 4)
         for _, row in many.iterrows():
             alone = grtx_tlm.simulate(trace, {"l1.bytes": row["l1.bytes"], "rt.prefetch.enabled": True}, program=PROGRAM,
                                       mode="cycle")
@@ -285,6 +287,22 @@ class Frames(unittest.TestCase):
         self.assertEqual(frame.attrs["units"]["gpu.cycles"], "cycles")
         self.assertTrue(frame["notes"].str.contains("partial-launch").all())
         database.close()
+
+    def test_a_speed_up_is_over_any_key(self):
+        sweep = grtx_tlm.read_sweep(self.path("s.sqlite"), ["gpu.cycles", "cost.mm2"])
+        cycles = {(d, b): c for d, b, c in zip(sweep["design"], sweep["l1.bytes"], sweep["gpu.cycles"])}
+        over_design = grtx_tlm.speedup(sweep, {"design": "baseline"})
+        over_key = grtx_tlm.speedup(sweep, {"l1.bytes": 32768})
+        for point, row in sweep.iterrows():
+            own = cycles[row["design"], row["l1.bytes"]]
+            self.assertEqual(over_design[point], cycles["baseline", row["l1.bytes"]] / own)
+            self.assertEqual(over_key[point], cycles[row["design"], 32768] / own)
+        self.assertTrue(grtx_tlm.speedup(sweep, {"design": "walk"}).isna().all())
+        lines = plots.plot_over(sweep, "l1.bytes", {"design": "baseline"}).get_lines()
+        self.assertEqual([line.get_label() for line in lines], ["baseline", "grtx"])
+        self.assertEqual(list(lines[0].get_ydata()), [1.0, 1.0])
+        with self.assertRaisesRegex(ValueError, "l1.byte"):
+            grtx_tlm.speedup(sweep, {"l1.byte": 1})
 
     def test_points_of_two_plans_and_machines_are_called_the_same(self):
         path = self.path("edited.sqlite")

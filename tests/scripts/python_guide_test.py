@@ -54,6 +54,9 @@ class Guide(unittest.TestCase):
             with open(os.path.join(folder, "plan.toml"), "w", encoding="utf-8") as file:
                 file.write(PLAN)
             grtx("sweep", "plan.toml", "-o", "pizza.sqlite")
+            with open(os.path.join(folder, "plan.toml"), "a", encoding="utf-8") as file:
+                file.write("[grid]\ntracer.k = [8, 16]\n")
+            grtx("sweep", "plan.toml", "-o", "rounds.sqlite")
             os.environ["GRTX"] = PROGRAM
             try:
                 os.chdir(folder)

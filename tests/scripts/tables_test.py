@@ -278,6 +278,22 @@ class Tables(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (2, ""))
             self.assertRegex(done.stderr, r"^grtx: --json: needs [^\n]*\n$")
 
+    def test_9_pages_name_each_key_and_statistic_that_the_program_lists(self):
+        stale = subprocess.run([sys.executable, f"{ROOT}/scripts/generate_docs.py", "--check", PROGRAM], capture_output=True, text=True)
+        self.assertEqual((stale.returncode, stale.stderr), (0, ""))
+
+        def names(text):
+            for name in re.findall(r"^[|*] `([a-z][^`]*)` [|(]", text, re.M):
+                before, braces, after = re.match(r"([^{]*)(?:\{([^}]*)\})?(.*)", name).groups()
+                yield from (before + part + after for part in (braces or "").split(","))
+
+        for page, arguments in (("configuration", "sim --list-config"), ("statistics", "sim --list-statistics")):
+            with open(f"{ROOT}/docs/model/{page}.md", encoding="utf-8") as file:
+                generated = re.search(r"<!-- generated.*<!-- end of generated", file.read(), re.S).group()
+            listed = list(names(self.call(arguments).stdout))
+            self.assertGreater(len(listed), 100)
+            self.assertCountEqual(names(generated), listed)
+
 
 if __name__ == "__main__":
     PROGRAM = os.path.abspath(sys.argv.pop(1))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written reads as what it was: .ply to the bit, .spz within its steps.
+// What is written reads as what it was: .ply and .usda to the bit, .spz within its steps.
 #include "grtx/frontend/convert/scene_writer.h"
 
 #include <gtest/gtest.h>
@@ -39,6 +39,38 @@ TEST(SceneWriter, PlyKeepsEveryNumber) {
     EXPECT_EQ(read.opacity_logit, rows.opacity_logit);
     EXPECT_EQ(read.sh, rows.sh);
   }
+}
+
+TEST(SceneWriter, UsdaKeepsEveryNumber) {
+  for (unsigned degree = 0; degree <= 3; ++degree) {
+    RawRows rows = generated(degree);
+    rows.opacity_logit[3] = -std::numeric_limits<float>::infinity();
+    rows.opacity_logit[4] = std::numeric_limits<float>::infinity();
+    rows.log_scale[7] = -17.3F;
+    for (std::size_t i = 0; i < rows.x.size(); ++i) {  // a .ply holds floats
+      rows.x[i] = static_cast<double>(static_cast<float>(rows.x[i]));
+    }
+    const TemporaryPath path(".usda");
+    EXPECT_EQ(write_usda(rows, path.str()), 0U);
+    const RawRows read = load_rows(path.str(), {});
+    EXPECT_EQ(read.sh_degree, degree);
+    EXPECT_EQ(read.x, rows.x);
+    EXPECT_EQ(read.y, rows.y);
+    EXPECT_EQ(read.z, rows.z);
+    EXPECT_EQ(read.log_scale, rows.log_scale);
+    EXPECT_EQ(read.rotation, rows.rotation);
+    EXPECT_EQ(read.opacity_logit, rows.opacity_logit);
+    EXPECT_EQ(read.sh, rows.sh);
+  }
+}
+
+TEST(SceneWriter, UsdaLeavesOutWhatIsNotFinite) {
+  RawRows rows = generated(0);
+  rows.x[7] = std::numeric_limits<double>::quiet_NaN();
+  rows.log_scale[30] = 500.0F;  // row 10: linear, beyond the largest float
+  const TemporaryPath path(".usda");
+  EXPECT_EQ(write_usda(rows, path.str()), 2U);
+  EXPECT_EQ(load_rows(path.str(), {}).x.size(), rows.x.size() - 2);
 }
 
 TEST(SceneWriter, SpzIsWithinItsSteps) {
@@ -98,6 +130,7 @@ TEST(SceneWriter, RefusesWhatTheFormatsDoNotHold) {
   EXPECT_EQ(error_of([&] { write_spz(rows, "F.spz"); }), "position: must be at most 2^23 to be written as .spz");
   rows.sh_degree = 4;
   EXPECT_EQ(error_of([&] { write_ply(rows, "F.ply"); }), "SH degree: must be at most 3 to be written");
+  EXPECT_EQ(error_of([&] { write_usda(rows, "F.usda"); }), "SH degree: must be at most 3 to be written");
 }
 
 }  // namespace

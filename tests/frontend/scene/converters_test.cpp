@@ -201,6 +201,16 @@ TEST(IndependentReader, SogDecodesToTheSame) {
   }
 }
 
+// splat-transform's reading of what GaussianSplats3D wrote, as .ply: three levels of compression, 18 buckets.
+TEST(IndependentReader, KsplatDecodesToTheSame) {
+  for (const char* name : {"d3.l0", "d3.l1", "d3.l2"}) {
+    SCOPED_TRACE(name);
+    const Scene theirs = load_scene(fixture(name + std::string(".ksplat.ply")));
+    expect_same_gaussians(theirs, load_scene(fixture(name + std::string(".ksplat"))), decoded());
+    if (HasFailure()) return;
+  }
+}
+
 TEST(IndependentReader, FolderOfSogIsTheArchive) {
   const Scene folder = load_scene(fixture("../sog_lod/0_0")), file = load_scene(fixture("../sog_lod/0_0/meta.json"));
   test::expect_same_scene(folder, file);

@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 
-#include "grtx/base/atomic_file.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "paths.h"
 #include "temporary_folder.h"
@@ -114,14 +113,6 @@ TEST(ConfigKeys, EachReachesTheResolvedConfiguration) {
     }
     EXPECT_NE(config_hash(changed), config_hash(reference)) << probe.name << " = " << other;
   }
-}
-
-TEST(ConfigReference, TheDocumentHoldsTheTableThatTheProgramPrints) {
-  const std::string document = read_file(grtx::paths::source_dir() + "/docs/model/configuration.md");
-  const std::string generated =
-      "<!-- generated: grtx sim --list-config -->\n\n" + config_reference() + "\n<!-- end of generated -->\n";
-  EXPECT_NE(document.find(generated), std::string::npos)
-      << "docs/model/configuration.md is out of date: run scripts/generate_docs.py with the program";
 }
 
 }  // namespace
