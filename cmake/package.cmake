@@ -122,6 +122,9 @@ frames, and traces as arrays.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
       "python3 (>= 3.11), python3-numpy (>= 1:1.24), python3-pandas (>= 1.5), python3-matplotlib (>= 3.6)")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "grtx-tlm (= ${grtx_deb_version})")
+  set(grtx_deb_scripts ${PROJECT_SOURCE_DIR}/packaging/debian/python3-grtx-tlm)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${grtx_deb_scripts}/postinst ${grtx_deb_scripts}/prerm)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
   # What Debian's policy asks for beside what is installed anyway.
   set(grtx_deb_charts "")
   if(GRTX_BUILD_REPORT AND GRTX_REPORT_CHARTS)

@@ -4,7 +4,8 @@
 # Usage: scripts/deb.sh [build [--no-charts] [FOLDER]]  makes FOLDER/grtx-tlm_*.deb, libgrtx-tlmX.Y_*.deb (the shared
 #          libraries), grtx-tlm-dev_*.deb and python3-grtx-tlm_*.deb (build/packages)
 #        scripts/deb.sh try PACKAGE CHROOT  installs PACKAGE there, makes a scene, runs a design, removes it; then the -dev
-#          package beside it, with programs by find_package and pkg-config. Fails if a file stays. CHROOT is / in a container.
+#          package beside it, with programs by find_package and pkg-config; then the Python package. Fails if a file stays.
+#          CHROOT is / in a container.
 #        debootstrap --variant=minbase bookworm CHROOT (or trixie) makes a bare chroot of Debian 12 (or 13).
 set -euo pipefail
 
@@ -59,10 +60,11 @@ gone() {
 }
 
 try() {
-  local package=$1 dev library
+  local package=$1 dev library python
   dev=$(dirname "$1")/$(basename "$1" | sed 's/^grtx-tlm_/grtx-tlm-dev_/')
   library=$(dirname "$1")/$(basename "$1" | sed -E 's/^grtx-tlm_([0-9]+\.[0-9]+)/libgrtx-tlm\1_\1/')
-  for file in "$package" "$library" "$dev"; do
+  python=$(dirname "$1")/$(basename "$1" | sed -E 's/^grtx-tlm_(.*)_[^_]*\.deb$/python3-grtx-tlm_\1_all.deb/')
+  for file in "$package" "$library" "$dev" "$python"; do
     [ -f "$file" ] || fail "$file: no such package"
   done
   [ -x "$2/usr/bin/apt-get" ] || fail "$2: must be a chroot of Debian (debootstrap makes one)"
@@ -76,6 +78,7 @@ try() {
   cp "$package" "$root/tmp/grtx/grtx-tlm.deb"
   cp "$library" "$root/tmp/grtx/libgrtx-tlm.deb"
   cp "$dev" "$root/tmp/grtx/grtx-tlm-dev.deb"
+  cp "$python" "$root/tmp/grtx/python3-grtx-tlm.deb"
   cp "$top/tests/package/outside/five_lines.cpp" "$root/tmp/grtx/"
   apt update -q
   names >"$work/before"
@@ -114,6 +117,15 @@ END
   apt purge -y -q --autoremove grtx-tlm "$soname" grtx-tlm-dev "${tools[@]}"
   gone "$work/files"
   echo "$(wc -l <"$work/files") files with the -dev package, and a program by find_package and by pkg-config"
+
+  apt install -y -q --no-install-recommends /tmp/grtx/grtx-tlm.deb /tmp/grtx/libgrtx-tlm.deb /tmp/grtx/python3-grtx-tlm.deb
+  # Root's Python writes what it compiles beside the sources.
+  inside python3 -c 'import grtx_tlm; print(grtx_tlm.read_results("/tmp/grtx/out/results.json").speedup)' >>"$work/log" 2>&1 ||
+    { tail -n 20 "$work/log" >&2; exit 1; }
+  files grtx-tlm "$soname" python3-grtx-tlm >"$work/files"
+  apt purge -y -q --autoremove grtx-tlm "$soname" python3-grtx-tlm
+  gone "$work/files"
+  echo "$(wc -l <"$work/files") files with the Python package, which reads a run's results"
 }
 
 top=$(cd "$(dirname "$0")/.." && pwd)
