@@ -11,6 +11,7 @@ import os
 import re
 import sys
 
+import draw_results
 import evaluation_tables
 import model_version
 
@@ -65,9 +66,11 @@ def renew(top):
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)):
             model_version.write(top, page, renewed(top, page))
+    draw_results.renew(top)
 
 
 def faults(top):
+    yield from draw_results.faults(top)
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)) and PART.search(text := model_version.read(top, page)):
             fresh = renewed(top, page)
