@@ -83,17 +83,19 @@ CHARTS = {"rivals": (rivals, ("who-128",)), "bounds": (bounds, ("who-128",)),
 
 
 def drawn(top):
-    """(path, text) of each chart whose parts are measured."""
+    """(path, text) of each chart that its page shows and whose parts are measured."""
     rows = tables.load(top)
     measured = {row["part"] for row in rows}
     for name, (draw, parts) in CHARTS.items():
-        if measured >= set(parts):
+        page = os.path.join("docs", "results", name + ".md")
+        shown = os.path.exists(os.path.join(top, page)) and f"images/results/{name}.svg" in model_version.read(top, page)
+        if shown and measured >= set(parts):
             yield os.path.join(FOLDER, name + ".svg"), draw(rows)
 
 
 def renew(top):
-    os.makedirs(os.path.join(top, FOLDER), exist_ok=True)
     for path, text in drawn(top):
+        os.makedirs(os.path.join(top, FOLDER), exist_ok=True)
         model_version.write(top, path, text)
 
 
