@@ -31,6 +31,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
   return row[b.size()];
 }
 
+std::vector<std::string_view> words_of(std::string_view key) {
+  std::vector<std::string_view> words;
+  for (std::size_t at = 0; at < key.size();) {
+    const std::size_t end = std::min(key.find_first_of("._", at), key.size());
+    if (end > at) words.push_back(key.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
 }  // namespace
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& known) {
@@ -46,6 +56,22 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
     }
   }
   return best;
+}
+
+std::string nearest_keys(std::string_view name, const std::vector<std::string>& known) {
+  constexpr std::size_t kMost = 3, kLongest = 200;
+  std::vector<std::string> found{nearest_name(name, known)};
+  const std::vector<std::string_view> wanted = words_of(name.substr(0, kLongest));
+  for (const std::string& key : known) {
+    if (found.size() == kMost) break;
+    const std::vector<std::string_view> own = words_of(key);
+    const auto has = [&](std::string_view word) { return std::ranges::find(own, word) != own.end(); };
+    if (key != found.front() && wanted.size() > 1 && std::ranges::all_of(wanted, has)) found.push_back(key);
+  }
+  if (found.size() == 1) return "the nearest is '" + found.front() + "'";
+  std::string text = "the nearest are '" + found.front() + "'";
+  for (std::size_t i = 1; i < found.size(); ++i) text += (i + 1 == found.size() ? " and '" : ", '") + found[i] + "'";
+  return text;
 }
 
 }  // namespace grtx

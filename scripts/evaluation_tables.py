@@ -86,6 +86,9 @@ class Part:
         self.first = {}  # of each design: its first k
         for design, k in self.designs:
             self.first.setdefault(design, k)
+        views = self.choose or self.views
+        self.base = max((k for design, k in self.designs if design == "baseline"), default=0,
+                        key=lambda k: mean(1 / float(row["cycles"]) if (row := self.at.get(("baseline", k, view))) else None for view in views) or 0)
 
     def ratio(self, column, design, k, view, base, base_k):
         """What the base has of it over what the design has; None where one is not there."""
@@ -93,7 +96,7 @@ class Part:
         return float(other[column]) / float(own[column]) if own and other else None
 
     def speed(self, design, k, view):
-        return self.ratio("cycles", design, k, view, "baseline", self.first["baseline"])
+        return self.ratio("cycles", design, k, view, "baseline", self.base)
 
     def mean(self, design, k, name):
         return mean(self.speed(design, k, view) for view in self.show[name])
@@ -105,7 +108,7 @@ class Part:
 
     def energy(self, design, k):
         views = [view for views in self.show.values() for view in views]
-        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.first["baseline"]) for view in views)
+        over = mean(self.ratio("energy_nj_per_ray", design, k, view, "baseline", self.base) for view in views)
         return None if over is None else 1 / over
 
     def best(self, design):
@@ -129,7 +132,8 @@ def part(rows, name, machine=None):
 
 
 def who(rows, name):
-    """A row a design and k, a column a class of views: speed over the baseline with its first k."""
+    """A row per design, with its best k, and on who-128 with its first one, too; a column per class of views: speed over the baseline
+    with its best k."""
     of = part(rows, name)
     if not of:
         return None
@@ -138,6 +142,8 @@ def who(rows, name):
     head = ["design", "k", *(of.heading(kind) for kind in kinds), *(["RT unit, mm²", "chip, mm²"] if costs else []), "energy"]
     lines = []
     for design, k, called in of.shown():
+        if not costs and k != of.best(design):
+            continue
         any_row = next(row for (d, size, _), row in of.at.items() if (d, size) == (design, k))
         lines.append([design, called, *(with_range(of.speed(design, k, view) for view in of.show[kind]) for kind in kinds),
                       *([shown(float(any_row["rt_unit_mm2"])), shown(float(any_row["chip_mm2"]), 1)] if costs else []),
@@ -146,7 +152,7 @@ def who(rows, name):
 
 
 def cards(rows):
-    """Shares of cards beside each other: speed over the baseline on each, and energy."""
+    """Shares of cards beside each other: speed over the baseline on each, and energy, of each design with its best k there."""
     machines = list(dict.fromkeys(row["machine"] for row in rows if row["part"] == "cards"))
     if not machines:
         return None
@@ -154,15 +160,12 @@ def cards(rows):
     kinds = [kind for kind in CLASSES if any(of.of_class[kind] for of in parts.values())]
     lines = []
     for design in next(iter(parts.values())).first:
-        for best in (False, True):
-            cells, called = [], set()
-            for of in parts.values():
-                k = of.best(design) if best else of.first[design]
-                called.add(k)
-                cells += [shown(of.mean(design, k, kind)) for kind in kinds] + [shown(of.energy(design, k))]
-            text = ", ".join(map(str, sorted(called)))
-            if not best or text != str(next(iter(parts.values())).first[design]):
-                lines.append([design, f"best: {text}" if best else text, *cells])
+        cells, called = [], set()
+        for of in parts.values():
+            k = of.best(design)
+            called.add(k)
+            cells += [shown(of.mean(design, k, kind)) for kind in kinds] + [shown(of.energy(design, k))]
+        lines.append([design, ", ".join(map(str, sorted(called))), *cells])
     head = ["design", "k", *(f"`{machine}`: {kind}" if kind == kinds[0] else kind for machine in machines for kind in [*kinds, "energy"])]
     return table(head, lines) + caption([row for row in rows if row["part"] == "cards"])
 

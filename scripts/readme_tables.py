@@ -11,6 +11,7 @@ import os
 import re
 import sys
 
+import draw_results
 import evaluation_tables
 import model_version
 
@@ -18,9 +19,9 @@ PART = re.compile(r"(<!-- generated: scripts/readme_tables\.py (\S+) -->\n)(.*?)
 
 
 def versions(top, _page):
-    """What changed with each version of the model: docs/results/README.md."""
+    """What changed with the last three versions of the model: docs/results/README.md, which links the file with all."""
     return evaluation_tables.table(["version", "since", "what changed"], [
-        [row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top))])
+        [row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top)[-3:])])
 
 
 def headers(top, page):
@@ -65,9 +66,11 @@ def renew(top):
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)):
             model_version.write(top, page, renewed(top, page))
+    draw_results.renew(top)
 
 
 def faults(top):
+    yield from draw_results.faults(top)
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)) and PART.search(text := model_version.read(top, page)):
             fresh = renewed(top, page)

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <regex>
 #include <vector>
@@ -41,6 +42,20 @@ std::string titles(const std::vector<std::string>& objectives) {
   return text;
 }
 
+/// What the reference itself has of each objective: the geometric mean over its scenes and views. Limits are in these
+/// units, the front's figures are not.
+std::string reference_values(const ordered_json& result, const std::vector<std::string>& objectives) {
+  const ordered_json views = result.at("reference").value("confirming", ordered_json::array());
+  std::string text;
+  for (std::size_t o = 0; o < objectives.size() && !views.empty(); ++o) {
+    double logarithms = 0.0;
+    for (const ordered_json& view : views) logarithms += std::log(view.at("values")[o].get<double>());
+    text += fmt::format("{} {} {:.4g}", text.empty() ? "the reference has" : ",", objectives[o],
+                        std::exp(logarithms / static_cast<double>(views.size())));
+  }
+  return text.empty() ? "" : wrapped(text) + "\n";
+}
+
 std::string front_text(const ordered_json& result, const std::vector<std::string>& objectives) {
   const ordered_json& front = result.at("front");
   const bool evaluated = result.at("reference").contains("evaluation");
@@ -48,7 +63,7 @@ std::string front_text(const ordered_json& result, const std::vector<std::string
                      wrapped(fmt::format("front, over the reference ({} on the search scenes{})",
                                          result.at("confirming").at("mode").get<std::string>(),
                                          evaluated ? ", then once on the evaluation scenes" : "")) +
-                     "\n" + titles(objectives) + "\n";
+                     "\n" + reference_values(result, objectives) + titles(objectives) + "\n";
   for (const ordered_json& at : front) {
     const ordered_json& candidate = result.at("candidates")[at.get<std::size_t>()];
     text += figures(candidate.at("confirming"), objectives);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <set>
+
 #include "grtx/explore/sweep/database.h"
 #include "grtx/explore/sweep/schema.h"
 
@@ -51,6 +53,7 @@ SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::
   Side first(a), second(b);
   SweepComparison comparison{{}, {first.earlier_plan, second.earlier_plan}};
   std::vector<std::string>& differences = comparison.differences;
+  std::set<std::string> alone;  // keys of points of one database, whose values are not listed one by one
   const auto add = [&](const std::string& line) {
     if (differences.size() < limit) differences.push_back(line);
   };
@@ -59,13 +62,22 @@ SweepComparison compare_sweeps(const std::string& a, const std::string& b, std::
     if (query.what == std::string("quantity") && first.earlier_plan + second.earlier_plan != 0) continue;
     SqliteStatement x(first.database, fmt::format(fmt::runtime(query.sql), first.points));
     SqliteStatement y(second.database, fmt::format(fmt::runtime(query.sql), second.points));
+    const auto only_in = [&](const SqliteStatement& row, const std::string& path) {
+      const std::string name = row.text(0);
+      const bool is_point = query.what == std::string("point");
+      if (is_point) alone.insert(name);
+      if (query.what == std::string("value") && alone.contains(name.substr(0, name.find(' ')))) return;
+      const std::string called =
+          is_point ? fmt::format(" ({}, {}, {}, {})", row.text(2), row.text(4), row.text(5), row.text(6)) : "";
+      add(fmt::format("{} {}{} is only in {}", query.what, name, called, path));
+    };
     bool more_x = x.step(), more_y = y.step();
     while (more_x || more_y) {
       if (!more_y || (more_x && x.text(0) < y.text(0))) {
-        add(fmt::format("{} {} is only in {}", query.what, x.text(0), a));
+        only_in(x, a);
         more_x = x.step();
       } else if (!more_x || y.text(0) < x.text(0)) {
-        add(fmt::format("{} {} is only in {}", query.what, y.text(0), b));
+        only_in(y, b);
         more_y = y.step();
       } else {
         for (int column = 1; column < query.columns; ++column) {

@@ -86,7 +86,7 @@ void PlanSections::fail(const toml::node& node, const std::string& rule) const {
 void PlanSections::unknown(const toml::node& node, const std::string& name,
                            const std::vector<std::string>& known) const {
   refuse_machine(node, name);
-  fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known)));
+  fail(node, fmt::format("unknown key '{}', {}", name, nearest_keys(name, known)));
 }
 
 void PlanSections::refuse_machine(const toml::node& node, const std::string& name) const {

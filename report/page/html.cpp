@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include "grtx/base/atomic_file.h"
@@ -99,6 +100,15 @@ std::string cell(const nlohmann::ordered_json& value) {
   if (value.is_number()) return number(value.get<double>());
   if (value.is_string()) return escape(value.get<std::string>());
   return escape(json_text(value));
+}
+
+std::string breakable(std::string_view text) {
+  std::string html = escape(text);
+  for (std::size_t at = 1; at + 1 < html.size(); ++at) {
+    const auto letter = [&](std::size_t i) { return std::isalpha(static_cast<unsigned char>(html[i])) != 0; };
+    if ((html[at] == '.' || html[at] == '_') && letter(at - 1) && letter(at + 1)) html.insert(++at, "<wbr>"), at += 4;
+  }
+  return html;
 }
 
 std::string picture_uri(const std::string& path) {

@@ -12,6 +12,8 @@ namespace grtx::report {
 
 /// Escapes text for HTML content and quoted attribute values.
 std::string escape(std::string_view text);
+/// Escaped text in which a line may break behind the dots and underscores of a key, and nowhere else inside of it.
+std::string breakable(std::string_view text);
 /// JSON for a script element: '<' is escaped, so that it cannot end the element. Invalid UTF-8 is replaced.
 std::string script_json(const nlohmann::ordered_json& json);
 

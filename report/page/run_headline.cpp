@@ -178,7 +178,7 @@ std::string picture(const std::string& uri, const std::string& caption) {
 
 std::string headline(const std::string& value_html, const std::string& what, const std::string& note) {
   return fmt::format("<div class=\"card\"><dt>{}</dt><dd>{}</dd>{}</div>\n", escape(what), value_html,
-                     note.empty() ? "" : "<dd class=\"note\">" + escape(note) + "</dd>");
+                     note.empty() ? "" : "<dd class=\"note\">" + breakable(note) + "</dd>");
 }
 
 std::string run_headline(const ReportRun& run, std::size_t index) {

@@ -72,6 +72,24 @@ std::string least_text(const Answer& answer) {
   return text;
 }
 
+/// The page's first sentence: the fastest point against the smallest one.
+std::string sentence(const SweepViews& shown, const Answer& answer, const SpeedupOver& reference) {
+  const ShownPoint &fastest = *answer.fastest, &smallest = *answer.smallest;
+  const auto called = [&](const ShownPoint& p) {
+    const std::string name = shown.name(shown.first(p), SweepViews::Named::all);
+    return breakable(p.label) + (name.empty() ? "" : " (" + breakable(name) + ")");
+  };
+  if (&fastest == &smallest)
+    return fmt::format("<strong>{}</strong> is the fastest point and the smallest.", called(fastest));
+  if (shown.over(fastest, reference) == nullptr || shown.over(fastest, reference) != shown.over(smallest, reference)) {
+    return fmt::format("<strong>{}</strong> is fastest, {} smallest.", called(fastest), called(smallest));
+  }
+  return fmt::format(
+      "<strong>{}</strong> is fastest: {:.2f} times as fast as {}, the smallest, for {:.1f} % more area.",
+      called(fastest), shown.value(smallest, kTime) / shown.value(fastest, kTime), called(smallest),
+      100.0 * (shown.value(fastest, kArea) / shown.value(smallest, kArea) - 1.0));
+}
+
 }  // namespace
 
 std::string sweep_answer_text(const SweepResults& results) {
@@ -113,7 +131,8 @@ std::string sweep_answer_html(const SweepResults& results) {
                number(shown.value(p, kArea)), with_unit(1e-9 * shown.value(p, kEnergy), "J"),
                times(shown.speedup(p, reference)), escape(shown.name(shown.first(p), SweepViews::Named::all))});
   }
-  return table.html() + "<p class=\"note\">" + escape(least_text(answer)) + ".</p>\n";
+  return "<p class=\"answer\">" + sentence(shown, answer, reference) + "</p>\n" + table.html() + "<p class=\"note\">" +
+         escape(least_text(answer)) + ".</p>\n";
 }
 
 }  // namespace grtx::report

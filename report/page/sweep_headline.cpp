@@ -74,6 +74,9 @@ std::string sweep_headline(const ReportSweep& sweep) {
   for (const auto& [status, count] : states) {
     if (status != "done") other += fmt::format("{}{} {}", other.empty() ? "" : ", ", count, status);
   }
+  if (!results.earlier.empty()) {
+    other += fmt::format("{}{} of an earlier plan left out", other.empty() ? "" : ", ", results.earlier.size());
+  }
   std::string cards = headline(fmt::format("{} / {}", states["done"], results.points.size()), "Points done", other);
   const char* const values[3] = {kTime, kArea, kEnergy};
   const char* const names[3] = {"Least time", "Least area", "Least energy a ray"};

@@ -26,7 +26,7 @@ std::string unknown_key(const std::vector<modules::Parameter>& keys, const std::
   if (name == "machine") return "machine: is no key: --machine names it, or the file's include = \"FILE.toml\"";
   std::vector<std::string> known;
   for (const modules::Parameter& key : keys) known.push_back(key.name);
-  return fmt::format("unknown key '{}', the nearest is '{}'", name, nearest_name(name, known));
+  return fmt::format("unknown key '{}', {}", name, nearest_keys(name, known));
 }
 
 /// The comment behind a value on its line of `text`; "" if there is none.

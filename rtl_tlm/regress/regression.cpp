@@ -113,7 +113,7 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
   StatisticsTable records(c.record);
   const bool is_new = !records.has(c.column);
   if (is_new && options.reason.empty()) {
-    throw Error(c.record, c.column, "there is no record: --update --reason TEXT makes one");
+    throw Error(c.record, "case '" + c.column + "'", "there is no record: --update --reason TEXT makes one");
   }
   const ordered_json record = is_new ? document : document_of(records.values_of(c.column));
   std::vector<std::string> names;

@@ -164,7 +164,7 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   expect_refused("regress none", "none: is no folder");
   expect_refused("regress d", "d: holds no case (NAME.case.toml)");
   write_case("a");
-  expect_refused("regress d", "records.tsv: a: there is no record: --update --reason TEXT makes one");
+  expect_refused("regress d", "records.tsv: case 'a': there is no record: --update --reason TEXT makes one");
   expect_refused("regress d --update", "--update: needs --reason TEXT");
   expect_refused("regress d --reason x", "--reason: needs --update");
   expect_refused("regress d --cases b", "d: b: is the name of no case");

@@ -25,3 +25,13 @@ TEST(NearestName, OfAVeryLongNameIsThatOfItsBeginning) {
   const std::vector<std::string> known = {"scene", "l1.latency", "set"};
   EXPECT_EQ(grtx::nearest_name("l1.latency" + std::string(1000000, 'x'), known), "l1.latency");
 }
+
+// "rt.stack.entries" named the key of another design alone.
+TEST(NearestName, OfAKeyAreAlsoThoseWithAllOfItsWords) {
+  const std::vector<std::string> known = {"rt.warp_stack.entries", "rt.warp_buffer.entries",
+                                          "rt.warp_buffer.stack_entries"};
+  EXPECT_EQ(grtx::nearest_keys("rt.stack.entries", known),
+            "the nearest are 'rt.warp_stack.entries' and 'rt.warp_buffer.stack_entries'");
+  EXPECT_EQ(grtx::nearest_keys("rt.warp_bufer.entries", known), "the nearest is 'rt.warp_buffer.entries'");
+  EXPECT_EQ(grtx::nearest_keys("entries", known), "the nearest is 'rt.warp_stack.entries'");
+}

@@ -138,6 +138,12 @@ class CheckDocs(unittest.TestCase):
         unmeasured = {name: text for name, text in tree.items() if name != evaluation_tables.DATA}
         self.assertEqual(self.faults(unmeasured), [])  # stays as it is
 
+    def test_a_chart_is_that_of_its_data(self):
+        page = {"docs/results/scene-classes.md": "# C\n\n![speeds](../images/results/scene-classes.svg)\n"}
+        faults = self.faults(self.evaluated() | page | {"docs/images/results/scene-classes.svg": "<svg/>\n"})
+        self.assertIn("docs/images/results/scene-classes.svg:1: is not what scripts/draw_results.py makes of docs/results/data: "
+                      "run scripts/readme_tables.py", faults)
+
     def test_figures_of_other_scenes_or_of_another_model(self):
         rule = f"{evaluation_tables.DATA}:1: paper-128: of another "
         self.assertEqual(self.faults(self.evaluated() | {evaluation_tables.SET: "# others\n"}),

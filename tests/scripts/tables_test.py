@@ -219,6 +219,8 @@ class Tables(unittest.TestCase):
         self.call("sweep plan.toml -o other.sqlite --mode windows --quiet")
         text, document = self.both("sweep --compare s.sqlite other.sqlite", code=1)
         self.assertEqual(len(document["differences"]), len(re.findall(r"^\S", text, re.M)))
+        self.assertRegex(re.sub(r"\s+", " ", text), r"point [0-9a-f]+ \([^)]*warp_buffer\.entries[^)]*\) is only in s\.sqlite")
+        self.assertNotIn("value ", text)  # of points that one database lacks
         text, document = self.both("search search.toml -o n.sqlite")
         front = text.split("\nfront")[1].split("\n\n")[0]
         self.assertEqual(len(document["front"]), front.count("   evaluation"))

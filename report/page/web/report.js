@@ -91,7 +91,19 @@
     });
   };
 
+  /** On a phone each row of a table becomes a block with a line for each cell, which names its column (report.css). */
+  const stackable = (table) => {
+    const names = [...table.tHead.rows[0].cells].map((cell) => cell.textContent);
+    if (names.length < 4 || table.rows.length > 42) return;
+    table.classList.add('stacks');
+    for (const row of table.tBodies[0].rows)
+      [...row.cells].forEach((cell, i) => {
+        cell.dataset.column = names[i];
+      });
+  };
+
   const begin = async () => {
+    document.querySelectorAll('.scroll table').forEach(stackable);
     document.querySelectorAll('section.sweep table').forEach(sortable);
     if (typeof vegaEmbed === 'function') {
       await Promise.all([...document.querySelectorAll('figure.chart')].map(draw));

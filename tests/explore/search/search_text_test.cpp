@@ -53,6 +53,8 @@ TEST(SearchText, TheFrontAndTheBestOfItStandLast) {
                     front = text.find("\nfront, over");
   ASSERT_NE(path, std::string::npos);
   EXPECT_GT(front, path);
+  // Limits are absolute, and the reference's own values were nowhere.
+  EXPECT_THAT(text.substr(front), HasSubstr("the reference has gpu.time_us 1000, cost.mm2 5\n"));
   EXPECT_THAT(text.substr(front), AllOf(HasSubstr("    #2 l1.bytes=65536\n"),
                                         HasSubstr("least gpu.time_us #2 (0.500), least cost.mm2 #0 (0.800)")));
   ordered_json none = result();

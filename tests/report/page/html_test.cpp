@@ -52,6 +52,11 @@ TEST(Html, UnitsGoBySize) {
   for (const auto& c : cases) EXPECT_EQ(with_unit(c.value, c.unit), c.text);
 }
 
+// Cards of a sweep broke "rt.warp_buffer.stack_entri es".
+TEST(Html, KeysBreakAtTheirDots) {
+  EXPECT_EQ(breakable("rt.stack_entries = 4.5, <a>."), "rt.<wbr>stack_<wbr>entries = 4.5, &lt;a&gt;.");
+}
+
 TEST(Html, TextIsEscaped) {
   EXPECT_EQ(escape("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&#39;");
   EXPECT_EQ(cell(ordered_json("<i>")), "&lt;i&gt;");

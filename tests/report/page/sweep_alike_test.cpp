@@ -76,6 +76,17 @@ TEST(SweepSpeedUps, PointsOfAnEditedPlanAreNotCompared) {
   EXPECT_THAT(sweep_headline(sweep), Not(HasSubstr("Largest speed-up")));
 }
 
+// The answer of a sweep was a table without a word, and points of an earlier plan were not named in it.
+TEST(SweepAnswer, BeginsWithASentenceAndSaysWhatIsLeftOut) {
+  std::vector<ReportedPoint> points = {point(1, "", "baseline", 32, 1000), point(2, "", "grtx", 32, 100)};
+  points[1].values[kArea] = 1.5;
+  ReportSweep sweep = sweep_of(points);
+  sweep.results.earlier = {point(3, "", "grtx", 64, 50)};
+  EXPECT_THAT(sweep_headline(sweep),
+              AllOf(HasSubstr("is fastest: 10.00 times as fast as #1"),
+                    HasSubstr("the smallest, for 50.0 % more area."), HasSubstr("1 of an earlier plan left out")));
+}
+
 // Points of gautracer had no speed-up: it brings an option and keys with it, and these were a difference.
 TEST(SweepSpeedUps, WhatADesignBringsWithItIsNoDifference) {
   std::vector<ReportedPoint> points = {point(1, "paper", "baseline", 32, 1000),
