@@ -68,7 +68,9 @@ void AtMonitor::blocking(tlm_generic_payload& payload, sc_time& delay) {
 
 double AtMonitor::mean_latency_ns() const {
   if (traffic_.responses == 0) return 0.0;
-  return sc_time::from_value(latency_).to_seconds() * 1e9 / static_cast<double>(traffic_.responses);
+  // Not by to_seconds(), whose last digit is another at other time resolutions since SystemC 3.
+  const double fs = static_cast<double>(latency_) * (1e15 / sc_time(1, sc_core::SC_SEC).to_double());
+  return fs * 1e-15 * 1e9 / static_cast<double>(traffic_.responses);
 }
 
 }  // namespace grtx::modules
