@@ -19,6 +19,7 @@ PROGRAM = ""
 POINTS = os.path.join(ROOT, "data", "measured", "points.csv")
 # Of each plan: the machine, the tables, and the card of which grtx correlate has this many comparisons.
 USES = {"silicon": ("ada", [["ms", "--fitted", "lacadiere,taebak"]], ("RTX 6000 Ada", 7)),
+        "silicon_show": ("ada", [["ms", "--fitted", "lacadiere,taebak"]], ("RTX 6000 Ada", 3)),
         "silicon_16": ("blackwell", [["rivals"], ["ms", "--card", "RTX 5090"]], ("RTX 5090", 1)),
         "silicon_paper": ("blackwell", [["structures"]], ("RTX 5090", 1)),
         "silicon_128": ("rdna4", [["structures"], ["spheres"]], None),
