@@ -174,7 +174,8 @@ TEST_F(RtMemorySchedulerTest, SectorsOfTheOldestWarpDoNotWaitForFetchesThatYoung
     traces::RayGroup group;
     group.rays.resize(2);
     for (traces::Ray& ray : group.rays) ray.rounds.resize(1);
-    for (const std::uint16_t slot : std::array<std::uint16_t, 2>{0, 1}) bench.table.accept(1, TraceCall{&group, 0, slot, 0b11});
+    for (const std::uint16_t slot : std::array<std::uint16_t, 2>{0, 1})
+      bench.table.accept(1, TraceCall{&group, 0, slot, 0b11});
     MemoryScheduler& memory = bench.memory;
     memory.begin_warp(5, 1);
     memory.visit(lane_id(1, 0), NodeKind::internal, 128, false);
