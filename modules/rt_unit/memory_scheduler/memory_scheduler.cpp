@@ -6,6 +6,7 @@
 #include <numeric>
 #include <ostream>
 #include <string>
+#include <utility>
 
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
@@ -134,7 +135,18 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   fetches_[id].sectors = fetches_[id].missing = static_cast<std::uint8_t>(sectors.count());
   under_way_[entry_of(id)] |= bit(lane_of(id));
   queue_.push({id, 0});
+  if (config_.oldest_warp_first) put_behind_older_warps();
   awake_ = true;
+}
+
+/// Moves the last fetch of the queue before those of younger warps of which no sector has been sent.
+[[gnu::noinline]] void MemoryScheduler::put_behind_older_warps() {
+  const auto age = [&](const Pending& p) { return warps_->ages()[entry_of(p.fetch)]; };
+  for (std::size_t i = queue_.size() - 1; i > 0; --i) {
+    Pending& before = queue_.at(i - 1);
+    if (before.next != 0 || age(before) <= age(queue_.at(i))) return;
+    std::swap(before, queue_.at(i));
+  }
 }
 
 // The leading lane's record is free: its first read is over.

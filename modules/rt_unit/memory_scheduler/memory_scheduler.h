@@ -94,6 +94,7 @@ class MemoryScheduler final : public NodeFetchModule, public Probed {
   void begin_second_reads(Cycle now);
   void take_sector(Cycle now, LaneId fetch);
   void open(LaneId id, const Fetch& fetch, const NodeSectors& sectors, std::uint64_t key);
+  void put_behind_older_warps();
   bool join(LaneId id, LaneMask lanes, const NodeVisit& node, NodePart part, std::uint64_t key);
   void take_batch_done(Cycle now);
   void issue_batch(Cycle now);

@@ -59,6 +59,7 @@ const std::vector<Mutation>& mutations() {
       {"rt.scheduler.policy", "round_robin", kTiming, kPolicy},
       {"rt.memory.queue", "32", kBoth},
       {"rt.memory.merge_in_flight", "false", kTiming, kPolicy},
+      {"rt.memory.oldest_warp_first", "true", kTiming, kPolicy},
       {"rt.memory.by_shader", "true", kBoth},
       {"rt.memory.instance_leaf_bytes", "64", kTiming, kTraffic},
       {"rt.memory.blas_header_read", "false", kTiming, kTraffic},

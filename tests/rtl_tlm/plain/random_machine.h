@@ -277,6 +277,7 @@ inline GpuConfig random_machine(Random& random) {
   if (!rt.memory.by_shader && c.rt_units == 1 && reads.coin()) {
     rt.memory.l1_hit_latency = reads.one_of({0U, 0U, 1U, 5U, 50U});
   }
+  rt.memory.oldest_warp_first = reads.coin();
   Random calls = reads;  // likewise
   costs.call_fixed = calls.one_of({0U, 0U, 1U, 30U});
   costs.call_per_lane = calls.one_of({0U, 0U, 1U, 20U});

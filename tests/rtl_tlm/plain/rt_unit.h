@@ -630,8 +630,7 @@ class RtUnit {
       }
       if (joined) continue;
       ++node_fetches_[modules::index(fetch.region)];
-      fetch_queue_.push_back(next_fetch_);
-      fetches_.emplace(next_fetch_++, std::move(fetch));
+      queue(std::move(fetch));
     }
   }
   void send(MemoryPort* port, std::uint64_t address, Region region, bool write, std::uint64_t tag,
@@ -1083,8 +1082,16 @@ class RtUnit {
           .emplace_back(below + b, region_of(traces::NodeKind::internal, below));
     }
     ++node_fetches_[modules::index(region)];
+    queue(std::move(fetch));
+  }
+  void queue(Fetch fetch) {
     fetch_queue_.push_back(next_fetch_);
     fetches_.emplace(next_fetch_++, std::move(fetch));
+    if (!config_.memory.oldest_warp_first) return;
+    const auto age = [this](std::uint64_t number) { return warps_[fetches_.at(number).entry].age; };
+    const bool begun = fetches_.at(fetch_queue_.front()).sent > 0;
+    std::stable_sort(fetch_queue_.begin() + (begun ? 1 : 0), fetch_queue_.end(),
+                     [&](std::uint64_t a, std::uint64_t b) { return age(a) < age(b); });
   }
   void read_entry(LaneName name) {
     Warp& warp = warps_[name.first];

@@ -105,6 +105,7 @@ BenchOptions random_configuration(std::mt19937& random) {
   rt.warp_buffer.stack_entries = one_of({2, 3, 4, 8});
   if (rt.memory.traffic.leaf_descriptor_read) rt.memory.traffic.descriptor_wait = one_of({0, 0, 1, 4, 40});
   if (rt.memory.traffic.blas_header_read) rt.memory.traffic.header_wait = one_of({0, 0, 1, 8, 40});
+  rt.memory.oldest_warp_first = one_of({0, 1}) != 0;
   return options;
 }
 

@@ -22,6 +22,7 @@ struct MemorySchedulerConfig {
   unsigned sectors_per_cycle = 1;
   unsigned l1_hit_latency = kThroughThePort;
   unsigned node_ports = 0;
+  bool oldest_warp_first = false;
   NodeTrafficConfig traffic;
   static constexpr unsigned kThroughThePort = static_cast<unsigned>(kMaxLatency);
   /// Whether the L1 is asked in the cycle of the request, not through links.
@@ -46,6 +47,11 @@ struct MemorySchedulerConfig {
              "nodes that a unit reads in a cycle, of those that have been fetched, each for all tests of it that "
              "start; 0: pipelines read as they start, and of lanes nothing is priced",
              assumed("this project: papers name no ports; designs gautracer and walk have 1"));
+    list.add(
+        "oldest_warp_first", oldest_warp_first,
+        "sectors are issued warp by warp, the oldest first, and of one warp as its fetches were opened; else of all "
+        "warps as they were opened. A fetch that has begun is finished",
+        assumed("false: a queue in order; Vulkan-Sim takes reads of its oldest warp alone while it has some"));
     traffic.parameters(list);
   }
 };

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "grtx/base/error.h"
 #include "modules/systemc_fixture.h"
 
@@ -52,7 +54,7 @@ struct SchedulerBench final : warp_buffer_if, fetched_node_if {
 };
 
 TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
-  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 2, 64);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, false, {}}, header(), 2, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(5, 0);
@@ -81,7 +83,7 @@ TEST_F(RtMemorySchedulerTest, EqualAddressesOfOneWarpInOneCycleAreOneFetch) {
 
 // The netlist does not call the stages of a part that is not awake: sectors would then stay for ever.
 TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
-  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, false, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   EXPECT_FALSE(memory.awake());
   memory.begin_warp(0, 0);
@@ -101,7 +103,7 @@ TEST_F(RtMemorySchedulerTest, IsAwakeExactlyWhileASectorIsToBeSent) {
 }
 
 TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
-  SchedulerBench bench({64, true, false, 1, kPort, 0, {}}, header(), 1, 64);
+  SchedulerBench bench({64, true, false, 1, kPort, 0, false, {}}, header(), 1, 64);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -123,7 +125,7 @@ TEST_F(RtMemorySchedulerTest, MergingInFlightEndsWithTheLastSector) {
 }
 
 TEST_F(RtMemorySchedulerTest, InstancesWithAndWithoutTheHeaderAreDifferentFetches) {
-  SchedulerBench bench({64, false, false, 1, kPort, 0, {128, true, false}}, header(), 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, false, {128, true, false}}, header(), 1);
   MemoryScheduler& memory = bench.memory;
   memory.begin_warp(0, 0);
   memory.visit(0, NodeKind::instance, 1024, true);
@@ -147,7 +149,7 @@ TEST_F(RtMemorySchedulerTest, RegionsFollowKindAndAddress) {
 }
 
 TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
-  SchedulerBench bench({64, false, false, 1, kPort, 0, {}}, header(), 1, 1);
+  SchedulerBench bench({64, false, false, 1, kPort, 0, false, {}}, header(), 1, 1);
   MemoryScheduler& memory = bench.memory;
   auto& requests = bench.requests;
   memory.begin_warp(0, 0);
@@ -164,9 +166,39 @@ TEST_F(RtMemorySchedulerTest, AFullLinkHoldsTheSectorBack) {
   EXPECT_TRUE(sends(3));
 }
 
+// With four warps of a small room an SM, 17 % fewer sectors left the L1 than in Vulkan-Sim, on an object 30 % more.
+TEST_F(RtMemorySchedulerTest, SectorsOfTheOldestWarpDoNotWaitForFetchesThatYoungerOnesOpenedFirst) {
+  const auto addresses_of = [](bool oldest_warp_first, bool begun) {
+    fresh_context();
+    SchedulerBench bench({64, false, false, 1, kPort, 0, oldest_warp_first, {}}, header(), 2);
+    traces::RayGroup group;
+    group.rays.resize(2);
+    for (traces::Ray& ray : group.rays) ray.rounds.resize(1);
+    for (const std::uint16_t slot : std::array<std::uint16_t, 2>{0, 1})
+      bench.table.accept(1, TraceCall{&group, 0, slot, 0b11});
+    MemoryScheduler& memory = bench.memory;
+    memory.begin_warp(5, 1);
+    memory.visit(lane_id(1, 0), NodeKind::internal, 128, false);
+    memory.visit(lane_id(1, 1), NodeKind::internal, 256, false);
+    Cycle now = 6;
+    if (begun) memory.issue(now++);
+    memory.begin_warp(now, 0);
+    memory.visit(lane_id(0, 0), NodeKind::internal, 512, false);
+    memory.visit(lane_id(0, 1), NodeKind::internal, 1024, false);
+    for (; memory.busy(); ++now) memory.issue(now);
+    std::vector<std::uint64_t> addresses;
+    for (; const auto* r = bench.requests.front(100); bench.requests.pop(100)) addresses.push_back(r->address);
+    return addresses;
+  };
+  using Addresses = std::vector<std::uint64_t>;
+  EXPECT_EQ(addresses_of(false, false), (Addresses{128, 160, 256, 288, 512, 544, 1024, 1056}));
+  EXPECT_EQ(addresses_of(true, false), (Addresses{512, 544, 1024, 1056, 128, 160, 256, 288}));
+  EXPECT_EQ(addresses_of(true, true), (Addresses{128, 160, 512, 544, 1024, 1056, 256, 288}));
+}
+
 TEST_F(RtMemorySchedulerTest, TheQueueHoldsAtLeastAWarp) {
-  EXPECT_THROW(MemoryScheduler("a", {31, false, false, 1, kPort, 0, {}}, header(), 1), Error);
-  EXPECT_THROW(MemoryScheduler("b", {32, false, false, 1, kPort, 0, {96, true, false}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("a", {31, false, false, 1, kPort, 0, false, {}}, header(), 1), Error);
+  EXPECT_THROW(MemoryScheduler("b", {32, false, false, 1, kPort, 0, false, {96, true, false}}, header(), 1), Error);
 }
 
 }  // namespace
