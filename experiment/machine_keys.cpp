@@ -9,7 +9,7 @@
 
 #include "grtx/experiment/machine.h"
 #include "grtx/explore/sweep/designs.h"
-#include "grtx/rtl_tlm/gpu/config_trial.h"
+#include "grtx/rtl_tlm/gpu/unset_key.h"
 
 namespace grtx::experiment {
 namespace {
@@ -67,7 +67,7 @@ MachineKeys machine_keys(const MachineChoice& choice) {
                    "default",
                    parameter.origin.source,
                    std::string(1, static_cast<char>(parameter.origin.confidence))};
-    key.set = parameter.description.find("; 0: ") == std::string::npos || key.value != 0;
+    key.set = sim::is_set(parameter);
     put_place(key, chosen.places);
     all.keys.push_back(std::move(key));
   }

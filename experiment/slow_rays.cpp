@@ -14,6 +14,11 @@ std::uint64_t visits_of(const traces::Ray& ray) {
 
 namespace {
 
+/// Whether a ray has a hit: one that sees the sky visits the root alone, and would be the median of many views.
+bool meets_something(const traces::Ray& ray) {
+  return std::ranges::any_of(ray.rounds, [](const traces::Round& round) { return round.k_count > 0; });
+}
+
 std::uint64_t median_of(std::vector<std::uint64_t> all) {
   if (all.empty()) return 0;
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
@@ -36,9 +41,10 @@ SlowRays slowest_rays(const traces::Reader& reader, std::size_t count) {
     reader.read(warp, group);
     for (const traces::Ray& ray : group.rays) {
       if (ray.rounds.empty()) continue;
-      all.push_back(visits_of(ray));
+      const std::uint64_t visits = visits_of(ray);
+      if (meets_something(ray)) all.push_back(visits);
       slow.rays.push_back(
-          {ray.pixel % width, ray.pixel / width, group.frame, group.kind, warp, all.back(), ray.rounds.size()});
+          {ray.pixel % width, ray.pixel / width, group.frame, group.kind, warp, visits, ray.rounds.size()});
     }
     if (slow.rays.size() > 2 * count + 4096) keep(count);
   }
@@ -59,7 +65,7 @@ std::uint64_t median_visits(const traces::Reader& reader, std::uint32_t frame) {
   for (std::uint64_t warp = begin; warp < end; warp += step) {
     reader.read(warp, group);
     for (const traces::Ray& ray : group.rays) {
-      if (!ray.rounds.empty()) all.push_back(visits_of(ray));
+      if (meets_something(ray)) all.push_back(visits_of(ray));
     }
   }
   return median_of(std::move(all));

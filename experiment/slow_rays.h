@@ -22,7 +22,7 @@ struct SlowRay {
 
 struct SlowRays {
   std::vector<SlowRay> rays;  ///< the most visits first; of equal ones the first of the trace
-  std::uint64_t median = 0;   ///< visits of the median ray that traced a round
+  std::uint64_t median = 0;   ///< visits of the median ray that hit something
 };
 
 /// Nodes that a ray visits in all its rounds.
@@ -31,7 +31,8 @@ std::uint64_t visits_of(const traces::Ray& ray);
 /// At most `count` of them.
 SlowRays slowest_rays(const traces::Reader& reader, std::size_t count);
 
-/// Visits of the median ray of a frame; of a large one, of warps spread evenly over it. 0 without rays.
+/// Visits of the median ray of a frame that hit something; of a large frame, of warps spread evenly over it. 0 without
+/// such rays.
 std::uint64_t median_visits(const traces::Reader& reader, std::uint32_t frame);
 
 }  // namespace grtx::experiment

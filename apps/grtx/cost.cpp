@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grtx/apps/grtx/commands.h"
+#include "grtx/apps/grtx/energy_table.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/apps/grtx/results_file.h"
@@ -88,11 +89,15 @@ void take_design_of(const nlohmann::ordered_json& inputs, CostArguments& options
   if (traced.contains("k")) options.machine.k = explore::k_of(design, traced.at("k"));
 }
 
-/// The run of a design in results.json, which has its whole machine.
-nlohmann::ordered_json one_of_results(const nlohmann::ordered_json& results, const CostArguments& options) {
+void refuse_own_machine(const CostArguments& options) {
   for (const char* option : {"--config", "--set"}) {
     if (options.command->count(option) > 0) throw Error("cost", option, "results.json has the machine of the run");
   }
+}
+
+/// The run of a design in results.json, which has its whole machine.
+nlohmann::ordered_json one_of_results(const nlohmann::ordered_json& results, const CostArguments& options) {
+  refuse_own_machine(options);
   const auto named = [&](const char* option, const std::string& text) {
     return options.command->count(option) > 0 ? text : std::string();
   };
@@ -104,6 +109,20 @@ experiment::ChosenMachine machine_of(const nlohmann::ordered_json& run) {
   experiment::ChosenMachine chosen;
   chosen.config = explore::config_from(run.at("config"));
   return chosen;
+}
+
+/// Of all designs in results.json, where none is named.
+int print_energies(const nlohmann::ordered_json& results, const CostArguments& options, bool as_json) {
+  refuse_own_machine(options);
+  const std::string machine = options.command->count("--machine") > 0 ? options.machine.machine : "";
+  const nlohmann::ordered_json runs = energies_of(results, options.statistics, machine, options.cost, options.energy);
+  if (!options.csv.empty()) write_file(options.csv, energies_csv(runs));
+  if (as_json) {
+    print_json({{"schema", "grtx.energy/1"}, {"runs", runs}});
+  } else {
+    fmt::print("{}", energies_text(runs));
+  }
+  return 0;
 }
 
 int cost(CostArguments options, const CommonOptions& common) {
@@ -121,6 +140,7 @@ int cost(CostArguments options, const CommonOptions& common) {
   if (of_a_run) {  // whose design has units of its own only if --design names it
     run = read_json(options.statistics);
     of_results = is_results(run);
+    if (of_results && options.command->count("--design") == 0) return print_energies(run, options, json);
     run = of_results ? one_of_results(run, options) : sim::read_statistics(options.statistics);
     use = explore::machine_of_run(run.at("inputs"), options.statistics);
     if (options.command->count("--design") > 0 && !of_results) take_design_of(run.at("inputs"), options);
@@ -208,12 +228,12 @@ void add_cost(CLI::App& app, CommonOptions& common) {
   command->add_flag("--items", options->items, "Also list the parts of each module (default: off)");
   command
       ->add_option("--csv", options->csv,
-                   "Every item, with --stats the energy by part, to this CSV file (default: none)")
+                   "Every item, with --stats the energy by part, to this CSV file; in nJ (default: none)")
       ->type_name(kOutputFile);
   command
       ->add_option("--stats", options->statistics,
-                   "Statistics of a run on this machine, or results.json of grtx run with --design: prints the energy "
-                   "by part (default: none)")
+                   "Statistics of a run on this machine: prints the energy by part; or results.json of grtx run: of "
+                   "all its designs and machines, or of --design (default: none)")
       ->type_name(kInputFile);
   command->add_option("--dram-pj-per-bit", options->energy.dram_pj_per_bit, "Energy of the DRAM: GDDR6 7.5, HBM2E 6")
       ->check(above_zero());

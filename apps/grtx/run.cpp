@@ -2,13 +2,16 @@
 // grtx run: the main job. Traces one view with the designs, simulates each on one machine or several, and compares.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/help_format.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/results_file.h"
 #include "grtx/apps/grtx/tracer_cli.h"
 #include "grtx/experiment/machine.h"
 #include "grtx/experiment/option_text.h"
@@ -16,6 +19,8 @@
 #include "grtx/experiment/run_designs.h"
 #include "grtx/experiment/tracer_statistics.h"
 #include "grtx/explore/sweep/axis.h"
+#include "grtx/report/page/launch_size.h"
+#include "grtx/report/page/machine_words.h"
 
 namespace grtx::apps {
 namespace {
@@ -35,10 +40,6 @@ struct RunArguments {
   EstimateCli estimate;
 };
 
-double value(const ordered_json& statistics, const std::string& name) {
-  return statistics.at(name).at("value").get<double>();
-}
-
 /// Hits of a round of a design, as its trace has them.
 std::string k_of(const ordered_json& results, const std::string& design) {
   return results.at("inputs").at(design).value("trace.k", "");
@@ -50,17 +51,20 @@ void print_table(const ordered_json& results, const experiment::DesignComparison
   fmt::print("{:<9} {:>3} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", "design", "k", "cycles", "speed-up",
              "visits M", "fetch M", "latency", "L1 hit", "L2 M", "DRAM MB");
   const std::string& over = comparison.reference();
-  const double reference = value(designs.at(over), "gpu.cycles");
+  const double reference = statistic_value(designs.at(over), "gpu.cycles");
   std::string other_k;
   for (const std::string& name : comparison.names()) {
     const ordered_json& s = designs.at(name);
     const std::string k = k_of(results, name);
     if (k != k_of(results, over)) other_k += fmt::format("{}{} at {}", other_k.empty() ? "" : ", ", name, k);
-    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8.3f} {:>7.3f} {:>7.1f} {:>5.1f}% {:>7.3f} {:>7.1f}\n", name, k,
-               value(s, "gpu.cycles"), reference / value(s, "gpu.cycles"), value(s, "gpu.rt.node_visits") * 1e-6,
-               value(s, "gpu.rt.node_fetches") * 1e-6, value(s, "gpu.rt.node_fetch_latency"),
-               100.0 * value(s, "gpu.l1.node.hit_rate"), value(s, "gpu.l2.accesses") * 1e-6,
-               value(s, "gpu.dram.bytes") * 1e-6);
+    const auto shown = [&s](const char* statistic, double scale, int decimals, const char* unit = "") {
+      return shown_value(scale * statistic_value(s, statistic), decimals, unit);
+    };
+    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", name, k,
+               statistic_value(s, "gpu.cycles"), reference / statistic_value(s, "gpu.cycles"),
+               shown("gpu.rt.node_visits", 1e-6, 3), shown("gpu.rt.node_fetches", 1e-6, 3),
+               shown("gpu.rt.node_fetch_latency", 1.0, 1), shown("gpu.l1.node.hit_rate", 100.0, 1, "%"),
+               shown("gpu.l2.accesses", 1e-6, 3), shown("gpu.dram.bytes", 1e-6, 1));
   }
   if (!other_k.empty()) {
     say("speed-ups are over {} at k = {}; {} (--k sets one for all)", over, k_of(results, over), other_k);
@@ -109,25 +113,47 @@ void print_images(const experiment::DesignResults& run) {
   say("{}", text);
 }
 
-/// "123.4 µs", "1.234 ms": of a time in µs.
-std::string time_text(double us) {
-  return us < 1e3   ? fmt::format("{:.1f} us", us)
-         : us < 1e6 ? fmt::format("{:.3f} ms", us * 1e-3)
-                    : fmt::format("{:.3f} s", us * 1e-6);
+/// The launches of all designs on a machine of results.json. machine: its name; "" where there is one.
+std::vector<report::LaunchSize> launches_of(const ordered_json& results, const experiment::DesignComparison& comparison,
+                                            const std::string& machine) {
+  std::vector<report::LaunchSize> launches;
+  for (const std::string& design : comparison.names()) {
+    const ordered_json one = statistics_of(results, "results.json", design, machine);
+    launches.push_back(report::launch_size(one.at("stats"), one.at("config"), one.at("inputs")));
+  }
+  return launches;
 }
 
-/// Times of each design on each machine, over the first, and the keys in which machines differ.
+void print_too_small(const std::vector<report::LaunchSize>& launches, const char* what) {
+  const std::string small = report::too_small_text(launches, what);
+  if (!small.empty()) say("mind: {}", small);
+}
+
+/// Times of each design on each machine, over the first, which design loses most, and the keys in which machines
+/// differ.
 void print_between(const ordered_json& results, const experiment::DesignComparison& comparison,
                    const std::vector<std::string>& names) {
   constexpr std::size_t kColumn = 22;
   const ordered_json &machines = results.at("machines"), &between = results.at("between_machines");
-  fmt::print("\ntimes, in brackets how many times as fast as on {}\n{:<9}", names.front(), "design");
+  double longest = 0.0;
+  std::vector<report::LaunchSize> launches;
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    const std::vector<report::LaunchSize> own =
+        launches_of(results, comparison, machines[m].at("machine").get<std::string>());
+    launches.insert(launches.end(), own.begin(), own.end());
+    for (const std::string& design : comparison.names()) {
+      longest = std::max(longest, statistic_value(machines[m].at("designs").at(design), "gpu.time_us"));
+    }
+  }
+  const auto [unit, scale] = longest < 1e3 ? std::pair("us", 1.0) : std::pair("ms", 1e-3);
+  fmt::print("\ntimes in {}, in brackets how many times as fast as on {}\n{:<9}", unit, names.front(), "design");
   for (const std::string& name : names) fmt::print(" {:>{}}", name, kColumn);
   fmt::print("\n");
   for (const std::string& design : comparison.names()) {
     fmt::print("{:<9}", design);
     for (const ordered_json& machine : machines) {
-      std::string cell = time_text(value(machine.at("designs").at(design), "gpu.time_us"));
+      std::string cell =
+          fmt::format("{:.3f}", scale * statistic_value(machine.at("designs").at(design), "gpu.time_us"));
       if (&machine != &machines.front()) {
         const auto its = machine.at("machine").get<std::string>();
         cell += fmt::format(" ({:.2f})", between.at("speedup").at(its).at(design).get<double>());
@@ -136,13 +162,24 @@ void print_between(const ordered_json& results, const experiment::DesignComparis
     }
     fmt::print("\n");
   }
+  for (std::size_t m = 1; m < names.size(); ++m) {
+    std::vector<std::pair<std::string, double>> times;
+    for (const auto& [design, ratio] : between.at("speedup").at(machines[m].at("machine").get<std::string>()).items()) {
+      times.emplace_back(design, ratio.get<double>());
+    }
+    say("{}", report::loses_most_text(times, names[m], names.front()));
+  }
+  print_too_small(launches, "machines");
   const ordered_json& keys = between.at("keys");
   fmt::print("\n{} keys and options of the tracer differ\n{:<31}", keys.size(), "key");
-  for (const std::string& name : names) fmt::print(" {:>15}", name);
+  for (const std::string& name : names) fmt::print(" {:>19}", name);
   fmt::print("\n");
   for (const auto& [key, values] : keys.items()) {
     fmt::print("{:<31}", key);
-    for (const ordered_json& one : values) fmt::print(" {:>15}", explore::text_of(one));
+    for (std::size_t m = 0; m < names.size(); ++m) {
+      const ordered_json& config = machines[m].at("config");
+      fmt::print(" {:>19}", config.contains(key) ? report::key_text(config, key) : explore::text_of(values[m]));
+    }
     fmt::print("\n");
   }
 }
@@ -153,6 +190,7 @@ void print_machine(const RunArguments& options, const std::string& machine, cons
   const experiment::DesignComparison& comparison = run.comparison;
   say("{}", experiment::describe_machine(machine, options.config, options.settings, run.mode));
   print_table(results, comparison);
+  if (run.comparison.names().size() > 1) print_too_small(launches_of(results, comparison, ""), "designs");
   if (run.mode != sim::SimulationMode::cycle && !comparison.others().empty()) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
@@ -245,6 +283,11 @@ void add_run(CLI::App& app, CommonOptions& common) {
       ->delimiter(',')
       ->check(one_of(explore::design_names()));
   add_tracer_options(command, options->plan.tracer);
+  for (const explore::Design& design : explore::designs()) {
+    for (const auto& [name, value] : design.tracer) {
+      command->get_option(experiment::flag_of(name))->default_str("each design's own (docs/guide/designs.md)");
+    }
+  }
   options->command = command;
   add_machine_option(command, options->machines);
   command->add_option("--config", options->config, "Configuration file: what differs from the machine (default: none)")

@@ -12,6 +12,7 @@
 #include "grtx/apps/grtx/estimate_cli.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
+#include "grtx/apps/grtx/results_file.h"
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
@@ -48,7 +49,7 @@ struct SimArguments {
 };
 
 double number(const nlohmann::ordered_json& document, const char* name) {
-  return document.at("stats").at(name).at("value").get<double>();
+  return statistic_value(document.at("stats"), name);
 }
 
 void print_summary(const SimArguments& options, const sim::SimulationResult& result) {
@@ -56,12 +57,16 @@ void print_summary(const SimArguments& options, const sim::SimulationResult& res
   const experiment::MachineChoice& m = options.machine;
   say("{}{}", experiment::describe_machine(m.machine, m.config, m.settings, options.mode),
       m.design.empty() ? "" : ", with units of design " + m.design);
-  say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({:.0f} % of the time)", result.cycles,
+  const auto shown = [&d](const char* name, double scale, int decimals) {
+    return shown_value(scale * number(d, name), decimals);
+  };
+  say("{} cycles, {:.1f} us at {} MHz; largest lower bound {} ({} % of the time)", result.cycles,
       number(d, "gpu.time_us"), json_text(d.at("config").at("gpu.core_mhz")), result.binding_bound,
-      100.0 * number(d, "gpu.bound.fraction"));
-  say("{:.0f} node visits in {:.0f} fetches, {:.1f} cycles each; L1 node hit rate {:.1f} %, L2 {:.1f} %",
-      number(d, "gpu.rt.node_visits"), number(d, "gpu.rt.node_fetches"), number(d, "gpu.rt.node_fetch_latency"),
-      100.0 * number(d, "gpu.l1.node.hit_rate"), 100.0 * number(d, "gpu.l2.hit_rate"));
+      shown("gpu.bound.fraction", 100.0, 0));
+  say("{} node visits in {} fetches, {} cycles each; L1 node hit rate {} %, L2 {} %",
+      shown("gpu.rt.node_visits", 1.0, 0), shown("gpu.rt.node_fetches", 1.0, 0),
+      shown("gpu.rt.node_fetch_latency", 1.0, 1), shown("gpu.l1.node.hit_rate", 100.0, 1),
+      shown("gpu.l2.hit_rate", 100.0, 1));
   say("host: {:.2f} s ({:.2f} s of CPU), {:.3g} node visits/s, {:.3g} SM-cycles/s, slowdown {:.3g}, {:.0f} MB",
       number(d, "host.wall_seconds"), number(d, "host.cpu_seconds"), number(d, "host.node_visits_per_second"),
       number(d, "host.sm_cycles_per_second"), number(d, "host.slowdown"), number(d, "host.peak_rss_bytes") * 1e-6);

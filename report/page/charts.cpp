@@ -16,9 +16,9 @@ using nlohmann::ordered_json;
 constexpr unsigned kColours = 12;
 constexpr std::size_t kBarPixels = 20;  // height of a bar and its gap; same value in explore_charts.js
 
-ordered_json palette() {
+ordered_json palette(const std::string& name = "c", unsigned colours = kColours) {
   ordered_json range = ordered_json::array();
-  for (unsigned i = 1; i <= kColours; ++i) range.push_back("var(--c" + std::to_string(i) + ")");
+  for (unsigned i = 1; i <= colours; ++i) range.push_back("var(--" + name + std::to_string(i) + ")");
   return range;
 }
 
@@ -104,7 +104,7 @@ ordered_json stacked_bars(const ordered_json& rows, const std::vector<std::strin
 }
 
 ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, const std::vector<std::string>& labels,
-                        const std::vector<std::string>& series, const std::string& value_title) {
+                        const std::vector<std::string>& series, const std::string& value_title, SeriesColours colours) {
   ordered_json spec = base(rows);
   spec["height"] = labels.size() * (14 + 14 * series.size());
   const ordered_json y = {{"field", "label"},
@@ -125,7 +125,7 @@ ordered_json ratio_bars(const ordered_json& rows, const ordered_json& paper, con
   bars["encoding"]["color"] = {
       {"field", "series"},
       {"type", "nominal"},
-      {"scale", {{"domain", series}, {"range", palette()}}},
+      {"scale", {{"domain", series}, {"range", colours == SeriesColours::machines ? palette("m", 4) : palette()}}},
       {"legend", series.size() > 1 ? ordered_json{{"title", nullptr}, {"orient", "bottom"}} : ordered_json(nullptr)}};
   if (series.size() > 1) bars["encoding"]["yOffset"] = {{"field", "series"}, {"sort", series}};
   ordered_json ticks;

@@ -25,11 +25,14 @@ nlohmann::ordered_json stacked_bars(const nlohmann::ordered_json& rows, const st
                                     const std::string& value_title, const std::string& unit,
                                     const std::string& part_title);
 
+/// Of series: those of charts, or of machines, which are shades, so that no machine has the colour of a design or part.
+enum class SeriesColours { charts, machines };
+
 /// Bars of a ratio by label and series, with a tick at the paper's value. rows: {label, series, value}; paper: {label,
 /// value}.
 nlohmann::ordered_json ratio_bars(const nlohmann::ordered_json& rows, const nlohmann::ordered_json& paper,
                                   const std::vector<std::string>& labels, const std::vector<std::string>& series,
-                                  const std::string& value_title);
+                                  const std::string& value_title, SeriesColours colours = SeriesColours::charts);
 
 /// Waterfall chart of successive changes, each a bar from the value before to the value after. rows: {label, order,
 /// before, after, change}; `change` is "whole" (a bar from 0), "gain" or "loss".

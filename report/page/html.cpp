@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
@@ -80,17 +81,28 @@ std::string number(double value) {
   return (value < 0.0 ? "-" : "") + digits;
 }
 
-std::string with_unit(double value, const std::string& unit) {
+std::string with_unit(double value, const std::string& unit) { return in_one_unit({value}, unit).front(); }
+
+std::vector<std::string> in_one_unit(const std::vector<double>& values, const std::string& unit) {
   constexpr std::array<const char*, 9> kPrefixes = {"p", "n", "µ", "m", "", "k", "M", "G", "T"};
   constexpr std::size_t kOne = 4;  // index of the empty prefix
-  if (!std::isfinite(value)) return "";
+  double largest = 0.0;
+  for (const double value : values) largest = std::isfinite(value) ? std::max(largest, std::fabs(value)) : largest;
   std::size_t prefix = unit == "B" ? kOne : 0;
-  double scaled = std::fabs(value) * (unit == "B" ? 1.0 : 1e12);
-  if (scaled == 0.0) return "0 " + unit;
-  for (; scaled >= 999.5 && prefix + 1 < kPrefixes.size(); ++prefix) scaled *= 1e-3;
-  const bool whole = scaled >= 99.95 || (unit == "B" && prefix == kOne);
-  const std::string digits = fmt::format("{:.{}f}", scaled, whole ? 0 : scaled >= 9.995 ? 1 : 2);
-  return (value < 0.0 ? "-" : "") + digits + " " + kPrefixes[prefix] + unit;
+  double scale = unit == "B" ? 1.0 : 1e12;
+  for (; largest * scale >= 999.5 && prefix + 1 < kPrefixes.size(); ++prefix) scale *= 1e-3;
+  std::vector<std::string> texts;
+  for (const double value : values) {
+    const double scaled = std::fabs(value) * scale;
+    const bool whole = scaled >= 99.95 || (unit == "B" && prefix == kOne);
+    const int decimals = whole ? 0 : scaled >= 9.995 ? 1 : scaled >= 0.9995 || largest == std::fabs(value) ? 2 : 3;
+    texts.push_back(!std::isfinite(value) ? ""
+                    : value == 0.0        ? "0 " + unit
+                    : scaled < 0.0005     ? fmt::format("under 0.001 {}{}", kPrefixes[prefix], unit)
+                                          : fmt::format("{}{:.{}f} {}{}", value < 0.0 ? "-" : "", scaled, decimals,
+                                                        kPrefixes[prefix], unit));
+  }
+  return texts;
 }
 
 std::string times(double value) { return std::isfinite(value) ? fmt::format("{:.2f}×", value) : ""; }
@@ -134,9 +146,10 @@ Table::Table(std::string caption, std::vector<Column> columns, std::string id)
 void Table::row(const std::vector<std::string>& cells, const std::string& attributes) {
   body_ += "<tr" + attributes + ">";
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const char* numeric = i < columns_.size() && columns_[i].numeric ? " class=\"n\"" : "";
-    body_ += i == 0 ? fmt::format("<th scope=\"row\"{}>{}</th>", numeric, cells[i])
-                    : fmt::format("<td{}>{}</td>", numeric, cells[i]);
+    std::string own = i < columns_.size() && columns_[i].numeric ? " class=\"n\"" : "";
+    if (stacks_ && i > 0 && i < columns_.size()) own += " data-what=\"" + escape(columns_[i].title) + "\"";
+    body_ += i == 0 ? fmt::format("<th scope=\"row\"{}>{}</th>", own, cells[i])
+                    : fmt::format("<td{}>{}</td>", own, cells[i]);
   }
   body_ += "</tr>\n";
   ++rows_;
@@ -151,7 +164,8 @@ std::string Table::html() const {
       "<div class=\"scroll\" role=\"region\" tabindex=\"0\" "
       "aria-label=\"{}\"><table{}>\n<caption><span>{}</span></caption>\n"
       "<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-      escape(caption_), id_.empty() ? "" : fmt::format(" id=\"{}\"", id_), escape(caption_), head, body_);
+      escape(caption_), (id_.empty() ? "" : fmt::format(" id=\"{}\"", id_)) + (stacks_ ? " class=\"stacks\"" : ""),
+      escape(caption_), head, body_);
 }
 
 std::string chart(const std::string& id, const std::string& label, const std::string& caption,

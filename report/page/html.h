@@ -21,6 +21,9 @@ std::string script_json(const nlohmann::ordered_json& json);
 std::string number(double value);
 /// Three significant digits and a prefix by size: with_unit(0.0316, "J") is "31.6 mJ"; "" if not finite.
 std::string with_unit(double value, const std::string& unit);
+/// The same for the values of a column: all with the prefix of the largest, so that they compare at a glance; from a
+/// thousandth of it on.
+std::vector<std::string> in_one_unit(const std::vector<double>& values, const std::string& unit);
 /// "1.75x"
 std::string times(double value);
 /// Table cell for a JSON value: numbers as by number(), strings escaped, null as an empty cell.
@@ -45,6 +48,8 @@ class Table {
 
   /// Cells are HTML. attributes: of the row, e.g. ` data-id="3"`.
   void row(const std::vector<std::string>& cells, const std::string& attributes = "");
+  /// Before the first row: on a narrow screen each row is a block, its cells below each other, so that none is cut.
+  void stacks_when_narrow() { stacks_ = true; }
   std::size_t rows() const { return rows_; }
   std::string html() const;
 
@@ -54,6 +59,7 @@ class Table {
   std::string id_;
   std::string body_;
   std::size_t rows_ = 0;
+  bool stacks_ = false;
 };
 
 /// A figure in which the script draws `spec` (Vega-Lite); "" in a build without charts. label: text for screen readers;

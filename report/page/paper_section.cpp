@@ -73,6 +73,14 @@ std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
   return columns;
 }
 
+/// In what k the runs of a column differ from the paper; "" if in none.
+std::string other_k_of(const RunTarget& target, const Column& column) {
+  for (const ReportRun* run : column.runs) {
+    if (std::string k = other_k(target, run->results); !k.empty()) return k;
+  }
+  return "";
+}
+
 /// A value with its interval, and in small print its quotient to the paper's value.
 std::string with_quotient(const std::string& figure, double quotient) {
   return fmt::format("{} <span class=\"share\">{:.2f}</span>", figure, quotient);
@@ -99,6 +107,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
   const std::string machines = machines_of(runs), suffix = machines.empty() ? "" : "; " + machines;
   Table table("The paper's figures and the model's, in small the model's over the paper's" + suffix, titles);
   ordered_json bars = ordered_json::array(), ticks = ordered_json::array();
+  bool any_other_k = false;
   for (const RunTarget& target : run_targets()) {
     const auto shown = [&](double v) { return !std::isfinite(v) ? "" : target.ratio() ? times(v) : number(v); };
     std::vector<std::string> cells = {escape(target.name), (target.at_least ? "≥ " : "") + shown(target.paper)};
@@ -110,7 +119,10 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
       any = true;
       const std::string interval =
           column.runs.size() > 1 ? "" : interval_html(interval_of(target, column.runs.front()->results), times);
-      cells.back() = with_quotient(shown(own) + interval, own / target.paper);
+      const std::string k = other_k_of(target, column);
+      any_other_k = any_other_k || !k.empty();
+      cells.back() = k.empty() ? with_quotient(shown(own) + interval, own / target.paper)
+                               : fmt::format("{}{} <span class=\"interval\">at {}</span>", shown(own), interval, k);
       if (target.ratio()) bars.push_back({{"label", target.name}, {"series", column.title}, {"value", own}});
     }
     if (!any) continue;
@@ -134,13 +146,20 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
     table.row(cells);
   }
   if (table.rows() == 0) return "";
-  const std::string caption = "Ratios of the model (bars) and of the paper (ticks)" + suffix;
+  const std::string mind = fmt::format("at another k than the paper's {}", paper_k());
+  const std::string caption =
+      "Ratios of the model (bars) and of the paper (ticks)" + suffix + (any_other_k ? "; bars " + mind : "");
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
          "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
          "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
          "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
          "buffers are of the run's own machine; the paper's has 8 warps per RT core and 32 resident warps per "
          "SM.</p>\n" +
+         (any_other_k
+              ? fmt::format("<p class=\"limit\">Figures {0} say so and have no quotient to the paper's: a run with "
+                            "--k {1} has.</p>\n",
+                            mind, paper_k())
+              : "") +
          (labels.empty() ? ""
                          : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
          table.html() + "</section>\n";

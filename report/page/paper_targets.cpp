@@ -69,6 +69,25 @@ double CostTarget::of_machine(const nlohmann::ordered_json& cost) const {
   return per_sm * sms / bytes_of(unit);
 }
 
+unsigned paper_k() {
+  static const unsigned k = must<unsigned>(targets(), "k");
+  return k;
+}
+
+std::string other_k(const RunTarget& target, const RunResults& run) {
+  if (!target.statistic.starts_with("gpu.")) return "";
+  std::string text;
+  bool other = false;
+  for (const std::string& name : {target.of, target.over}) {
+    const DesignResult* design = run.design(name);
+    if (design == nullptr) continue;
+    const std::string k = design->subject.setting("k");
+    other = other || (!k.empty() && k != std::to_string(paper_k()));
+    text += (text.empty() ? "k = " : " over ") + k;
+  }
+  return other ? text : "";
+}
+
 const std::vector<RunTarget>& run_targets() {
   static const std::vector<RunTarget> list = read_run_targets();
   return list;

@@ -37,6 +37,11 @@ struct CostTarget {
   double of_machine(const nlohmann::ordered_json& cost) const;
 };
 
+/// Hits of a round in the paper's evaluation.
+unsigned paper_k();
+/// "k = 16 over 32" where a run has one of a simulated figure's designs at another k than the paper; "" where its k is
+/// the paper's or is not known.
+std::string other_k(const RunTarget& target, const RunResults& run);
 const std::vector<RunTarget>& run_targets();
 const std::vector<CostTarget>& cost_targets();
 

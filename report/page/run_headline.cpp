@@ -72,19 +72,31 @@ std::string pictures_note(const RunResults& run) {
   return "<p class=\"note\">" + escape(text) + "</p>\n";
 }
 
-/// "4.1 ms, 12 Mrays/s, 5.6 mm², 2.1 Mrays/s per mm², 0.9 mJ": what a ratio does not say.
-std::string absolute_text(const DesignResult& design, const MachineFigures& machine) {
-  const double seconds = design.value("gpu.time_us") * 1e-6, rays = design.value("tracer.rays") / seconds;
-  const double mm2 = chip_mm2(machine);
-  std::string text;
-  for (const std::string& figure :
-       {with_unit(seconds, "s"), with_unit(rays, "rays/s"), std::isfinite(mm2) ? number(mm2) + " mm²" : std::string(),
-        std::isfinite(mm2) ? with_unit(rays / mm2, "rays/s") + " per mm²" : std::string(),
-        with_unit(energy_nj(design, machine) * 1e-9, "J")}) {
-    if (figure.starts_with(" ")) continue;
-    if (!figure.empty()) text += (text.empty() ? "" : ", ") + figure;
+/// "4.1 ms, 12 Mrays/s, 5.6 mm², 2.1 Mrays/s per mm², 0.9 mJ", for each design: what a ratio does not say. A figure has
+/// one unit for all.
+std::vector<std::string> absolute_texts(const ReportRun& run) {
+  std::vector<double> seconds, rays, speed, joules;
+  std::vector<std::string> area;
+  for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
+    const DesignResult& design = run.results.designs[i];
+    const MachineFigures machine = i < run.machines.size() ? run.machines[i] : MachineFigures();
+    const double mm2 = chip_mm2(machine);
+    seconds.push_back(design.value("gpu.time_us") * 1e-6);
+    rays.push_back(design.value("tracer.rays") / seconds.back());
+    area.push_back(std::isfinite(mm2) ? number(mm2) + " mm²" : "");
+    speed.push_back(rays.back() / mm2);
+    joules.push_back(energy_nj(design, machine) * 1e-9);
   }
-  return text;
+  std::vector<std::string> per_mm2 = in_one_unit(speed, "rays/s");
+  for (std::string& text : per_mm2) text += text.empty() ? "" : " per mm²";
+  std::vector<std::string> texts(seconds.size());
+  for (const std::vector<std::string>& figures :
+       {in_one_unit(seconds, "s"), in_one_unit(rays, "rays/s"), area, per_mm2, in_one_unit(joules, "J")}) {
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      if (!figures[i].empty()) texts[i] += (texts[i].empty() ? "" : ", ") + figures[i];
+    }
+  }
+  return texts;
 }
 
 /// Bars of the speed-ups as a table, which needs no script: design, bar and figure, what binds it.
@@ -95,6 +107,7 @@ std::string speedups_html(const ReportRun& run) {
   for (const DesignResult& d : run.results.designs) most = std::max(most, reference_cycles / d.value("gpu.cycles"));
   bool any_paper = false, any_picture = false, any_other_k = false;
   for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
+  const std::vector<std::string> absolute = absolute_texts(run);
   std::string rows;
   for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
     const DesignResult& d = run.results.designs[i];
@@ -111,8 +124,7 @@ std::string speedups_html(const ReportRun& run) {
         "<tr><th scope=\"row\">{}</th><td><span class=\"speed\" style=\"--share:{:.4f};--own:{}\"></span><span "
         "class=\"figure\">{}</span><span class=\"absolute\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
         escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name),
-        shown + (other_k ? " <span class=\"interval\">at k = " + escape(k) + "</span>" : ""),
-        escape(absolute_text(d, i < run.machines.size() ? run.machines[i] : MachineFigures())),
+        shown + (other_k ? " <span class=\"interval\">at k = " + escape(k) + "</span>" : ""), escape(absolute[i]),
         with_paper ? times(paper) : "", any_picture ? picture_cells(d, run.results.speedup_over) : "",
         escape(binding_text(d)));
   }
@@ -126,7 +138,7 @@ std::string speedups_html(const ReportRun& run) {
       "<table class=\"speeds\"><caption><span>{}</span></caption>\n<thead><tr><th scope=\"col\">design</th><th "
       "scope=\"col\">{}</th><th scope=\"col\" class=\"n\">{}</th>{}<th scope=\"col\">what binds it: its largest lower "
       "bound, of its cycles</th></tr></thead>\n<tbody>\n{}</tbody></table>\n{}",
-      escape(caption), escape(column), any_paper ? "paper's mean" : "",
+      escape(caption), escape(column), any_paper ? fmt::format("paper's mean, k = {}", paper_k()) : "",
       any_picture ? "<th scope=\"col\">picture against that of " + escape(run.results.speedup_over) +
                         "</th><th scope=\"col\">picture against the reference in its order</th>"
                   : "",

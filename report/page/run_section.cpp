@@ -52,18 +52,7 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
   return parts;
 }
 
-/// Share of the time of resident warps that they spend in traceRay calls; NaN if not recorded.
-double traversal_share(const DesignResult& design) {
-  return (design.value("gpu.simt.warp_cycles.trace") + design.value("gpu.simt.warp_cycles.fetch")) /
-         design.value("gpu.simt.resident_warp_cycles");
-}
-
 using Figure = std::function<std::string(std::size_t)>;  // cell of design i; "" where it has none
-
-std::string bytes_cell(const DesignResult& design, MemoryLevel level, std::size_t purpose) {
-  const double bytes = bytes_for(design, level, purpose);
-  return bytes > 0.0 ? with_unit(bytes, "B") : "";
-}
 
 /// One row per figure and one column per design, so that five designs fit; figures that no design has are absent.
 std::string designs_table(const ReportRun& run) {
@@ -79,6 +68,13 @@ std::string designs_table(const ReportRun& run) {
       any = any || !cells.back().empty();
     }
     if (any) table.row(cells);
+  };
+  // In one unit, so that designs compare at a glance.
+  const auto measured = [&](const std::string& name, const std::string& unit, auto&& value) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < designs.size(); ++i) values.push_back(value(i));
+    const std::vector<std::string> texts = in_one_unit(values, unit);
+    row(name, [&texts](std::size_t i) { return texts[i]; });
   };
   const auto statistic = [&](const char* name) {
     return [&designs, name](std::size_t i) { return number(designs[i].value(name)); };
@@ -96,18 +92,15 @@ std::string designs_table(const ReportRun& run) {
   });
   const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
   const auto mm2 = [&](std::size_t i) { return chip_mm2(run.machines[i]); };
-  row("time of the frame", [&](std::size_t i) { return with_unit(seconds(i), "s"); });
-  const auto part_of_time = [&](std::size_t i, bool traversal) {
-    const double share = traversal_share(designs[i]);
-    return with_unit(seconds(i) * (traversal ? share : 1.0 - share), "s");
-  };
-  row("of it traversal: warps in the RT units", [&](std::size_t i) { return part_of_time(i, true); });
-  row("of it shading: warps in shaders", [&](std::size_t i) { return part_of_time(i, false); });
-  row("rays a second",
-      [&](std::size_t i) { return with_unit(designs[i].value("tracer.rays") / seconds(i), "rays/s"); });
+  measured("time of the frame", "s", seconds);
+  measured("of it traversal: warps in the RT units", "s",
+           [&](std::size_t i) { return seconds(i) * traversal_share(designs[i]); });
+  measured("of it shading: warps in shaders", "s",
+           [&](std::size_t i) { return seconds(i) * (1.0 - traversal_share(designs[i])); });
+  measured("rays a second", "rays/s", [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i); });
   row("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
-  row("rays a second and mm²",
-      [&](std::size_t i) { return with_unit(designs[i].value("tracer.rays") / seconds(i) / mm2(i), "rays/s"); });
+  measured("rays a second and mm²", "rays/s",
+           [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i) / mm2(i); });
   row("largest bound", [&](std::size_t i) {
     const std::string bound = binding_text(designs[i]);
     return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
@@ -121,17 +114,20 @@ std::string designs_table(const ReportRun& run) {
   });
   for (const auto& [level, name] : {std::pair(MemoryLevel::l2, "L2: "), std::pair(MemoryLevel::dram, "DRAM: ")}) {
     for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
-      row(name + purpose_name(purpose), [&](std::size_t i) { return bytes_cell(designs[i], level, purpose); });
+      measured(name + purpose_name(purpose), "B", [&](std::size_t i) {
+        const double bytes = bytes_for(designs[i], level, purpose);
+        return bytes > 0.0 ? bytes : std::nan("");
+      });
     }
   }
-  row("energy", [&](std::size_t i) { return with_unit(energy_nj(designs[i], run.machines[i]) * 1e-9, "J"); });
-  row("energy a ray", [&](std::size_t i) { return with_unit(designs[i].value("gpu.energy_nj_per_ray") * 1e-9, "J"); });
+  measured("energy", "J", [&](std::size_t i) { return energy_nj(designs[i], run.machines[i]) * 1e-9; });
+  measured("energy a ray", "J", [&](std::size_t i) { return designs[i].value("gpu.energy_nj_per_ray") * 1e-9; });
   return table.html();
 }
 
 /// How the cycles of the design that speed-ups are over become those of the fastest, term by term.
 std::string waterfall_chart(const std::string& label, const DesignResult& over, const DesignResult& best,
-                            const std::vector<SpeedupTerm>& terms, std::size_t index) {
+                            const std::vector<SpeedupTerm>& terms, const std::string& id) {
   ordered_json rows = ordered_json::array();
   const auto add = [&rows](const std::string& step, const char* change, double before, double after) {
     rows.push_back({{"label", step}, {"order", rows.size()}, {"change", change}, {"before", before}, {"after", after}});
@@ -145,41 +141,47 @@ std::string waterfall_chart(const std::string& label, const DesignResult& over, 
   add(best.name, "whole", 0.0, before);
   const std::string caption =
       fmt::format("{}: from the cycles of {} to those of {}, one term after the other", label, over.name, best.name);
-  return chart(fmt::format("waterfall{}", index), caption, caption, waterfall(rows, "cycles"));
+  return chart("waterfall" + id, caption, caption, waterfall(rows, "cycles"));
 }
 
-/// What each term contributes to each design's speed-up.
+/// What each term contributes to each design's speed-up, and to that of the fastest over the next.
 std::string waterfall_html(const ReportRun& run, std::size_t index) {
   const DesignResult* over = run.results.design(run.results.speedup_over);
   if (over == nullptr) return "";
-  const auto value_of = [](const DesignResult& design) {
-    return [&design](const std::string& name) { return design.value(name); };
-  };
+  const DesignResult& best = fastest(run.results);
+  const DesignResult* next = next_to(best, run.results);
   std::vector<Table::Column> columns = {{"factor of the speed-up", false}};
   std::vector<std::vector<std::string>> rows;
-  std::string chart_of_best;
-  for (const DesignResult& design : run.results.designs) {
-    const std::vector<SpeedupTerm> terms =
-        &design == over ? std::vector<SpeedupTerm>() : speedup_terms(value_of(*over), value_of(design));
-    if (terms.empty()) continue;
+  std::string charts;
+  const auto add = [&](const DesignResult& from, const DesignResult& to, const std::string& title) {
+    const std::vector<SpeedupTerm> terms = speedup_terms(from, to);
+    if (terms.empty()) return;
     if (rows.empty()) {
       for (const SpeedupTerm& term : terms) rows.push_back({escape(term.name)});
       rows.push_back({"speed-up"});
     }
-    columns.push_back({design.name});
+    columns.push_back({title});
     double all = 1.0;
     for (std::size_t i = 0; i < terms.size(); ++i) {
       rows[i].push_back(times(terms[i].factor));
       all *= terms[i].factor;
     }
     rows.back().push_back(times(all));
-    if (&design == &fastest(run.results))
-      chart_of_best = waterfall_chart(run.results.label, *over, design, terms, index);
+    if (&to != &best) return;
+    charts += waterfall_chart(run.results.label, from, to, terms,
+                              &from == over ? fmt::format("{}", index) : fmt::format("{}_next", index));
+  };
+  for (const DesignResult& design : run.results.designs) {
+    if (&design != over) add(*over, design, design.name);
   }
+  const bool with_next = next != nullptr && next != over && &best != over;
+  if (with_next) add(*next, best, best.name + " over " + next->name);
   if (rows.empty()) return "";
-  Table table(run.results.label + ": speed-up over " + over->name + ", the terms, whose product it is", columns);
+  Table table(fmt::format("{}: speed-up over {}, the terms, whose product it is{}", run.results.label, over->name,
+                          with_next ? "; in the last column over " + next->name + ", the next" : ""),
+              columns);
   for (const std::vector<std::string>& row : rows) table.row(row);
-  return chart_of_best + table.html() +
+  return "<div class=\"pair\">" + charts + "</div>\n" + table.html() +
          "<p class=\"note\">A term is changed with those above it changed already. Fetches under way and warps are the "
          "overlap. The residual is what waits of shaders do beside their number.</p>\n";
 }
@@ -277,6 +279,11 @@ std::string over_time(const ReportRun& run, std::size_t index) {
 }
 
 }  // namespace
+
+double traversal_share(const DesignResult& design) {
+  return (design.value("gpu.simt.warp_cycles.trace") + design.value("gpu.simt.warp_cycles.fetch")) /
+         design.value("gpu.simt.resident_warp_cycles");
+}
 
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,

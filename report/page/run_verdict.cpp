@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string_view>
 
 #include "grtx/modules/rt_unit/rt_unit_table.h"
 #include "grtx/report/page/html.h"
+#include "grtx/report/page/launch_size.h"
 #include "grtx/report/page/run_latency.h"
 #include "grtx/report/page/run_traffic.h"
 #include "grtx/report/page/sections.h"
+#include "grtx/report/page/speedup_terms.h"
 
 namespace grtx::report {
 namespace {
@@ -76,6 +79,41 @@ bool latency_binds(const DesignResult& design) {
   return share >= kMost && share <= 1.0 && !(bound >= share);
 }
 
+/// ", most of it by waits of shaders for memory (26.36×) and visits (1.42×)": the largest terms of a speed-up; "" if
+/// they are not recorded.
+std::string largest_terms(const DesignResult& over, const DesignResult& design) {
+  constexpr std::size_t kMost = 2;
+  std::vector<SpeedupTerm> terms = speedup_terms(over, design);
+  std::ranges::stable_sort(terms, std::greater(), &SpeedupTerm::factor);
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kMost, terms.size()); ++i) {
+    if (terms[i].factor < 1.05) continue;
+    text +=
+        fmt::format("{}{} ({})", text.empty() ? ", most of it by " : " and ", terms[i].name, times(terms[i].factor));
+  }
+  return text;
+}
+
+/// "Of the 3.22 ms of baseline shading takes 2.10 ms and traversal 1.12 ms, of the 0.135 ms of walk 0.02 and 0.11. ":
+/// in what part of the time a speed-up lies, and where each design has its hits.
+std::string parts_of_time(const DesignResult& over, const DesignResult& design) {
+  const double all = over.value("gpu.time_us") * 1e-6, own = design.value("gpu.time_us") * 1e-6;
+  const double before = traversal_share(over), after = traversal_share(design);
+  if (!std::isfinite(all * own * before * after)) return "";
+  const std::vector<std::string> ms =
+      in_one_unit({all, all * (1.0 - before), all * before, own, own * (1.0 - after), own * after}, "s");
+  std::string text = fmt::format("Of the {} of {} shading takes {} and traversal {}; of the {} of {}, {} and {}. ",
+                                 ms[0], over.name, ms[1], ms[2], ms[3], design.name, ms[4], ms[5]);
+  const auto in_registers = [](const DesignResult& one) {
+    const auto unit = one.config.find("rt.any_hit_unit.enabled");
+    return unit != one.config.end() && (*unit == true || *unit == "true");
+  };
+  if (in_registers(design) && !in_registers(over)) {
+    text += fmt::format("{} keeps its hits in k-buffers in memory, {} in heaps in registers. ", over.name, design.name);
+  }
+  return text;
+}
+
 /// "fetches 3.0 times fewer nodes": ratios of reference to design that differ from 1 by more than 5 %.
 std::string reasons(const DesignResult& reference, const DesignResult& design) {
   std::vector<std::string> list;
@@ -118,7 +156,8 @@ std::string decibels_text(const std::vector<double>& frames) {
 std::string binding_text(const DesignResult& design) {
   const double fraction = design.value("gpu.bound.fraction");
   if (latency_binds(design))
-    return fmt::format("latency: one warp is {:.0f} % of the run", 100.0 * longest_call_share(design));
+    return fmt::format("latency: the slowest call of a warp is {:.0f} % of the run",
+                       100.0 * longest_call_share(design));
   if (design.binding_bound.empty() || !std::isfinite(fraction)) return "";
   return fmt::format("{}, {:.0f} %", words_of_bound(design.binding_bound), 100.0 * fraction);
 }
@@ -137,6 +176,15 @@ const DesignResult& fastest(const RunResults& run) {
   return *std::min_element(run.designs.begin(), run.designs.end(), faster);
 }
 
+const DesignResult* next_to(const DesignResult& best, const RunResults& run) {
+  const DesignResult* next = nullptr;
+  for (const DesignResult& design : run.designs) {
+    if (&design == &best) continue;
+    if (next == nullptr || design.value("gpu.cycles") < next->value("gpu.cycles")) next = &design;
+  }
+  return next;
+}
+
 std::string run_answer(const ReportRun& run) {
   const DesignResult* reference = run.results.design(run.results.speedup_over);
   const DesignResult& best = fastest(run.results);
@@ -148,14 +196,20 @@ std::string run_answer(const ReportRun& run) {
       text += fmt::format(", <strong>{:.2f} times as fast as {}</strong>",
                           reference->value("gpu.cycles") / best.value("gpu.cycles"), escape(reference->name)) +
               interval_html(run.results.speedup_interval(best), times);
-      text += escape(other_picture(best, reference->name));
+      text += escape(largest_terms(*reference, best)) + escape(other_picture(best, reference->name));
+    }
+    if (const DesignResult* next = next_to(best, run.results); next != nullptr && next != reference) {
+      text += fmt::format("; and {:.2f} times as fast as {}, the next{}",
+                          next->value("gpu.cycles") / best.value("gpu.cycles"), escape(next->name),
+                          escape(largest_terms(*next, best)));
     }
     text += ". ";
   }
   const double fraction = best.value("gpu.bound.fraction");
   if (latency_binds(best)) {
-    text += fmt::format("What binds {} most is <strong>latency: one warp is {:.0f} % of the run</strong>",
-                        several ? escape(best.name) : "it", 100.0 * longest_call_share(best));
+    text +=
+        fmt::format("What binds {} most is <strong>latency: the slowest call of a warp is {:.0f} % of the run</strong>",
+                    several ? escape(best.name) : "it", 100.0 * longest_call_share(best));
     if (std::isfinite(fraction) && !best.binding_bound.empty()) {
       text += fmt::format("; of its resources {}, at {:.0f} %", escape(words_of_bound(best.binding_bound)),
                           100.0 * fraction);
@@ -166,6 +220,10 @@ std::string run_answer(const ReportRun& run) {
         fmt::format("What binds {} most is <strong>{}</strong>: it alone takes {:.0f} % of the cycles.",
                     several ? escape(best.name) : "it", escape(words_of_bound(best.binding_bound)), 100.0 * fraction);
   }
+  if (const std::string small = too_small_text(launch_sizes(run.results), several ? "designs" : "with another run");
+      !small.empty()) {
+    text += fmt::format(" <strong class=\"bad\">Mind: {}.</strong>", escape(small));
+  }
   return text.empty() ? "" : "<p class=\"answer\">" + text + "</p>\n";
 }
 
@@ -175,6 +233,7 @@ std::string run_verdict(const ReportRun& run) {
   const std::string whose = run.results.designs.size() > 1 ? escape(best.name) : "it";
   std::string text;
   if (reference != nullptr && reference != &best) {
+    text += escape(parts_of_time(*reference, best));
     if (const std::string why = reasons(*reference, best); !why.empty()) {
       text += fmt::format("Against {}, {} {}. ", escape(reference->name), whose, escape(why));
     }

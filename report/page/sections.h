@@ -81,6 +81,10 @@ const DesignResult& fastest(const RunResults& run);
 /// "the longest ray, 59 %": the largest lower bound, and its share of the cycles, or "latency: one warp is 83 % of the
 /// run" if that is more; "" if not recorded. Plain text.
 std::string binding_text(const DesignResult& design);
+/// Share of the time of resident warps that they spend in traceRay calls; NaN if not recorded.
+double traversal_share(const DesignResult& design);
+/// The design of the fewest cycles but for `best`; nullptr if there is none.
+const DesignResult* next_to(const DesignResult& best, const RunResults& run);
 /// dB of pictures, of several frames from the least to the most: "36.0 dB", "29.1 dB to 36.0 dB", "identical".
 std::string decibels_text(const std::vector<double>& frames);
 /// Over the run's reference, with its interval, as HTML; "" without a reference.

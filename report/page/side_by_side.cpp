@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grtx/explore/sweep/axis.h"
 #include "grtx/report/page/charts.h"
 #include "grtx/report/page/html.h"
+#include "grtx/report/page/launch_size.h"
+#include "grtx/report/page/machine_words.h"
 #include "grtx/report/page/sections.h"
 
 namespace grtx::report {
@@ -34,23 +35,60 @@ double time_of(const ReportRun& run, const std::string& design) {
   return 1e-6 * (std::isfinite(us) ? us : own.value("gpu.cycles") / mhz);
 }
 
+/// How many times as fast a design is on a machine as on the first.
+double times_as_fast(const Machines& machines, const ReportRun& on, const std::string& design) {
+  return time_of(*machines.front(), design) / time_of(on, design);
+}
+
+/// Why the launch is too small to compare these machines; "" if it fills them.
+std::string too_small(const Machines& machines) {
+  std::vector<LaunchSize> launches;
+  for (const ReportRun* run : machines) {
+    const std::vector<LaunchSize> own = launch_sizes(run->results);
+    launches.insert(launches.end(), own.begin(), own.end());
+  }
+  return too_small_text(launches, "machines");
+}
+
+/// Which design loses most from each machine, and whether the launch lets one say so.
+std::string answer(const Machines& machines, const std::vector<std::string>& designs) {
+  const std::string small = too_small(machines);
+  std::string text;
+  for (const ReportRun* run : machines) {
+    if (run == machines.front()) continue;
+    std::vector<std::pair<std::string, double>> times;
+    for (const std::string& design : designs) times.emplace_back(design, times_as_fast(machines, *run, design));
+    std::string one = loses_most_text(times, machine_of(*run), machine_of(*machines.front()));
+    if (one.empty()) continue;
+    one.front() = 'O';
+    text += escape(one) + ". ";
+  }
+  if (!small.empty()) text += fmt::format("<strong class=\"bad\">Mind: {}.</strong>", escape(small));
+  return text.empty() ? "" : "<p class=\"answer\">" + text + "</p>\n";
+}
+
 std::string times_table(const Machines& machines, const std::vector<std::string>& designs) {
-  const std::string first = machine_of(*machines.front());
+  const std::string first = machine_of(*machines.front()),
+                    doubt = too_small(machines).empty() ? "" : " (too few warps)";
   std::vector<Table::Column> columns = {{"design", false}};
+  std::vector<double> seconds;
   for (const ReportRun* run : machines) {
     columns.push_back({machine_of(*run) + ": time"});
-    if (run != machines.front()) columns.push_back({"times as fast as on " + first});
+    if (run != machines.front()) columns.push_back({"times as fast as on " + first + doubt});
     columns.push_back({"speed-up over " + run->results.speedup_over + " there"});
+    for (const std::string& design : designs) seconds.push_back(time_of(*run, design));
   }
+  const std::vector<std::string> shown = in_one_unit(seconds, "s");
   Table table("Machines side by side: time of the frame, against " + first + ", and speed-ups on each machine",
               columns);
-  for (const std::string& design : designs) {
-    std::vector<std::string> cells = {escape(design)};
-    for (const ReportRun* run : machines) {
-      const double own = time_of(*run, design);
-      cells.push_back(with_unit(own, "s"));
-      if (run != machines.front()) cells.push_back(times(time_of(*machines.front(), design) / own));
-      cells.push_back(speedup_text(*run, *run->results.design(design)));
+  table.stacks_when_narrow();
+  for (std::size_t d = 0; d < designs.size(); ++d) {
+    std::vector<std::string> cells = {escape(designs[d])};
+    for (std::size_t m = 0; m < machines.size(); ++m) {
+      const ReportRun& run = *machines[m];
+      cells.push_back(shown[m * designs.size() + d]);
+      if (m != 0) cells.push_back(times(times_as_fast(machines, run, designs[d])));
+      cells.push_back(speedup_text(run, *run.results.design(designs[d])));
     }
     table.row(cells);
   }
@@ -74,7 +112,8 @@ std::string times_chart(const Machines& machines, const std::vector<std::string>
   }
   const std::string caption = "Time of the frame by design and machine; shorter is better.";
   return chart(fmt::format("machines{}_times", group), caption, caption,
-               ratio_bars(rows, ordered_json::array(), designs, names, in_ms ? "time, ms" : "time, µs"));
+               ratio_bars(rows, ordered_json::array(), designs, names, in_ms ? "time, ms" : "time, µs",
+                          SeriesColours::machines));
 }
 
 /// Keys of machines, and options of the tracer, that are not the same on all.
@@ -98,8 +137,7 @@ std::string differing_keys(const Machines& machines) {
   for (const std::string& key : keys) {
     std::vector<std::string> values;
     for (const ReportRun* run : machines) {
-      const ordered_json& config = run->results.config;
-      values.push_back(config.contains(key) ? explore::text_of(config.at(key)) : "");
+      values.push_back(key_text(run->results.config, key));
     }
     add(key, values);
   }
@@ -154,8 +192,8 @@ std::string side_by_side_html(const std::vector<ReportRun>& runs) {
     const Subject& subject = group.front()->results.subject;
     const std::string view = subject.scene() + (subject.camera().empty() ? "" : ", view " + subject.camera());
     out += fmt::format("<h3>Machines side by side{}</h3>\n", groups.size() > 1 ? ": " + escape(view) : "") +
-           times_chart(group, designs, static_cast<std::size_t>(&group - groups.data()) + 1) +
-           times_table(group, designs) + differing_keys(group);
+           answer(group, designs) + times_table(group, designs) +
+           times_chart(group, designs, static_cast<std::size_t>(&group - groups.data()) + 1) + differing_keys(group);
   }
   return out;
 }

@@ -53,4 +53,9 @@ std::vector<SpeedupTerm> speedup_terms(const StatisticValue& over, const Statist
   return terms;
 }
 
+std::vector<SpeedupTerm> speedup_terms(const DesignResult& over, const DesignResult& of) {
+  return speedup_terms([&over](const std::string& name) { return over.value(name); },
+                       [&of](const std::string& name) { return of.value(name); });
+}
+
 }  // namespace grtx::report

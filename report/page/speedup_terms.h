@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "grtx/report/page/run_results.h"
+
 namespace grtx::report {
 
 /// cycles = (visits x fetches per visit x latency / fetches under way per warp + instructions x cycles per instruction
@@ -24,5 +26,7 @@ using StatisticValue = std::function<double(const std::string& name)>;
 /// In this order: visits, fetches per visit, latency, shader instructions, waits of shaders, overlap (two terms),
 /// residual. Empty if a statistic is missing.
 std::vector<SpeedupTerm> speedup_terms(const StatisticValue& over, const StatisticValue& of);
+/// The same of two designs.
+std::vector<SpeedupTerm> speedup_terms(const DesignResult& over, const DesignResult& of);
 
 }  // namespace grtx::report

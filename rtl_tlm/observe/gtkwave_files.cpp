@@ -78,7 +78,8 @@ void write_trace(std::string& out, const SignalInfo& signal, const std::string& 
 /// Whether a group begins closed. Units begin open; links, shader slots, all warps but the first and all SMs but the
 /// first of the file begin closed.
 bool closed(const Scope& scope, const Scope& outer, const std::string& path) {
-  static const std::set<std::string, std::less<>> open = {"rt", "rt_scheduler", "warp_buffer", "any_hit_collector"};
+  static const std::set<std::string, std::less<>> open = {"rt", "rt_scheduler", "warp_walk_scheduler", "warp_buffer",
+                                                          "any_hit_collector"};
   if (open.contains(scope.name)) return false;
   const char* first_opens = path == "gpu." ? "sm" : outer.name == "warp_buffer" ? "w" : nullptr;
   if (first_opens == nullptr || !scope.name.starts_with(first_opens)) return true;

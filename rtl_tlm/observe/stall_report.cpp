@@ -89,12 +89,25 @@ std::vector<StallSection> stall_sections(const nlohmann::ordered_json& document,
   const Json& stats = document.at("stats");
   std::vector<StallSection> sections;
   add_stalls(stats, sections);
-  if (sections.empty()) throw Error(file, "stats", "has no statistic named *.stall.*");
+  if (sections.empty()) {
+    const Json inputs = document.value("inputs", Json::object());
+    const bool windows = inputs.is_object() && inputs.value("mode", Json()) == "windows";
+    throw Error(file, "stats",
+                windows ? "are of windows, which have no stalls: simulate with --mode cycle"
+                        : "has no statistic named *.stall.*");
+  }
   StallSection warps = section_of(stats, "gpu.simt.warp_cycles", "gpu.simt: what the resident warps did");
   warps.whole = sum(warps);
   if (!warps.bars.empty()) sections.insert(sections.begin() + 1, warps);
   add_units(document, sections);
-  StallSection bounds = section_of(stats, "gpu.bound", "gpu.bound: the run could not be shorter than");
+  // Both this and the bound `longest_warp` are of one warp.
+  StallSection call{"gpu.rt.warp_latency_max: the slowest traceRay call of a warp, its waits included",
+                    "cycles",
+                    number(stats, "gpu.cycles"),
+                    {{"slowest_call", number(stats, "gpu.rt.warp_latency_max")}}};
+  if (call.bars.front().value > 0.0) sections.push_back(call);
+  StallSection bounds = section_of(stats, "gpu.bound",
+                                   "gpu.bound: the run could not be shorter than; longest_warp is work without waits");
   std::erase_if(bounds.bars, [](const StallBar& bar) { return bar.label == "largest" || bar.label == "fraction"; });
   for (const StallBar& bar : section_of(stats, "gpu.bound.unit", "").bars) {
     bounds.bars.push_back({"unit." + bar.label, bar.value});
@@ -115,8 +128,9 @@ std::string stall_text(const std::vector<StallSection>& sections, unsigned colum
     for (const StallBar& bar : section.bars) {
       const double part = section.whole > 0.0 ? bar.value / section.whole : 0.0;
       const auto filled = static_cast<std::size_t>(std::lround(std::clamp(part, 0.0, 1.0) * columns));
-      text += fmt::format("  {:<{}} |{:<{}}| {:5.1f} %  {:>12}\n", bar.label, longest, std::string(filled, '#'),
-                          columns, 100.0 * part, amount(bar.value));
+      text += fmt::format("  {:<{}} |{:<{}}| {:5.1f} %", bar.label, longest, std::string(filled, '#'), columns,
+                          100.0 * part);
+      text += section.unit.starts_with('%') ? "\n" : fmt::format("  {:>12}\n", amount(bar.value));
     }
   }
   return text;

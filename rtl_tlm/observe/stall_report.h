@@ -22,8 +22,9 @@ struct StallSection {
 };
 
 /// Sections of a statistics document (grtx.stats/1): every group of statistics "X.stall.*", beginning with the RT
-/// schedulers', whose busy cycles are added; activity of resident warps; pipelines of the intersection units; lower
-/// bounds. file: for the Error that is thrown when the document is not of that kind or holds no stalls.
+/// schedulers', whose busy cycles are added; activity of resident warps; pipelines of the intersection units; the
+/// slowest call of a warp; lower bounds. file: for the Error that is thrown when the document is not of that kind or
+/// holds no stalls.
 std::vector<StallSection> stall_sections(const nlohmann::ordered_json& document, const std::string& file);
 
 /// columns: characters of a full bar, at least 1.

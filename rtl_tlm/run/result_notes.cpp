@@ -34,16 +34,18 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
   constexpr double kTailShare = 0.5;
   if (launch >= slots && tail <= kTailShare * cycles) return;
   if (launch >= slots) {
-    notes.push_back({"partial-launch",
-                     fmt::format("a launch of {} warps fills {} warp slots for a short time only; {:.0f} % of the "
-                                 "cycles lie behind its last start of a warp",
-                                 launch, slots, 100.0 * tail / cycles)});
+    notes.push_back(
+        {"partial-launch",
+         fmt::format("a launch of {} warps fills {} warp slots for a short time only; after the last warp has "
+                     "started, {:.0f} % of the run is tail",
+                     launch, slots, 100.0 * tail / cycles)});
     return;
   }
-  notes.push_back({"partial-launch",
-                   fmt::format("a launch of {} warps does not fill {} warp slots; {:.0f} % of the cycles lie behind "
-                               "its last start of a warp",
-                               launch, slots, cycles == 0.0 ? 100.0 : 100.0 * tail / cycles)});
+  notes.push_back(
+      {"partial-launch",
+       fmt::format("a launch of {} warps does not fill {} warp slots, the machine is never full; after the last "
+                   "warp has started, {:.0f} % of the run is tail",
+                   launch, slots, cycles == 0.0 ? 100.0 : 100.0 * tail / cycles)});
 }
 
 /// Only for an L1 that counts dropped fills.

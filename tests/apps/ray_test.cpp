@@ -86,6 +86,22 @@ TEST_F(Ray, TheSlowestAreListedWithTheirVisitsAndTheNextCommand) {
   expect_refused("t.grtx --pixel 3,3", "a page is needed, or --slowest N");
 }
 
+// "988.0x of median": the median ray saw the sky, which is one visit.
+TEST_F(Ray, TheMedianIsOfRaysThatHitSomething) {
+  make("--accel tri20 --fov-scale 4");
+  const json listed = json::parse(folder_.run("ray t.grtx --slowest 1000000 --json").out);
+  std::vector<std::uint64_t> all;
+  for (const json& ray : listed.at("slowest")) all.push_back(ray.at("visits"));
+  EXPECT_EQ(all[all.size() / 2], all.back());  // most rays miss: they visit as few nodes as any
+  EXPECT_GT(listed.at("median_visits").get<std::uint64_t>(), all.back());
+}
+
+// "memory 93,104 cycles" of the time axis is the shader's wait, elsewhere the word is the RT unit's.
+TEST_F(Ray, TheTimeAxisCallsTheWaitOfAShaderSo) {
+  make("--accel tri20");
+  EXPECT_THAT(page("--pixel 7,7"), HasSubstr("shader waits for memory"));
+}
+
 struct RayCase {
   const char* name;
   const char* options;

@@ -85,7 +85,7 @@ TEST_F(ResultNotes, ATailThatIsTheWholeRun) {
   trace("");
   EXPECT_EQ(of_sim(""), std::set<std::string>{"partial-launch"});
   EXPECT_THAT(json("n.json").at("notes").at(0).at("text").get<std::string>(),
-              HasSubstr("a launch of 8 warps does not fill 256 warp slots; "));
+              HasSubstr("a launch of 8 warps does not fill 256 warp slots, "));
 }
 
 TEST_F(ResultNotes, ListsOfOneCheckpointOverflowWithoutAWord) {

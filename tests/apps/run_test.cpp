@@ -35,6 +35,12 @@ class RunTest : public testing::Test {
   }
   std::string config() { return "--config " + grtx::paths::source_dir() + "/configs/small.toml "; }
 
+  /// A text without the line ends that fit it to 80 columns.
+  static std::string unwrapped(std::string text) {
+    for (std::size_t at = 0; (at = text.find("\n  ", at)) != std::string::npos;) text.replace(at, 3, " ");
+    return text;
+  }
+
   const test::TemporaryFolder own_folder;
   const std::string folder = own_folder.path();
 };
@@ -136,6 +142,15 @@ TEST_F(RunTest, MachinesStandSideBySideAndShareTraces) {
   const std::string page = read_file(folder + "/out/report.html");
   EXPECT_NE(page.find("<h3>Machines side by side</h3>"), std::string::npos);
   EXPECT_EQ(page.find("they are not compared with each other"), std::string::npos);
+  // A machine's name or its file; and all designs and machines in one table, which had no command.
+  must("cost --stats " + folder + "/out/results.json --design grtx --machine " + folder + "/half.toml --quiet");
+  const Outcome all = grtx("cost --stats " + folder + "/out/results.json --csv " + folder + "/all.csv");
+  EXPECT_NE(all.output.find("energy on half, changed, uJ"), std::string::npos) << all.output;
+  const std::string table = read_file(folder + "/all.csv");
+  for (const char* row :
+       {"machine,design,part,", "\n\"half, changed\",walk,rt.", "\n\"paper, changed\",baseline,dram,"}) {
+    EXPECT_NE(table.find(row), std::string::npos) << row;
+  }
   const std::string price = "cost --stats " + folder + "/out/results.json --design grtx --machine half ";
   must(price + "--csv " + folder + "/energy.csv");
   EXPECT_NE(read_file(folder + "/energy.csv").find("\nrt.ray_box,"), std::string::npos);
@@ -146,6 +161,40 @@ TEST_F(RunTest, MachinesStandSideBySideAndShareTraces) {
   must("run " + view + "--machine paper -o " + folder + "/out");
   EXPECT_TRUE(has("grtx.grtx"));
   EXPECT_FALSE(has("grtx.paper-lean.grtx"));
+}
+
+// At 12 warps for 32 slots the text ranked machines without a word, and "dram.bandwidth_gb_s 0.0" read as no DRAM.
+TEST_F(RunTest, TheTextOfMachinesSaysThatTheImageIsTooSmallWhoLosesMostAndWhatAKeyComesTo) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  write_file(folder + "/half.toml", "include = 'paper'\n[gpu]\nsms = 4\n[dram]\nbandwidth_gb_s = 56.0\n");
+  const Outcome run = grtx("run " + scene_arguments() + "--set gpu.resident_warps=4 --designs baseline,walk " +
+                           "--machine paper," + folder + "/half.toml -o " + folder + "/out");
+  ASSERT_EQ(run.code, 0) << run.output;
+  for (const char* text :
+       {"mind: this image has 12 warps for 32 slots: too small to compare machines; take --width 56 "
+        "--height 40 or more",
+        "too small to compare designs", "times in us, in brackets", "\non half ", "112.0, by dram.mhz"}) {
+    EXPECT_NE(unwrapped(run.output).find(text), std::string::npos) << text << "\n" << run.output;
+  }
+  const Outcome help = grtx("run --help");
+  EXPECT_NE(help.output.find("=each design's own (docs/guide/designs.md)"), std::string::npos) << help.output;
+  EXPECT_EQ(help.output.find("--k UINT:1 to 2048=8"), std::string::npos);
+}
+
+// Windows have no statistics of caches and DRAM: both texts ended with an internal error.
+TEST_F(RunTest, TextsOfWindowsShowADashAndTheInterval) {
+  must("synth --preset object --count 40 --seed 7 -o " + folder + "/s.ply --quiet");
+  std::string view = scene_arguments();
+  view.replace(view.find("--width 24 --height 16"), 22, "--width 416 --height 416");
+  const std::string small = "--machine paper --set gpu.sms=1 --set gpu.resident_warps=4 --mode windows ";
+  const Outcome run = grtx("run " + view + small + "--designs baseline,grtx -o " + folder + "/out");
+  ASSERT_EQ(run.code, 0) << run.output;
+  EXPECT_NE(unwrapped(run.output).find("95 % intervals of the speed-ups: grtx "), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find(" -\n"), std::string::npos) << run.output;  // DRAM MB
+  const Outcome sim = grtx("sim " + folder + "/out/grtx.grtx " + small);
+  ASSERT_EQ(sim.code, 0) << sim.output;
+  EXPECT_NE(sim.output.find("; 95 % interval "), std::string::npos) << sim.output;
+  EXPECT_NE(unwrapped(sim.output).find("L2 - %"), std::string::npos) << sim.output;
 }
 
 TEST_F(RunTest, MachinesOfARunHaveNamesOfTheirOwnAndDrawOnePicture) {

@@ -42,7 +42,6 @@ void IntersectionUnit::restart() {
   std::fill(free_from_.begin(), free_from_.end(), 0);
   next_free_ = 0;
   node_ = 0;
-  own_ray_ = true;
   due_ = kNever;
   counters_ = {};
 }

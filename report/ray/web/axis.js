@@ -9,6 +9,16 @@ const canvas = element('canvas', { role: 'img' }),
   legend_box = element('p');
 export const axis = element('section', { className: 'axis', hidden: true, 'aria-label': 'Time axis' }, canvas, legend_box);
 
+// What a warp does, in words: "memory" alone is the RT unit's wait for nodes elsewhere.
+const kActivities = {
+  raygen: 'ray generation shader',
+  blend: 'shader blends',
+  any_hit: 'any-hit shader',
+  memory: 'shader waits for memory',
+  trace: 'in the RT unit',
+  fetch: 'shader fetches a node',
+  drain: 'last stores are under way',
+};
 const ends = () =>
   nodes().timeline.reduce(([from, to], slice) => [Math.min(from, slice[2]), Math.max(to, slice[3])], [Infinity, -Infinity]);
 const draw_slices = (pen, style, x, names) => {
@@ -45,7 +55,7 @@ export const draw_axis = () => {
   pen.textAlign = 'left';
   canvas.setAttribute('aria-label', `Rounds of the warp between cycle ${count(from)} and ${count(to)}`);
   const swatch = (i) => `<span class="swatch" style="background:var(--c${(i % 12) + 1})"></span>`;
-  const legend = (name, i) => `<span>${swatch(i)}${safe(name.replaceAll('_', ' '))} ${count(sums.get(name))} cycles</span>`;
+  const legend = (name, i) => `<span>${swatch(i)}${safe(kActivities[name] ?? name.replaceAll('_', ' '))} ${count(sums.get(name))} cycles</span>`;
   legend_box.innerHTML = names.map(legend).join('');
 };
 canvas.addEventListener('click', (event) => {

@@ -7,6 +7,8 @@
 
 #include <filesystem>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "grtx/base/atomic_file.h"
 #include "grtx/base/error.h"
@@ -55,6 +57,14 @@ TEST(Html, UnitsGoBySize) {
 // Cards of a sweep broke "rt.warp_buffer.stack_entri es".
 TEST(Html, KeysBreakAtTheirDots) {
   EXPECT_EQ(breakable("rt.stack_entries = 4.5, <a>."), "rt.<wbr>stack_<wbr>entries = 4.5, &lt;a&gt;.");
+}
+
+// 3.22 ms stood over 135 µs, and 2.17 mJ over 988 µJ.
+TEST(Html, AColumnHasOneUnit) {
+  EXPECT_EQ(in_one_unit({3.22e-3, 135e-6, std::numeric_limits<double>::quiet_NaN(), 0.0, 1e-9}, "s"),
+            (std::vector<std::string>{"3.22 ms", "0.135 ms", "", "0 s", "under 0.001 ms"}));
+  EXPECT_EQ(in_one_unit({1.29e6, 155e3}, "rays/s"), (std::vector<std::string>{"1.29 Mrays/s", "0.155 Mrays/s"}));
+  EXPECT_EQ(in_one_unit({12.0, 7.0}, "B"), (std::vector<std::string>{"12 B", "7 B"}));
 }
 
 TEST(Html, TextIsEscaped) {

@@ -65,6 +65,14 @@ TEST(GtkwaveFiles, FollowTheHierarchyOfTheDump) {
   for (const std::string& filter : filters) EXPECT_TRUE(std::filesystem::exists(filter)) << filter;
 }
 
+// Of walk the scheduler's group was closed, and the first screen showed a free warp alone.
+TEST(GtkwaveFiles, TheSchedulerOfWarpsThatWalkTogetherBeginsOpen) {
+  const test::ObservedRun run;
+  const std::string unit = "gpu.sm0.rt.warp_walk_scheduler";
+  write_gtkwave_files(run.path("a.vcd"), run.path("a.gtkw"), {{unit + ".under_way", 5, nullptr}}, {0, 1000, 10});
+  EXPECT_NE(read_file(run.path("a.gtkw")).find("@800200\n-" + unit + "\n"), std::string::npos);
+}
+
 TEST(GtkwaveFiles, AFilterTurnsValuesIntoWords) {
   const test::ObservedRun run;
   const Enumeration states{"state", {"idle", "busy"}, {"gray25"}};

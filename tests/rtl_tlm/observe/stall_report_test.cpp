@@ -69,6 +69,43 @@ TEST(StallReport, ShowsPipelinesAndBounds) {
   EXPECT_EQ(sections[2].whole, 100);
 }
 
+// "2.7 %  2.70": a share of pipelines stood there twice.
+TEST(StallReport, AFigureInPercentIsPrintedOnce) {
+  const std::string text = stall_text(stall_sections(document({{"gpu.cycles", 100},
+                                                               {"gpu.rt.stall.memory", 1},
+                                                               {"gpu.rt.ray_box.operations", 1},
+                                                               {"gpu.rt.ray_box.busy_cycles", 200}}),
+                                                     "s.json"),
+                                      4);
+  EXPECT_THAT(text, HasSubstr("ray_box |#   |  25.0 %\n"));
+}
+
+// "one warp is 90 % of the run" and "longest_warp 14.8 %" were two figures of one name.
+TEST(StallReport, TheSlowestCallAndTheWorkOfTheLongestWarpAreNamedApart) {
+  const std::string text = stall_text(stall_sections(document({{"gpu.cycles", 100},
+                                                               {"gpu.rt.stall.memory", 1},
+                                                               {"gpu.rt.warp_latency_max", 90},
+                                                               {"gpu.bound.longest_warp", 15}}),
+                                                     "s.json"),
+                                      4);
+  EXPECT_THAT(text, HasSubstr("the slowest traceRay call of a warp, its waits included (100 cycles)\n"
+                              "  slowest_call |####|  90.0 %            90\n"));
+  EXPECT_THAT(text, HasSubstr("longest_warp is work without waits (100 cycles)\n"
+                              "  longest_warp |#   |  15.0 %            15\n"));
+}
+
+// "has no statistic named *.stall.*" said nothing to who had simulated windows.
+TEST(StallReport, OfWindowsItSaysThatCycleModeHasStalls) {
+  Json windows = document({{"gpu.cycles", 1}});
+  windows["inputs"]["mode"] = "windows";
+  try {
+    stall_sections(windows, "s.json");
+    ADD_FAILURE() << "was taken";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("are of windows, which have no stalls: simulate with --mode cycle"));
+  }
+}
+
 TEST(StallReport, RefusesOtherDocuments) {
   for (const Json& wrong : {Json::array(), Json{{"schema", "grtx.run/1"}}, document({{"gpu.cycles", 1}})}) {
     EXPECT_THROW(stall_sections(wrong, "s.json"), Error) << wrong;

@@ -45,8 +45,8 @@ TEST(ResultNotes, ALaunchThatDoesNotFillTheMachine) {
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_EQ(notes.front(),
             (ResultNote{"partial-launch",
-                        "a launch of 128 warps does not fill 256 warp slots; 75 % of the cycles lie behind its last "
-                        "start of a warp"}));
+                        "a launch of 128 warps does not fill 256 warp slots, the machine is never full; after the last "
+                        "warp has started, 75 % of the run is tail"}));
 }
 
 // Of walk, whose registers leave nine slots per SM, nothing was said of a run that was all tail.
@@ -55,8 +55,8 @@ TEST(ResultNotes, ALaunchThatFillsFewSlotsAndIsMostlyTail) {
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_EQ(notes.front(),
             (ResultNote{"partial-launch",
-                        "a launch of 266 warps fills 256 warp slots for a short time only; 75 % of the cycles lie "
-                        "behind its last start of a warp"}));
+                        "a launch of 266 warps fills 256 warp slots for a short time only; after the last warp has "
+                        "started, 75 % of the run is tail"}));
   EXPECT_TRUE(run_notes({}, {}, kAllSlots + 10, counted(200, 100, 0, 0)).empty());
 }
 
