@@ -60,7 +60,7 @@ void check_machines(const RunPlan& plan) {
     if (!names.insert(name).second) throw Error("--machine", name, "is there twice");
     const std::map<std::string, std::string> own = option_texts(machine.tracer), first = option_texts(plan.tracer);
     for (const char* option : {"ert", "ert_check", "sort_key", "resume", "kernel_radius", "kernel_degree", "inside",
-                               "sh_dir", "triangle_test", "response_precision", "layout"}) {
+                               "sh_dir", "colour", "triangle_test", "response_precision", "layout"}) {
       if (own.at(option) == first.at(option)) continue;
       throw Error("--machine", name,
                   fmt::format("has {} = {}, {} has {}: machines of a run draw one picture; {} sets it for all", option,

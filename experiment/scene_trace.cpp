@@ -12,6 +12,10 @@ void check_object_options(const std::string& path, const TracerSettings& setting
   if (settings.tracing != name_of(frontend::Tracing::multi)) {
     throw Error(path, "--tracing", "works on scenes of one object, but for multi");
   }
+  if (settings.options.colour == frontend::ColourPer::frame) {
+    throw Error(path, "--colour frame",
+                "works on scenes of one object: an object that is placed twice has two colours");
+  }
   if (settings.options.triangle_test == frontend::TriangleTest::world) {
     throw Error(path, "--triangle-test world", "works on scenes of one object");
   }

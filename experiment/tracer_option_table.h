@@ -55,6 +55,8 @@ void visit_traced_options(Settings& settings, Visit&& visit) {
   visit("replay-tmax", o.replay_tmax, "t_max at the start of a round with a preloaded k-buffer");
   visit("inside", o.inside, "Gaussians whose proxy holds the ray origin: skipped, or hit at distance 0");
   visit("sh-dir", o.sh_direction, "Direction in which the spherical harmonics are evaluated");
+  visit("colour", o.colour,
+        "When the colour of a Gaussian is made: for each hit, or once in a frame as fp16, which needs --sh-dir centre");
   visit("instance-bounds", settings.instance_bounds,
         "Boxes of instances in the world: of the proxy, or of its box's corners");
   visit("layout", settings.layout, "How nodes lie in memory (docs/model/node-image.md)");

@@ -96,6 +96,17 @@ void check_opacity_bound(const TracerOptions& o) {
   }
 }
 
+/// One colour for all rays of a frame needs one direction from which they look at a Gaussian.
+void check_colour(const TracerSettings& settings) {
+  if (settings.options.sh_direction != frontend::ShDirection::centre) {
+    throw Error("--colour", "frame", "needs --sh-dir centre: in the ray's direction each ray sees another colour");
+  }
+  if (settings.secondary.what != "none") {
+    throw Error("--colour", "frame",
+                "needs --secondary none: rays that do not start at the camera see another side of a Gaussian");
+  }
+}
+
 }  // namespace
 
 TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
@@ -116,6 +127,7 @@ TracerOptions tracer_options(const TracerSettings& settings, bool checkpoint, Ac
   }
   if (o.ahead > 1) check_ahead(o, accel);
   if (o.opacity_bound == frontend::OpacityBound::on) check_opacity_bound(o);
+  if (o.colour == frontend::ColourPer::frame) check_colour(settings);
   if (o.ert_check == ErtCheck::round && o.tracing == Tracing::list) {
     throw Error("--ert-check", "round", "is not for --tracing list, which tests each batch of a round as it blends it");
   }
@@ -170,8 +182,8 @@ std::map<std::string, std::string> option_texts(const TracerSettings& settings) 
 std::map<std::string, std::string> option_inputs(const TracerSettings& settings, bool checkpoint, AccelKind accel) {
   std::map<std::string, std::string> inputs = option_texts(settings);
   const std::map<std::string, std::string> defaults = option_texts({});
-  for (const char* later : {"pop_test", "any_hit", "ert_check", "ahead", "opacity_bound", "kernel_degree", "layout",
-                            "checkpoint_bins", "below_instance"}) {
+  for (const char* later : {"pop_test", "any_hit", "ert_check", "ahead", "opacity_bound", "colour", "kernel_degree",
+                            "layout", "checkpoint_bins", "below_instance"}) {
     if (inputs.at(later) == defaults.at(later)) inputs.erase(later);
   }
   if (!checkpoint) {

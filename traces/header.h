@@ -15,7 +15,7 @@ namespace grtx::traces {
 
 /// Versions that a reader supports. A writer uses the oldest that can express the header (format_version()).
 inline constexpr std::uint32_t kOldestFormatVersion = 4;
-inline constexpr std::uint32_t kFormatVersion = 14;
+inline constexpr std::uint32_t kFormatVersion = 16;
 /// Said what the beam around a warp's rays meets, which is gone; the number is not used again.
 inline constexpr std::uint32_t kRemovedFormatVersion = 15;
 
@@ -42,6 +42,7 @@ struct Header {
   /// and no checkpointing.
   unsigned ahead = 1;
   OpacityBound opacity_bound = OpacityBound::off;
+  ColourPer colour = ColourPer::hit;
   unsigned width = 0;   ///< image, pixels
   unsigned height = 0;  ///< image, pixels
   unsigned warp_size = 32;
@@ -88,8 +89,9 @@ struct Header {
 
 /// Version of a file with this header. Each version adds to the previous one: 5 pop_test and child order vulkan_sim,
 /// 6 scene TLAS, 7 sequence of frames, 8 box leaves, 9 checkpoint bins, 10 tracing list, 11 any_hit and ert_check,
-/// 12 ahead, 13 wide leaves, 14 opacity_bound.
+/// 12 ahead, 13 wide leaves, 14 opacity_bound, 16 colour.
 inline std::uint32_t format_version(const Header& header) {
+  if (header.colour == ColourPer::frame) return 16;
   if (header.opacity_bound == OpacityBound::on) return 14;
   if (header.wide_leaves != 0) return 13;
   if (header.ahead != 1) return 12;

@@ -68,6 +68,13 @@ constexpr auto enum_names(ErtCheck) { return names_in_order<ErtCheck>({"hit", "r
 enum class OpacityBound : std::uint8_t { off, on };
 constexpr auto enum_names(OpacityBound) { return names_in_order<OpacityBound>({"off", "on"}); }
 
+/// When the colour of a Gaussian is made: for each of its hits, or once in a frame, as fp16, for all rays. frame is for
+/// rays from the camera, to which a Gaussian's centre lies in one direction; not for several objects.
+enum class ColourPer : std::uint8_t { hit, frame };
+constexpr auto enum_names(ColourPer) { return names_in_order<ColourPer>({"hit", "frame"}); }
+/// Bytes of such a colour: red, green and blue, and the number of the frame that it was made in.
+inline constexpr unsigned kColourBytes = 8;
+
 /// Most nodes of a ray that may be under way at once.
 inline constexpr unsigned kMostAhead = 32;
 

@@ -70,11 +70,11 @@ struct Reader::Impl {
     }
     if (start.size() < kPreambleBytes) fail(start.size(), "the file ends inside its first 24 bytes");
     const std::uint32_t version = load_u32(&start[8]);
-    if (version < kOldestFormatVersion || version > kFormatVersion) {
+    if (version < kOldestFormatVersion || version > kFormatVersion || version == kRemovedFormatVersion) {
       fail(8, "has format version " + std::to_string(version) +
                   (version == kRemovedFormatVersion ? ", of --warp-beam, which was removed" : "") +
                   "; this program reads versions " + std::to_string(kOldestFormatVersion) + " to " +
-                  std::to_string(kFormatVersion));
+                  std::to_string(kRemovedFormatVersion - 1) + " and " + std::to_string(kFormatVersion));
     }
     const std::uint64_t length = load_u32(&start[12]);
     if (length > kMaxHeaderBytes || length > size - kPreambleBytes) {

@@ -73,6 +73,7 @@ std::uint32_t trace_format(const std::string& accel, const ordered_json& tracer,
   choose("any_hit", header.any_hit);
   choose("ert_check", header.ert_check);
   choose("opacity_bound", header.opacity_bound);
+  choose("colour", header.colour);
   if (tracer.contains("ahead")) header.ahead = 2;
   if (several_objects) header.object_roots.push_back(0);
   if (tracer.contains("checkpoint_bins")) header.checkpoint_bins = 1;

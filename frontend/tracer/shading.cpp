@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "grtx/base/fp16.h"
 #include "grtx/frontend/tracer/encoding_recorder.h"
 #include "grtx/frontend/tracer/ray_recorder.h"
 #include "grtx/frontend/tracer/ray_watch.h"
@@ -13,6 +14,12 @@ namespace grtx::frontend {
 namespace {
 
 constexpr unsigned kUsualShFunctions = 16;  ///< degree 3, which a shader of 3DGS evaluates whatever the scene has
+
+/// As it lies in a table of colours; beyond what fp16 holds the largest that it holds.
+glm::vec3 stored_colour(const glm::vec3& colour) {
+  const auto stored = [](float x) { return round_to_fp16(std::min(x, 65504.0f)); };
+  return {stored(colour.r), stored(colour.g), stored(colour.b)};
+}
 
 }  // namespace
 
@@ -85,7 +92,8 @@ glm::vec3 Shading::colour_of(const KEntry& entry, const GaussianRecord& g, const
   const unsigned coefficients = scene_.sh_coefficients();
   const float* sh = &scene_.sh[static_cast<std::size_t>(entry.id) * coefficients * 3];
   if (coefficients < kUsualShFunctions) counters.skipped_sh_bands += 3 * (kUsualShFunctions - coefficients);
-  return sh_colour(sh, basis_, coefficients);
+  const glm::vec3 colour = sh_colour(sh, basis_, coefficients);
+  return options_.colour == ColourPer::frame ? stored_colour(colour) : colour;
 }
 
 // Spherical harmonics are in object space: transforming the direction to it rotates them with the object.

@@ -93,6 +93,7 @@ traces::Header header_of(const Structure& accel, const Camera& camera, const Tra
   header.ert_check = options.ert_check;
   header.ahead = options.ahead;
   header.opacity_bound = options.opacity_bound;
+  header.colour = options.colour;
   header.width = camera.width;
   header.height = camera.height;
   header.warp_size = render.warp_size;

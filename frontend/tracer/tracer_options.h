@@ -18,6 +18,7 @@ namespace grtx::frontend {
 using traces::AnyHit;
 using traces::CheckpointOrder;
 using traces::ChildOrder;
+using traces::ColourPer;
 using traces::ErtCheck;
 using traces::OpacityBound;
 using traces::PopTest;
@@ -75,6 +76,8 @@ struct TracerOptions {
   /// More than 1 needs tracing = multi, any_hit = immediate, one level and no checkpoint.
   unsigned ahead = 1;
   ShDirection sh_direction = ShDirection::ray;
+  /// When colours are made. frame needs sh_direction = centre, a scene of one object, and no secondary rays.
+  ColourPer colour = ColourPer::hit;
   Kernel kernel;                     ///< kernel of the traced Gaussians
   Tracing tracing = Tracing::multi;  ///< checkpoint needs multi; closest needs k = 1
   unsigned list_capacity = 1024;     ///< tracing = list: hits in a ray's list; k must be the same

@@ -93,6 +93,9 @@ MemoryMap::MemoryMap(const traces::Header& header, const MemoryMapConfig& config
     stack_stride_ = spread_stride(stack_sectors_ * kSectorBytes);
     stack_ = place("stack", rays * stack_stride_);
   }
+  if (header.colour == traces::ColourPer::frame) {
+    colour_ = place("colour", config.sms * gaussians_ * traces::kColourBytes);
+  }
   end_ = cursor;
 }
 

@@ -49,6 +49,10 @@ class MemoryMap {
   /// reads it; the array is in leaf order.
   std::uint64_t shape_record(std::uint32_t leaf) const { return shape_ + leaf * kShapeBytes; }
   std::uint64_t sh_record(std::uint32_t gaussian) const { return sh_ + gaussian * sh_bytes_; }
+  /// A Gaussian's entry in the table of colours of an SM, for a trace with colour = frame.
+  std::uint64_t colour(unsigned sm, std::uint32_t gaussian) const {
+    return colour_ + (sm * gaussians_ + gaussian) * traces::kColourBytes;
+  }
   /// The record that the any-hit shader reads for a hit in a leaf at this address (in units). A trace does not name the
   /// Gaussian of a hit, so it is another one for each leaf, not the Gaussian's.
   std::uint64_t record_of_hit(std::uint32_t leaf) const {
@@ -117,6 +121,7 @@ class MemoryMap {
 
   static constexpr std::uint64_t kPixelBytes = 16;  ///< colour and transmittance, 4 floats
   static constexpr std::uint64_t kShapeBytes = 48;  ///< three rows of four floats
+  static constexpr std::uint64_t kMeanBytes = 12;   ///< of a Gaussian record, which begins with it
 
  private:
   std::uint64_t gaussian_bytes_, sh_bytes_;  ///< sizes of one record
@@ -134,6 +139,7 @@ class MemoryMap {
   std::uint64_t eviction_capacity_ = 0;                             ///< entries per ray
   std::uint64_t eviction_stride_ = 0;                               ///< bytes per ray (by_ray) or warp (by_lane)
   std::uint64_t stack_ = 0, stack_sectors_ = 0, stack_stride_ = 0;  ///< stack areas
+  std::uint64_t colour_ = 0;                                        ///< tables of colours
   std::vector<Extent> extents_;
 };
 

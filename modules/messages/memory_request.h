@@ -32,7 +32,7 @@ enum class Region : std::uint8_t {
   eviction,    ///< eviction buffers
   k_buffer,
   gaussian,  ///< Gaussian records read when blending
-  sh,        ///< SH coefficients read when blending
+  sh,        ///< SH coefficients read when blending, and colours made of them
   ray,       ///< ray generation input and frame buffer
   stack,     ///< traversal stack entries beyond the warp buffer
 };

@@ -239,6 +239,7 @@ void SimtCore::finish_ray_generation(unsigned slot, Cycle now) {
       next_round(slot);
       break;
     case Step::blend:
+      program_.publish_colours(slot);
       if (!program_.blends_on(slot)) return next_round(slot);
       slots_[slot].step = Step::sort;
       starting_ray_generation_ |= bit(slot);

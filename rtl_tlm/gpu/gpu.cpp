@@ -172,10 +172,11 @@ void Gpu::load(StateReader& state) {
 std::string hardware_of(const traces::Header& h) {
   const unsigned levels = h.three_level() ? 3 : h.two_level ? 2 : 1;
   return fmt::format(
-      "accel {}, {}, k {}, checkpoint {} {} {} bins {}, pop test {}, warps of {}, layout {}, {} levels {} wide{}",
+      "accel {}, {}, k {}, checkpoint {} {} {} bins {}, pop test {}, warps of {}, layout {}, {} levels {} wide{}{}",
       name_of(h.accel), name_of(h.tracing), h.k, h.checkpoint ? "on" : "off", name_of(h.checkpoint_order),
       h.checkpoint_capacity, h.checkpoint_bins, name_of(h.pop_test), h.warp_size, name_of(h.layout), levels,
-      h.bvh_width, h.opacity_bound == traces::OpacityBound::on ? ", bounded by opacity" : "");
+      h.bvh_width, h.opacity_bound == traces::OpacityBound::on ? ", bounded by opacity" : "",
+      h.colour == traces::ColourPer::frame ? ", colours once in a frame" : "");
 }
 
 std::string addressed_scene(const traces::Header& header) {

@@ -77,11 +77,11 @@ TEST(Corruption, NamesMagicAndVersion) {
   EXPECT_EQ(place, "byte 0");
   other = small_file();
   other[8] = 1;
-  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads versions 4 to 14");
+  EXPECT_EQ(fault_of(other, &place), "has format version 1; this program reads versions 4 to 14 and 16");
   EXPECT_EQ(place, "byte 8");
   other[8] = 15;
   EXPECT_EQ(fault_of(other, &place),
-            "has format version 15, of --warp-beam, which was removed; this program reads versions 4 to 14");
+            "has format version 15, of --warp-beam, which was removed; this program reads versions 4 to 14 and 16");
   EXPECT_EQ(place, "byte 8");
   EXPECT_THAT(fault_of("ply\nformat ascii 1.0\n"), HasSubstr("is not a GRTX trace"));
   EXPECT_THAT(fault_of(""), HasSubstr("is not a GRTX trace"));

@@ -42,6 +42,7 @@ struct RandomOptions {
   Tracing tracing = Tracing::multi;    ///< all but multi need checkpoint = false; closest k = 1
   AnyHit any_hit = AnyHit::immediate;  ///< delayed needs multi and checkpoint = false; half of the rays then end early
   ErtCheck ert_check = ErtCheck::hit;
+  ColourPer colour = ColourPer::hit;  ///< frame needs objects = 0; all groups are then of primary rays
 };
 
 struct RandomTrace {
@@ -483,6 +484,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
   header.pop_test = options.pop_test;
   header.any_hit = options.any_hit;
   header.ert_check = options.ert_check;
+  header.colour = options.colour;
   header.width = 640;
   header.height = 480;
   header.warp_size = options.warp_size;
@@ -509,6 +511,7 @@ inline RandomTrace random_trace(const RandomOptions& options) {
     RayGroup group;
     group.index = static_cast<std::uint32_t>(g);
     group.kind = static_cast<RayKind>(random() % 3);
+    if (options.colour == ColourPer::frame) group.kind = RayKind::primary;
     group.rays.resize(1 + random() % options.warp_size);
     for (Ray& ray : group.rays) {
       if (random() % 8 != 0) ray = RandomRay(options, tree, static_cast<std::uint32_t>(random())).trace();
@@ -531,7 +534,8 @@ inline std::string describe(const RandomOptions& o) {
          std::to_string(o.capacity) + (o.bins != 0 ? " in " + std::to_string(o.bins) + " bins" : "") + " " +
          std::string(grtx::name_of(o.child_order)) + " " + (o.pop_test == PopTest::on ? "" : "no pop test ") +
          std::string(grtx::name_of(o.tracing)) + (o.any_hit == AnyHit::delayed ? " delayed" : "") +
-         (o.ert_check == ErtCheck::round ? " tested once a round" : "");
+         (o.ert_check == ErtCheck::round ? " tested once a round" : "") +
+         (o.colour == ColourPer::frame ? " colours once" : "");
 }
 
 /// Every combination that changes how a group is coded.
@@ -637,6 +641,7 @@ inline std::vector<RandomOptions> all_random_options() {
       }
     }
   }
+  all.push_back({.seed = ++seed, .colour = ColourPer::frame});
   return all;
 }
 

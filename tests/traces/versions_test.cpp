@@ -234,6 +234,28 @@ TEST(Versions, TheBoundByOpacityNeedsTheFourteenth) {
   EXPECT_THAT(fault([](Header& h) { h.ert_check = ErtCheck::round; }), rule);
 }
 
+TEST(Versions, ColoursOnceInAFrameNeedTheSixteenth) {
+  auto trace = testing::random_trace({.colour = ColourPer::frame});
+  const testing::TraceFile file(trace.header, trace.groups);
+  EXPECT_EQ(version_of(file), 16u);
+  const Reader reader(file.path());
+  EXPECT_EQ(reader.header().colour, ColourPer::frame);
+  EXPECT_NO_THROW(check(reader, true));
+  EXPECT_THAT(fault_of(header_to_json(trace.header), 14), HasSubstr("key 'colour' is unknown"));
+  Header objects = trace.header;
+  objects.two_level = true;
+  objects.object_roots = {64};
+  EXPECT_THAT(header_fault(objects), HasSubstr("colour must be hit when there are object_roots"));
+}
+
+TEST(Versions, SecondaryRaysThatTakeTheCamerasColoursAreFound) {
+  auto trace = testing::random_trace({.colour = ColourPer::frame});
+  trace.groups.back().kind = static_cast<RayKind>(1);
+  const testing::TraceFile file(trace.header, trace.groups);
+  const Reader reader(file.path());
+  EXPECT_THAT([&] { check(reader, true); }, ::testing::ThrowsMessage<Error>(HasSubstr("are for rays from the camera")));
+}
+
 TEST(Versions, RefuseModesThatDoNotGoTogether) {
   const auto fault = [](auto&& set) {
     Header header;

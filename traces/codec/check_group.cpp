@@ -36,6 +36,8 @@ class GroupChecker {
     bounded_ = header.opacity_bound == OpacityBound::on;
     in_order_ = header.ahead == 1;
     require(group.rays.size() <= header.warp_size, "a group holds at most warp_size rays");
+    require(header.colour == ColourPer::hit || group.kind == RayKind::primary,
+            "colours that are made once in a frame are for rays from the camera");
     root_known_ = false;
     if (const char* const fault = nodes_.take(header, group.nodes); fault != nullptr) fail(fault);
     wide_leaves_.take(group.nodes, header.node_sizes());

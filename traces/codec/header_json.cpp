@@ -54,6 +54,7 @@ void for_each_header_field(HeaderType& h, std::uint32_t version, Visit&& visit) 
   if (version >= 12) visit("ahead", h.ahead);
   if (version >= 13) visit("wide_leaves", h.wide_leaves);
   if (version >= 14) visit("opacity_bound", h.opacity_bound);
+  if (version >= 16) visit("colour", h.colour);
   visit("gaussians", h.gaussians);
   visit("sh_degree", h.sh_degree);
   visit("gaussian_record_bytes", h.gaussian_record_bytes);
@@ -223,6 +224,7 @@ std::string mode_fault(const Header& h) {
       (h.tracing != Tracing::multi || h.any_hit == AnyHit::delayed || h.ert_check == ErtCheck::round)) {
     return "opacity_bound must be off unless tracing is multi, any_hit immediate and ert_check hit";
   }
+  if (h.colour == ColourPer::frame && h.three_level()) return "colour must be hit when there are object_roots";
   return "";
 }
 

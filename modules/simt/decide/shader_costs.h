@@ -107,7 +107,8 @@ struct ShaderCounters {
   std::uint64_t intersection_batches = 0, intersection_calls = 0;
   std::uint64_t evictions = 0, eviction_moves = 0, entries_processed = 0, entries_blended = 0;
   std::uint64_t load_instructions = 0, store_instructions = 0;
-  std::uint64_t heap_cycles = 0;  ///< cycles in which blending takes entries out of heaps, summed over lanes
+  std::uint64_t colours_made = 0;  ///< with colour = frame
+  std::uint64_t heap_cycles = 0;   ///< cycles in which blending takes entries out of heaps, summed over lanes
   std::uint64_t k_buffer_mismatches = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <utility>
 
 #include "grtx/base/error.h"
 #include "grtx/modules/messages/lane_loop.h"
@@ -13,6 +14,9 @@ namespace grtx::modules {
 namespace {
 
 constexpr unsigned kUnpackPerCoefficient = 3;  // fp16 to fp32, a channel each (assumed: one conversion per instruction)
+// With colour = frame. Taken: the frame's number compared, three conversions. Made: 10 of a direction (3 differences, 3
+// of their squares, a root's reciprocal, 3 products), three conversions.
+constexpr unsigned kTakeColour = 4, kMakeColour = 13;
 
 // The lanes whose loop runs beyond `iteration`.
 template <typename Counts>
@@ -49,6 +53,7 @@ ShaderProgram::ShaderProgram(const traces::Header& header, const MemoryMap& map,
       bounded_(header.opacity_bound == traces::OpacityBound::on && !heap.enabled),
       delayed_(header.any_hit == traces::AnyHit::delayed && !heap.enabled),
       two_level_(header.two_level),
+      colour_table_(header.colour == traces::ColourPer::frame),
       sh_instructions_(
           (costs.sh_per_coefficient + (header.layout == traces::NodeLayout::quantised ? kUnpackPerCoefficient : 0)) *
           (header.sh_degree + 1) * (header.sh_degree + 1)),
@@ -102,6 +107,7 @@ void ShaderProgram::begin(unsigned slot, const traces::RayGroup& group) {
   warp.evictions.fill(0);
   warp.listed.fill(0);
   warp.first_processed.fill(0);
+  if (group.frame != std::exchange(frame_, group.frame)) coloured_.clear();
   find_active(warp);
 }
 
@@ -314,6 +320,12 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     counters_.entries_processed += static_cast<std::uint64_t>(std::popcount(lanes));
     if (blending == 0) continue;  // no lane evaluates the colour
     counters_.entries_blended += static_cast<std::uint64_t>(std::popcount(blending));
+    if (colour_table_) {
+      LaneCounts gaussian{};
+      for_each_bit(blending, [&](unsigned lane) { gaussian[lane] = entry(lane).gaussian; });
+      take_colours(warp, blending, gaussian, !has_alpha, phase);
+      continue;
+    }
     load(Region::sh, phase);
     for_each_bit(blending, [&](unsigned lane) { coalescer_.touch(map_.sh_record(entry(lane).gaussian), sh_bytes_); });
     phase.instructions += sh_instructions_;
@@ -324,6 +336,39 @@ void ShaderProgram::blend(unsigned slot, ShaderPhase& phase) {
     return;
   }
   end_round(warp);
+}
+
+// A colour is read from the SM's table. What is not there the lane makes, and writes.
+void ShaderProgram::take_colours(Warp& warp, LaneMask lanes, const LaneCounts& gaussian, bool has_mean,
+                                 ShaderPhase& phase) {
+  const auto touch_colours = [&](LaneMask of) {
+    for_each_bit(of, [&](unsigned lane) { coalescer_.touch(map_.colour(sm_, gaussian[lane]), traces::kColourBytes); });
+  };
+  LaneMask lacking = 0;
+  for_each_bit(lanes, [&](unsigned lane) {
+    if (!coloured_.contains(gaussian[lane]) && !warp.making.contains(gaussian[lane])) lacking |= bit(lane);
+  });
+  load(Region::sh, phase);
+  touch_colours(lanes);
+  phase.instructions += kTakeColour;
+  if (lacking == 0) return;
+  if (!has_mean) {
+    load(Region::gaussian, phase);
+    for_each_bit(lacking,
+                 [&](unsigned lane) { coalescer_.touch(map_.gaussian_record(gaussian[lane]), MemoryMap::kMeanBytes); });
+  }
+  load(Region::sh, phase);
+  for_each_bit(lacking, [&](unsigned lane) { coalescer_.touch(map_.sh_record(gaussian[lane]), sh_bytes_); });
+  phase.instructions += kMakeColour + sh_instructions_;
+  store(Region::sh, phase);
+  touch_colours(lacking);
+  for_each_bit(lacking, [&](unsigned lane) {
+    if (warp.making.insert(gaussian[lane]).second) ++counters_.colours_made;
+  });
+}
+
+void ShaderProgram::publish_colours(unsigned slot) {
+  if (colour_table_) coloured_.merge(std::exchange(warps_[slot].making, {}));
 }
 
 void ShaderProgram::end_round(Warp& warp) {

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cstdint>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "grtx/modules/kernel/declare.h"
@@ -89,6 +90,8 @@ class ShaderProgram {
   void blend(unsigned slot, ShaderPhase& phase);
   /// After blend(): whether the round has further batches (list).
   bool blends_on(unsigned slot) const { return warps_[slot].batch > 0; }
+  /// The stores of a blend phase are on their way: all warps of the SM see the colours that it made.
+  void publish_colours(unsigned slot);
   void epilogue(unsigned slot, ShaderPhase& phase);
 
   const ShaderCounters& counters() const { return counters_; }
@@ -106,6 +109,7 @@ class ShaderProgram {
     std::array<std::uint32_t, kMaxLanes> evictions{};        ///< entries in the eviction buffer
     std::array<std::uint32_t, kMaxLanes> listed{};           ///< delayed hits read in this round
     std::array<std::uint32_t, kMaxLanes> first_processed{};  ///< index in Ray::processed of the round's first entry
+    std::unordered_set<std::uint32_t> making;                ///< Gaussians whose colour its blend makes
   };
   using LaneCounts = std::array<std::uint32_t, kMaxLanes>;
 
@@ -141,6 +145,9 @@ class ShaderProgram {
   }
   /// The next delayed hit of each lane of the batch: a list in memory, which the RT unit has written.
   void read_list(const AnyHitBatch& batch, ShaderPhase& phase);
+  /// The colours of an entry of lanes: gaussian[lane].
+  void take_colours(Warp& warp, LaneMask lanes, const std::array<std::uint32_t, kMaxLanes>& gaussian, bool has_mean,
+                    ShaderPhase& phase);
   void end_round(Warp& warp);
   unsigned sort_passes(std::uint32_t entries) const;
   /// Whether the round has a batch with this number.
@@ -182,10 +189,13 @@ class ShaderProgram {
   bool bounded_;    ///< header.opacity_bound, and shaders take the hits: entries of the k-buffer have alpha
   bool delayed_;    ///< hits wait in lists until the traversal of their round ends
   bool two_level_;
+  bool colour_table_;         ///< header.colour
   unsigned sh_instructions_;  ///< of an entry's colour
   std::uint64_t gaussian_bytes_;
   std::uint64_t sh_bytes_;
   std::vector<Warp> warps_;
+  std::unordered_set<std::uint32_t> coloured_;  ///< Gaussians whose colour the SM has made in frame_
+  std::uint32_t frame_ = 0;
   Coalescer coalescer_;
   ShaderCounters counters_;
 };

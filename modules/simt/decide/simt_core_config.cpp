@@ -91,8 +91,10 @@ void count_off_by_default(CounterTable<SimtCounters>& table) {
       .value([](const C& c) { return c.phases[kIntersection]; }, "phases.intersection", "phases",
              "executions of phase intersection", StatisticKind::count)
       .when([](const C& c) { return c.shader.heap_cycles != 0; })
-      .sum(of_shader(&S::heap_cycles), "heap_cycles", "cycles",
-           "cycles of taking hits out of heaps, summed over lanes");
+      .sum(of_shader(&S::heap_cycles), "heap_cycles", "cycles", "cycles of taking hits out of heaps, summed over lanes")
+      .when([](const C& c) { return c.shader.colours_made != 0; })
+      .sum(of_shader(&S::colours_made), "colours_made", "colours",
+           "with colour = frame: colours that shaders made, on each SM its own");
 }
 
 }  // namespace

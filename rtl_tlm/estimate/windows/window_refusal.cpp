@@ -18,6 +18,7 @@ bool is_sequence(const traces::Reader& reader) { return !reader.header().frame_g
 
 /// Why windows cannot represent the trace on this machine; empty: they can.
 std::string unsuited(const traces::Reader& reader, const GpuConfig& config, const WindowOptions& options) {
+  if (reader.header().colour == traces::ColourPer::frame) return "each window would make its colours again";
   const std::uint64_t groups = reader.group_count();
   const std::uint64_t slots = window_slots(config);
   if (plan_windows(groups, slots, options.share, options.seed).empty()) {

@@ -168,6 +168,7 @@ TEST_F(SweepPointsTest, TheKeyHasTheVersionThatIsWrittenAndNotTheHighestKnown) {
   EXPECT_EQ(format("s.ply", {{"tracer.ert_check", "round"}}), 11U);
   EXPECT_EQ(format("s.ply", {{"tracer.ahead", 4}}), 12U);
   EXPECT_EQ(format("s.ply", {{"tracer.opacity_bound", "on"}}), 14U);
+  EXPECT_EQ(format("s.ply", {{"tracer.sh_dir", "centre"}, {"tracer.colour", "frame"}}), 16U);
 }
 
 TEST_F(SweepPointsTest, WhatIsSaidOtherwiseButResolvesTheSameIsOnePoint) {

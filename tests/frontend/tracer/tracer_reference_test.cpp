@@ -76,6 +76,29 @@ TEST(TracerReferenceFaults, HarmonicsOfDegree4WereLeftOut) {
   }
 }
 
+// A pixel adds up colours with weights of 1 in all, and each has an error of half a step of fp16 at most.
+TEST(ColoursOnceInAFrame, DifferByTheirRoundingAlone) {
+  const Scene scene = test::random_scene(46, {.count = 300, .log_scale_mean = -1.5, .sh_degree = 3});
+  const Camera camera = test::front_camera(32, 32);
+  for (const AccelKind kind : {AccelKind::tri20, AccelKind::tlas_sphere, AccelKind::ellipsoid}) {
+    TracerOptions options;
+    options.sh_direction = ShDirection::centre;
+    const RenderResult hit = test::trace_scene(scene, camera, kind, options);
+    options.colour = ColourPer::frame;
+    const RenderResult frame = test::trace_scene(scene, camera, kind, options);
+    EXPECT_EQ(frame.sequences, hit.sequences);
+    std::size_t rounded = 0;
+    for (std::size_t i = 0; i < hit.image.pixels.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        const float exact = hit.image.pixels[i][c], got = frame.image.pixels[i][c];
+        EXPECT_NEAR(got, exact, exact * 0x1p-10f + 0x1p-24f);
+        rounded += got != exact ? 1 : 0;
+      }
+    }
+    EXPECT_GT(rounded, hit.image.pixels.size() / 2);
+  }
+}
+
 // |direction|^2 in the unit frame is no float there. Powers of two: the scene is the same but for its size.
 TEST(TracerReferenceFaults, SpheresFromScale1e20OnHeldEveryOrigin) {
   const std::pair<AccelKind, ReferenceProxy> kinds[] = {

@@ -21,8 +21,8 @@ constexpr unsigned kResident = 4;
 constexpr unsigned kSlot = 2;
 
 struct Program {
-  explicit Program(const traces::Header& header, const ShaderCosts& costs = {})
-      : map(header, {1, kResident, 0}), program(header, map, costs, 0, kResident) {}
+  explicit Program(const traces::Header& header, const ShaderCosts& costs = {}, const HitHeap& heap = {})
+      : map(header, {1, kResident, 0}), program(header, map, costs, 0, kResident, heap) {}
   MemoryMap map;
   ShaderProgram program;
   ShaderPhase phase;
@@ -168,6 +168,55 @@ TEST(ShaderBlend, TrafficAndInstructionsGrowWithTheShDegree) {
     EXPECT_EQ(p.phase.instructions, 10u + 2 * 24 + a_coefficient * (c.degree + 1) * (c.degree + 1));
     EXPECT_EQ(p.program.counters().k_buffer_mismatches, 0u);
   }
+}
+
+TEST(ShaderBlend, AColourIsMadeOnceOnAnSmAndThenTakenFromItsTable) {
+  traces::Header header = simt_header();
+  header.colour = traces::ColourPer::frame;
+  header.gaussians = 1000;
+  header.sh_degree = 3;
+  header.sh_record_bytes = traces::sh_record_bytes(header.layout, header.sh_degree);
+  Program p(header);
+  // Two lanes, whose first entry is the same Gaussian; the second lane meets the first one's other Gaussian again.
+  traces::RayGroup group;
+  group.rays.push_back(make_ray(0, {{{}, {seen(8, true), seen(100, true)}, 2, 0}}));
+  group.rays.push_back(make_ray(1, {{{}, {seen(8, true), seen(500, false), seen(100, true)}, 3, 0}}));
+  const auto blend = [&](unsigned slot) {
+    p.program.begin(slot, group);
+    p.program.blend(slot, p.phase);
+  };
+  constexpr unsigned kTaken = 4, kMade = 13 + 4 * 16;
+  blend(kSlot);  // makes 8 and 100, and sees at once what it has made
+  EXPECT_EQ(p.phase.instructions, 10u + 3 * 24 + 3 * kTaken + 2 * kMade);
+  EXPECT_EQ(count(p.phase.loads, Region::sh), 3u + 2 * 6);
+  ASSERT_EQ(p.phase.stores.size(), 2u);
+  EXPECT_EQ(p.phase.stores[0], (SectorAccess{p.map.colour(0, 8), Region::sh}));
+  EXPECT_EQ(p.program.counters().colours_made, 2u);
+  blend(kSlot + 1);  // the other warp's stores are not on their way yet
+  EXPECT_EQ(p.phase.stores.size(), 2u);
+  p.program.publish_colours(kSlot);
+  blend(0);
+  EXPECT_EQ(p.phase.instructions, 10u + 3 * 24 + 3 * kTaken);
+  EXPECT_EQ(count(p.phase.loads, Region::sh), 3u);
+  EXPECT_TRUE(p.phase.stores.empty());
+  group.frame = 1;  // the camera has moved
+  blend(0);
+  EXPECT_EQ(p.phase.stores.size(), 2u);
+}
+
+TEST(ShaderBlend, AColourThatIsMadeReadsTheGaussiansPlaceIfAHitBringsItsAlpha) {
+  traces::Header header = simt_header();
+  header.colour = traces::ColourPer::frame;
+  header.gaussians = 1000;
+  HitHeap heap;
+  heap.enabled = heap.alpha = true;
+  Program p(header, {}, heap);
+  traces::RayGroup group;
+  group.rays.push_back(make_ray(0, {{{}, {seen(8, true)}, 1, 0}}));
+  p.program.begin(kSlot, group);
+  p.program.blend(kSlot, p.phase);
+  EXPECT_EQ(count(p.phase.loads, Region::gaussian), 1u);
+  EXPECT_EQ(count(p.phase.loads, Region::sh), 2u);
 }
 
 TEST(ShaderBlend, DistinctGaussiansShareOnlyTheSectorsTheyOverlapIn) {

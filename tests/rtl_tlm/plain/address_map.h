@@ -53,6 +53,7 @@ class AddressMap {
       stack_stride_ = odd_lines(stack_sectors * kSector);
       stack_ = place(rays * stack_stride_);
     }
+    if (header.colour == traces::ColourPer::frame) colour_ = place(sms * header.gaussians * 8);
   }
   std::uint64_t gaussian(std::uint64_t id) const { return gaussian_ + id * header_.gaussian_record_bytes; }
   /// A hit in a leaf, whose address is in units, times 64: a record for each.
@@ -62,6 +63,7 @@ class AddressMap {
   /// leaf: address of the box in units, times 64.
   std::uint64_t shape(std::uint64_t leaf) const { return shape_ + leaf / 64 * 48; }
   std::uint64_t sh(std::uint64_t id) const { return sh_ + id * header_.sh_record_bytes; }
+  std::uint64_t colour(unsigned sm, std::uint64_t id) const { return colour_ + (sm * header_.gaussians + id) * 8; }
   std::uint64_t pixel(std::uint64_t pixel) const { return pixel_ + pixel * 16; }
   std::uint64_t k_buffer(unsigned sm, unsigned slot, std::uint64_t entry, unsigned field, unsigned lane) const {
     if (k_by_ray_) return k_buffer_ + (ray(sm, slot, lane) * k_ + entry) * words_ * 4 + field * 4;
@@ -107,7 +109,7 @@ class AddressMap {
   unsigned words_ = 2;
   std::uint64_t k_ = 0, evictions_ = 0, end_ = 0;
   std::uint64_t gaussian_ = 0, shape_ = 0, sh_ = 0, k_buffer_ = 0, checkpoint_ = 0, eviction_ = 0, pixel_ = 0,
-                stack_ = 0;
+                stack_ = 0, colour_ = 0;
   std::uint64_t checkpoint_stride_ = 0, eviction_stride_ = 0, stack_stride_ = 0;
 };
 

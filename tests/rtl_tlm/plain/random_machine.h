@@ -72,6 +72,8 @@ inline traces::testing::RandomOptions random_options(Random& random, unsigned se
   }
   Random widths = delayed;  // likewise
   trace.wide = trace.layout == NodeLayout::quantised && widths.upto(2) != 0;
+  Random colours = widths;  // likewise
+  if (trace.objects == 0 && colours.upto(2) == 0) trace.colour = traces::ColourPer::frame;
   return trace;
 }
 

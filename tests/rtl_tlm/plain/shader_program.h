@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -36,13 +37,16 @@ struct ShaderCounts {
   std::uint64_t ray_rounds = 0, any_hit_calls = 0, evictions = 0, eviction_moves = 0, processed = 0, blended = 0;
   std::uint64_t k_buffer_mismatches = 0, intersections = 0;
   std::uint64_t heap_cycles = 0;  ///< of all lanes
+  std::uint64_t colours = 0;      ///< made
 };
 
 /// The program of one resident warp, with what its lanes keep between phases.
 class ShaderProgram {
  public:
-  ShaderProgram(const modules::SimtCoreConfig& config, const traces::Header& header, const AddressMap& map, unsigned sm)
-      : costs_(config.costs), heap_(config.heap), header_(header), map_(map), sm_(sm) {}
+  /// coloured: Gaussians whose colour the SM has in its table.
+  ShaderProgram(const modules::SimtCoreConfig& config, const traces::Header& header, const AddressMap& map, unsigned sm,
+                std::set<std::uint64_t>& coloured)
+      : costs_(config.costs), heap_(config.heap), header_(header), map_(map), sm_(sm), coloured_(&coloured) {}
 
   void start(const traces::RayGroup& group, unsigned slot) {
     group_ = &group;
@@ -212,7 +216,16 @@ class ShaderProgram {
         });
       }
       bool blended = false;
-      {
+      std::uint64_t colour = (costs_.sh_per_coefficient + unpack) * coefficients;
+      if (header_.colour == traces::ColourPer::frame) {
+        std::vector<std::uint64_t> ids;
+        for_active(round, [&](unsigned l) {
+          if (entry(l) != nullptr && entry(l)->blended != 0) ids.push_back(entry(l)->gaussian);
+        });
+        counts.blended += ids.size();
+        blended = !ids.empty();
+        colour = colours(phase, ids, colour, counts);
+      } else {
         Instruction sh(phase.loads, phase.load_instructions, Region::sh, false);
         for_active(round, [&](unsigned l) {
           if (entry(l) == nullptr || entry(l)->blended == 0) return;
@@ -221,8 +234,8 @@ class ShaderProgram {
           blended = true;
         });
       }
-      phase.instructions += (heap_.alpha || bounded() ? costs_.blend_with_alpha : costs_.blend_per_entry) +
-                            (blended ? (costs_.sh_per_coefficient + unpack) * coefficients : 0);
+      phase.instructions +=
+          (heap_.alpha || bounded() ? costs_.blend_with_alpha : costs_.blend_per_entry) + (blended ? colour : 0);
     }
     if (list && most > end) return phase;
     for_active(round, [&](unsigned l) {
@@ -232,6 +245,12 @@ class ShaderProgram {
       lanes_[l].evicted -= r.eviction_dropped;
     });
     return phase;
+  }
+
+  /// The colours that a blend phase made are in the table, for all to see.
+  void blend_ends() {
+    coloured_->insert(making_.begin(), making_.end());
+    making_.clear();
   }
 
   Phase epilogue() const {
@@ -276,6 +295,32 @@ class ShaderProgram {
     Region region_;
     bool write_, touched_ = false;
   };
+
+  /// Colours of an entry from the table; those that it lacks are made, with `harmonics` instructions, and written.
+  /// Returns the instructions.
+  std::uint64_t colours(Phase& phase, const std::vector<std::uint64_t>& ids, std::uint64_t harmonics,
+                        ShaderCounts& counts) {
+    std::vector<std::uint64_t> made;
+    {
+      Instruction read(phase.loads, phase.load_instructions, Region::sh, false);
+      for (const std::uint64_t id : ids) {
+        read.touch(map_.colour(sm_, id), 8);
+        if (coloured_->count(id) + making_.count(id) == 0) made.push_back(id);
+      }
+    }
+    if (heap_.alpha || bounded()) {
+      Instruction mean(phase.loads, phase.load_instructions, Region::gaussian, false);
+      for (const std::uint64_t id : made) mean.touch(map_.gaussian(id), 12);
+    }
+    Instruction sh(phase.loads, phase.load_instructions, Region::sh, false);
+    Instruction write(phase.stores, phase.store_instructions, Region::sh, true);
+    for (const std::uint64_t id : made) {
+      sh.touch(map_.sh(id), header_.sh_record_bytes);
+      write.touch(map_.colour(sm_, id), 8);
+      counts.colours += making_.insert(id).second ? 1 : 0;
+    }
+    return made.empty() ? 4 : 4 + 13 + harmonics;
+  }
 
   const traces::Round& round(unsigned lane, unsigned round) const { return group_->rays[lane].rounds[round]; }
   template <typename F>
@@ -465,6 +510,8 @@ class ShaderProgram {
   unsigned sm_, slot_ = 0;
   const traces::RayGroup* group_ = nullptr;
   std::vector<Lane> lanes_;
+  std::set<std::uint64_t>* coloured_;
+  std::set<std::uint64_t> making_;  ///< colours that its blend phase makes
 };
 
 }  // namespace grtx::sim::plain

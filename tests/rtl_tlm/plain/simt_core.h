@@ -49,7 +49,7 @@ class SimtCore {
         rt_(std::move(rt)),
         memory_(memory),
         scheduler_free_(config.schedulers, 0) {
-    for (unsigned s = 0; s < slots; ++s) slots_.emplace_back(ShaderProgram(config, header_, map, sm));
+    for (unsigned s = 0; s < slots; ++s) slots_.emplace_back(ShaderProgram(config, header_, map, sm, coloured_));
   }
 
   void tick(Cycle now) {
@@ -110,6 +110,7 @@ class SimtCore {
     s.add(p + "lsu.blocked_cycles", blocked_);
     s.most(p + "lsu.deepest_queue", deepest_);
     s.add(p + "heap_cycles", counts_.heap_cycles);
+    s.add(p + "colours_made", counts_.colours);
   }
 
  private:
@@ -179,6 +180,8 @@ class SimtCore {
   void take_messages(Cycle now) {
     while (launch_.front(now) != nullptr) {
       const Launch launch = launch_.pop(now);
+      if (launch.group->frame != frame_) coloured_.clear();
+      frame_ = launch.group->frame;
       Slot& slot = slots_[launch.slot];
       slot.used = true;
       slot.group = launch.group;
@@ -274,6 +277,7 @@ class SimtCore {
         if (list() || slot.pass == slot.program.sort_passes(slot.round)) slot.step = Step::blend;
         return;
       case PhaseKind::blend:
+        slot.program.blend_ends();
         if (list() && slot.pass < slot.program.sort_passes(slot.round)) {
           slot.step = Step::sort;
           return;
@@ -428,6 +432,8 @@ class SimtCore {
   std::vector<RtMessages*> rt_;
   MemoryPort& memory_;
   std::vector<Slot> slots_;
+  std::set<std::uint64_t> coloured_;  ///< Gaussians whose colour is in the SM's table
+  std::uint32_t frame_ = 0;
   std::vector<Cycle> scheduler_free_;
   std::deque<Access> queue_;  ///< of the load-store unit
   std::deque<TraceCall> calls_;
