@@ -13,6 +13,7 @@
 #include "grtx/base/child_process.h"
 #include "grtx/frontend/scene/scene_io.h"
 #include "grtx/rtl_tlm/run/simulation.h"
+#include "grtx/traces/check.h"
 #include "grtx/traces/reader.h"
 #include "paths.h"
 #include "real_scene_files.h"
@@ -119,6 +120,29 @@ TEST(PlainGpuScene, AgreesOnATrainedSceneInAllDesigns) {
         if (!all) break;
       }
     }
+  }
+}
+
+TEST(PlainGpuColours, AgreesWhereAColourIsMadeOnceInAFrame) {
+  using frontend::AccelKind;
+  const std::vector<std::string> walk = {"rt.traversal=warp", "rt.warp_buffer.spill=true", "rt.gaussian.enabled=true",
+                                         "rt.any_hit_unit.enabled=true", "gpu.sms=2"};
+  const frontend::Scene scene = grtx::test::random_scene(72, {.count = 400, .log_scale_mean = -1.8, .sh_degree = 3});
+  for (const AccelKind accel : {AccelKind::tlas_tri20, AccelKind::ellipsoid}) {
+    frontend::TracerOptions options;
+    options.sh_direction = frontend::ShDirection::centre;
+    options.colour = frontend::ColourPer::frame;
+    const traces::testing::TemporaryFile file("plain");
+    test::write_view(file.path(), scene, grtx::test::front_camera(16, 8, 1.2), 16, 8, accel, options);
+    const traces::Reader reader(file.path());
+    EXPECT_EQ(reader.header().colour, traces::ColourPer::frame);
+    EXPECT_NO_THROW(traces::check(reader, true));
+    const GpuConfig config = load_config(grtx::paths::source_dir() + "/configs/table1.toml",
+                                         accel == AccelKind::ellipsoid ? walk : std::vector<std::string>{});
+    EXPECT_EQ(differences(file.path(), config), "") << frontend::accel_name(accel);
+    const double made = systemc(file.path(), config).at("gpu.simt.colours_made");
+    EXPECT_GT(made, 0.0);
+    EXPECT_LT(made, 0.5 * static_cast<double>(reader.totals().blended));
   }
 }
 
