@@ -86,6 +86,22 @@ std::string with_quotient(const std::string& figure, double quotient) {
   return fmt::format("{} <span class=\"share\">{:.2f}</span>", figure, quotient);
 }
 
+// Rows of area, storage and the like, which have no k.
+void add_costs(Table& table, const std::vector<Column>& columns) {
+  for (const CostTarget& target : cost_targets()) {
+    std::vector<std::string> cells = {escape(target.name), number(target.paper) + " " + target.unit};
+    bool any = false;
+    for (const Column& column : columns) {
+      const double own = column.value(target);
+      any = any || std::isfinite(own);
+      cells.push_back(std::isfinite(own) ? with_quotient(number(own) + " " + target.unit, own / target.paper) : "");
+    }
+    if (!any) continue;
+    cells.push_back(escape(target.source));
+    table.row(cells);
+  }
+}
+
 }  // namespace
 
 std::optional<Interval> interval_of(const RunTarget& target, const RunResults& run) {
@@ -133,18 +149,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
       ticks.push_back({{"label", target.name}, {"value", target.paper}});
     }
   }
-  for (const CostTarget& target : cost_targets()) {
-    std::vector<std::string> cells = {escape(target.name), number(target.paper) + " " + target.unit};
-    bool any = false;
-    for (const Column& column : columns) {
-      const double own = column.value(target);
-      any = any || std::isfinite(own);
-      cells.push_back(std::isfinite(own) ? with_quotient(number(own) + " " + target.unit, own / target.paper) : "");
-    }
-    if (!any) continue;
-    cells.push_back(escape(target.source));
-    table.row(cells);
-  }
+  add_costs(table, columns);
   if (table.rows() == 0) return "";
   const std::string mind = fmt::format("at another k than the paper's {}", paper_k());
   const std::string caption =

@@ -54,13 +54,12 @@ std::vector<Part> energy_of(const DesignResult& design, const MachineFigures& ma
 
 using Figure = std::function<std::string(std::size_t)>;  // cell of design i; "" where it has none
 
-/// One row per figure and one column per design, so that five designs fit; figures that no design has are absent.
-std::string designs_table(const ReportRun& run) {
-  const std::vector<DesignResult>& designs = run.results.designs;
-  std::vector<Table::Column> columns = {{"figure", false}};
-  for (const DesignResult& d : designs) columns.push_back({d.name});
-  Table table(run.results.label + ": the designs", columns);
-  const auto row = [&](const std::string& name, const Figure& figure) {
+/// Rows of a table with one column per design; a figure that no design has gets none.
+struct FigureRows {
+  Table& table;
+  const std::vector<DesignResult>& designs;
+
+  void add(const std::string& name, const Figure& figure) {
     std::vector<std::string> cells = {escape(name)};
     bool any = false;
     for (std::size_t i = 0; i < designs.size(); ++i) {
@@ -68,60 +67,79 @@ std::string designs_table(const ReportRun& run) {
       any = any || !cells.back().empty();
     }
     if (any) table.row(cells);
-  };
-  // In one unit, so that designs compare at a glance.
-  const auto measured = [&](const std::string& name, const std::string& unit, auto&& value) {
+  }
+
+  /// In one unit, so that designs compare at a glance.
+  void add(const std::string& name, const std::string& unit, const std::function<double(std::size_t)>& value) {
     std::vector<double> values;
     for (std::size_t i = 0; i < designs.size(); ++i) values.push_back(value(i));
     const std::vector<std::string> texts = in_one_unit(values, unit);
-    row(name, [&texts](std::size_t i) { return texts[i]; });
-  };
+    add(name, [&texts](std::size_t i) { return texts[i]; });
+  }
+};
+
+void add_times(FigureRows& rows, const ReportRun& run) {
+  const std::vector<DesignResult>& designs = run.results.designs;
+  const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
+  const auto mm2 = [&](std::size_t i) { return chip_mm2(run.machines[i]); };
+  rows.add("time of the frame", "s", seconds);
+  rows.add("of it traversal: warps in the RT units", "s",
+           [&](std::size_t i) { return seconds(i) * traversal_share(designs[i]); });
+  rows.add("of it shading: warps in shaders", "s",
+           [&](std::size_t i) { return seconds(i) * (1.0 - traversal_share(designs[i])); });
+  rows.add("rays a second", "rays/s", [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i); });
+  rows.add("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
+  rows.add("rays a second and mm²", "rays/s",
+           [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i) / mm2(i); });
+}
+
+void add_reads(FigureRows& rows, const std::vector<DesignResult>& designs) {
   const auto statistic = [&](const char* name) {
     return [&designs, name](std::size_t i) { return number(designs[i].value(name)); };
   };
-  row("speed-up", [&](std::size_t i) { return speedup_text(run, designs[i]); });
-  const auto picture = [&designs](std::vector<double> PictureResult::*psnr) {
-    return [&designs, psnr](std::size_t i) {
-      return designs[i].picture ? decibels_text(*designs[i].picture.*psnr) : std::string();
-    };
-  };
-  row("picture against " + run.results.speedup_over, picture(&PictureResult::over));
-  row("picture against the reference in its own order", picture(&PictureResult::reference));
-  row("cycles", [&](std::size_t i) {
-    return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
-  });
-  const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
-  const auto mm2 = [&](std::size_t i) { return chip_mm2(run.machines[i]); };
-  measured("time of the frame", "s", seconds);
-  measured("of it traversal: warps in the RT units", "s",
-           [&](std::size_t i) { return seconds(i) * traversal_share(designs[i]); });
-  measured("of it shading: warps in shaders", "s",
-           [&](std::size_t i) { return seconds(i) * (1.0 - traversal_share(designs[i])); });
-  measured("rays a second", "rays/s", [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i); });
-  row("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
-  measured("rays a second and mm²", "rays/s",
-           [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i) / mm2(i); });
-  row("largest bound", [&](std::size_t i) {
-    const std::string bound = binding_text(designs[i]);
-    return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
-  });
-  row("node visits", statistic("gpu.rt.node_visits"));
-  row("node fetches", statistic("gpu.rt.node_fetches"));
-  row("latency of a fetch, cycles", statistic("gpu.rt.node_fetch_latency"));
-  row("L1 hit rate of nodes", [&](std::size_t i) {
+  rows.add("node visits", statistic("gpu.rt.node_visits"));
+  rows.add("node fetches", statistic("gpu.rt.node_fetches"));
+  rows.add("latency of a fetch, cycles", statistic("gpu.rt.node_fetch_latency"));
+  rows.add("L1 hit rate of nodes", [&](std::size_t i) {
     const double hits = designs[i].value("gpu.l1.node.hit_rate");
     return std::isfinite(hits) ? fmt::format("{:.1f} %", 100.0 * hits) : std::string();
   });
   for (const auto& [level, name] : {std::pair(MemoryLevel::l2, "L2: "), std::pair(MemoryLevel::dram, "DRAM: ")}) {
     for (std::size_t purpose = 0; purpose < kPurposes; ++purpose) {
-      measured(name + purpose_name(purpose), "B", [&](std::size_t i) {
+      rows.add(name + purpose_name(purpose), "B", [&, level = level](std::size_t i) {
         const double bytes = bytes_for(designs[i], level, purpose);
         return bytes > 0.0 ? bytes : std::nan("");
       });
     }
   }
-  measured("energy", "J", [&](std::size_t i) { return energy_nj(designs[i], run.machines[i]) * 1e-9; });
-  measured("energy a ray", "J", [&](std::size_t i) { return designs[i].value("gpu.energy_nj_per_ray") * 1e-9; });
+}
+
+/// One row per figure and one column per design, so that five designs fit; figures that no design has are absent.
+std::string designs_table(const ReportRun& run) {
+  const std::vector<DesignResult>& designs = run.results.designs;
+  std::vector<Table::Column> columns = {{"figure", false}};
+  for (const DesignResult& d : designs) columns.push_back({d.name});
+  Table table(run.results.label + ": the designs", columns);
+  FigureRows rows{table, designs};
+  rows.add("speed-up", [&](std::size_t i) { return speedup_text(run, designs[i]); });
+  const auto picture = [&designs](std::vector<double> PictureResult::*psnr) {
+    return [&designs, psnr](std::size_t i) {
+      return designs[i].picture ? decibels_text(*designs[i].picture.*psnr) : std::string();
+    };
+  };
+  rows.add("picture against " + run.results.speedup_over, picture(&PictureResult::over));
+  rows.add("picture against the reference in its own order", picture(&PictureResult::reference));
+  rows.add("cycles", [&](std::size_t i) {
+    return number(designs[i].value("gpu.cycles")) + interval_html(designs[i].cycles_interval(), number);
+  });
+  add_times(rows, run);
+  rows.add("largest bound", [&](std::size_t i) {
+    const std::string bound = binding_text(designs[i]);
+    return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
+  });
+  add_reads(rows, designs);
+  rows.add("energy", "J", [&](std::size_t i) { return energy_nj(designs[i], run.machines[i]) * 1e-9; });
+  rows.add("energy a ray", "J", [&](std::size_t i) { return designs[i].value("gpu.energy_nj_per_ray") * 1e-9; });
   return table.html();
 }
 
