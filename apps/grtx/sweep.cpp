@@ -65,7 +65,7 @@ int compare(const SweepArguments& options, const CommonOptions& common) {
     print_json(json);
     return differences.empty() ? 0 : 1;
   }
-  for (const std::string& line : differences) fmt::print("{}\n", line);
+  for (const std::string& line : differences) say("{}", line);
   if (!common.quiet) {
     if (differences.empty()) fmt::print("the same results\n");
     for (std::size_t i = 0; i < earlier_plan.size(); ++i) {

@@ -45,7 +45,7 @@ def read(path):
 
 def load(path=os.path.join(HERE, "claims.toml")):
     entries = read(path)["claim"]
-    printed = {t["name"]: t for kind in read(TARGETS).values() for t in kind} | {entry["id"]: entry for entry in entries}
+    printed = {t["name"]: t for kind in read(TARGETS).values() if isinstance(kind, list) for t in kind} | {entry["id"]: entry for entry in entries}
     return {entry["id"]: Claim(entry, printed) for entry in entries}
 
 

@@ -101,13 +101,12 @@ std::vector<StallSection> stall_sections(const nlohmann::ordered_json& document,
   if (!warps.bars.empty()) sections.insert(sections.begin() + 1, warps);
   add_units(document, sections);
   // Both this and the bound `longest_warp` are of one warp.
-  StallSection call{"gpu.rt.warp_latency_max: the slowest traceRay call of a warp, its waits included",
+  StallSection call{"gpu.rt: the slowest traceRay call of a warp, with waits",
                     "cycles",
                     number(stats, "gpu.cycles"),
                     {{"slowest_call", number(stats, "gpu.rt.warp_latency_max")}}};
   if (call.bars.front().value > 0.0) sections.push_back(call);
-  StallSection bounds = section_of(stats, "gpu.bound",
-                                   "gpu.bound: the run could not be shorter than; longest_warp is work without waits");
+  StallSection bounds = section_of(stats, "gpu.bound", "gpu.bound: no run is shorter; longest_warp is without waits");
   std::erase_if(bounds.bars, [](const StallBar& bar) { return bar.label == "largest" || bar.label == "fraction"; });
   for (const StallBar& bar : section_of(stats, "gpu.bound.unit", "").bars) {
     bounds.bars.push_back({"unit." + bar.label, bar.value});

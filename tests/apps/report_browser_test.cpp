@@ -196,7 +196,7 @@ TEST_F(ReportInBrowser, ARunIsDrawn) {
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
   EXPECT_EQ(found.at("charts"),
-            9);  // twice the bytes of L2 and DRAM, and what a speed-up is made of; ratios, stalls, energy
+            11);  // twice the bytes of L2 and DRAM, and what two speed-ups are made of; ratios, stalls, energy
 }
 
 }  // namespace

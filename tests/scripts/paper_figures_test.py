@@ -14,7 +14,7 @@ TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 sys.path.insert(0, os.path.join(TOP, "bench"))
 from paper import claims  # noqa: E402
 
-TARGETS = [target for kind in claims.read(claims.TARGETS).values() for target in kind]
+TARGETS = [target for kind in claims.read(claims.TARGETS).values() if isinstance(kind, list) for target in kind]
 OWN = [entry for entry in claims.read(os.path.join(TOP, "bench", "paper", "claims.toml"))["claim"] if "paper" in entry]
 
 

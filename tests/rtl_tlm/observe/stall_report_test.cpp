@@ -88,9 +88,9 @@ TEST(StallReport, TheSlowestCallAndTheWorkOfTheLongestWarpAreNamedApart) {
                                                                {"gpu.bound.longest_warp", 15}}),
                                                      "s.json"),
                                       4);
-  EXPECT_THAT(text, HasSubstr("the slowest traceRay call of a warp, its waits included (100 cycles)\n"
+  EXPECT_THAT(text, HasSubstr("the slowest traceRay call of a warp, with waits (100 cycles)\n"
                               "  slowest_call |####|  90.0 %            90\n"));
-  EXPECT_THAT(text, HasSubstr("longest_warp is work without waits (100 cycles)\n"
+  EXPECT_THAT(text, HasSubstr("longest_warp is without waits (100 cycles)\n"
                               "  longest_warp |#   |  15.0 %            15\n"));
 }
 
