@@ -145,7 +145,8 @@ WalkCall WalkChain::measure(const traces::RayGroup& group, std::size_t round,
   std::vector<WarpStackEntry> children;
   UnitLoad load;
   while (!waiting.empty()) {
-    const auto [entry, start] = waiting.back();
+    const WarpStackEntry entry = waiting.back().entry;
+    const Cycle start = waiting.back().start;
     waiting.pop_back();
     bool visited = false;
     modules::for_each_bit(entry.lanes, [&](unsigned lane) {
