@@ -23,6 +23,17 @@ RawRows generated(unsigned degree) {
   return load_rows(path.str(), {});
 }
 
+void expect_equal(const RawRows& read, const RawRows& rows) {
+  EXPECT_EQ(read.sh_degree, rows.sh_degree);
+  EXPECT_EQ(read.x, rows.x);
+  EXPECT_EQ(read.y, rows.y);
+  EXPECT_EQ(read.z, rows.z);
+  EXPECT_EQ(read.log_scale, rows.log_scale);
+  EXPECT_EQ(read.rotation, rows.rotation);
+  EXPECT_EQ(read.opacity_logit, rows.opacity_logit);
+  EXPECT_EQ(read.sh, rows.sh);
+}
+
 TEST(SceneWriter, PlyKeepsEveryNumber) {
   for (unsigned degree = 0; degree <= 3; ++degree) {
     RawRows rows = generated(degree);
@@ -30,14 +41,7 @@ TEST(SceneWriter, PlyKeepsEveryNumber) {
     const TemporaryPath path(".ply");
     write_ply(rows, path.str());
     const RawRows read = load_rows(path.str(), {});
-    EXPECT_EQ(read.sh_degree, degree);
-    EXPECT_EQ(read.x, rows.x);
-    EXPECT_EQ(read.y, rows.y);
-    EXPECT_EQ(read.z, rows.z);
-    EXPECT_EQ(read.log_scale, rows.log_scale);
-    EXPECT_EQ(read.rotation, rows.rotation);
-    EXPECT_EQ(read.opacity_logit, rows.opacity_logit);
-    EXPECT_EQ(read.sh, rows.sh);
+    expect_equal(read, rows);
   }
 }
 
@@ -53,14 +57,7 @@ TEST(SceneWriter, UsdaKeepsEveryNumber) {
     const TemporaryPath path(".usda");
     EXPECT_EQ(write_usda(rows, path.str()), 0U);
     const RawRows read = load_rows(path.str(), {});
-    EXPECT_EQ(read.sh_degree, degree);
-    EXPECT_EQ(read.x, rows.x);
-    EXPECT_EQ(read.y, rows.y);
-    EXPECT_EQ(read.z, rows.z);
-    EXPECT_EQ(read.log_scale, rows.log_scale);
-    EXPECT_EQ(read.rotation, rows.rotation);
-    EXPECT_EQ(read.opacity_logit, rows.opacity_logit);
-    EXPECT_EQ(read.sh, rows.sh);
+    expect_equal(read, rows);
   }
 }
 
