@@ -143,7 +143,7 @@ void WarpWalkScheduler::enter(Cycle now, Entering& unit) {
     node.entering &= ~bit(lane);
     if (node.entering == 0) unit.nodes.pop();
     ++unit.tests;
-    units_->test(now, walk_test(entry, slot, lane), node.entry.kind, children_in_node(entry, node.entry));
+    units_->test(now, walk_test(entry, slot, lane), node.entry.kind, node.child_count);
   }
 }
 
@@ -233,6 +233,7 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
       for_each_bit(lanes, [&](unsigned lane) { units_->test(now, walk_test(entry, slot, lane), kind, 0); });
       return;
     }
+    node.child_count = children_in_node(entry, node.entry);
     entering_[is_leaf(kind) ? 1 : 0].nodes.push(lane_id(entry, slot));
     working_ = true;
   });
@@ -240,15 +241,15 @@ void WarpWalkScheduler::fetched(Cycle now, unsigned entry, LaneMask slots, NodeK
 }
 
 unsigned WarpWalkScheduler::children_in_node(unsigned entry, const WarpStackEntry& node) const {
-  unsigned children = 0;
-  if (is_leaf(node.kind)) return children;
-  for_each_bit(node.lanes, [&](unsigned lane) {
+  if (is_leaf(node.kind)) return 0;
+  for (LaneMask rest = node.lanes; rest != 0; rest &= rest - 1) {  // one lane that visits it says it for all
+    const auto lane = static_cast<unsigned>(std::countr_zero(rest));
     const Event& event = walks_[entry].lanes[lane].tree.event(node.event[lane]);
     if (event.kind() == EventKind::visit_internal) {
-      children = buffer_->warp(entry).group->nodes[event.node].child_count;
+      return buffer_->warp(entry).group->nodes[event.node].child_count;
     }
-  });
-  return children;
+  }
+  return 0;
 }
 
 void WarpWalkScheduler::unit_result(Cycle now, LaneId test) {

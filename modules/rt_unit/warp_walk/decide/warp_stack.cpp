@@ -75,7 +75,7 @@ unsigned WarpStack::start(std::size_t place) {
   unsigned slot = 0;
   while (nodes_[slot].used) ++slot;
   Item& item = order_[place];
-  nodes_[slot] = {item.entry, item.entry.lanes, true, false, item.entry.lanes, {}, 0};
+  nodes_[slot] = {item.entry, item.entry.lanes, true, false, 0, item.entry.lanes, {}, 0};
   item.slot = static_cast<int>(slot);
   --waiting_;
   ++under_way_;

@@ -68,6 +68,7 @@ class WarpStack {
     LaneMask testing = 0;  ///< lanes whose test is not done
     bool used = false;
     bool fetched = false;
+    unsigned child_count = 0;              ///< boxes of a node that has been fetched
     LaneMask entering = 0;                 ///< lanes whose test is not in the queue of its unit yet
     std::vector<WarpStackEntry> children;  ///< the topmost first
     std::size_t written = 0;               ///< children that are on the stack
