@@ -17,6 +17,7 @@ namespace grtx::explore {
 struct Design {
   using Texts = std::vector<std::pair<std::string, std::string>>;
   std::string name;
+  std::string says;   ///< what it is, in a clause
   std::string accel;  ///< a name of AccelKind
   bool checkpoint = false;
   Texts tracer;                    ///< options of the tracer, by name with _ for -; k is the one recommended

@@ -10,6 +10,7 @@
 #include "grtx/explore/sweep/axis.h"
 #include "grtx/explore/sweep/points.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
+#include "grtx/rtl_tlm/run/result_notes.h"
 
 namespace grtx::report {
 namespace {
@@ -39,14 +40,26 @@ unsigned grown(unsigned side, double factor) {
 
 }  // namespace
 
+double LaunchSize::warps_to_fill() const {
+  const double twice = kWarpsPerSlot * slots;
+  if (warps < twice || tail <= sim::kMostTail || tail >= 1.0) return twice;
+  // Until the last start the run grows with the warps that waited for a slot.
+  return slots + (warps - slots) * tail / (1.0 - tail);
+}
+
 LaunchSize launch_size(const ordered_json& statistics, const ordered_json& config, const ordered_json& inputs) {
   const auto groups = statistics.find("gpu.distributor.groups");
   if (groups == statistics.end() || !groups->at("value").is_number()) return {};
   std::size_t frames = 0;
   while (statistics.contains(fmt::format("gpu.frame{}.cycles", frames))) ++frames;
   const double launches = static_cast<double>(std::max<std::size_t>(1, frames));
+  const auto value = [&statistics](const char* name) {
+    const auto found = statistics.find(name);
+    return found != statistics.end() && found->at("value").is_number() ? found->at("value").get<double>() : 0.0;
+  };
+  const double cycles = value("gpu.cycles"), tail = value("gpu.distributor.tail_cycles");
   return {groups->at("value").get<double>() / launches, slots_of(config), pixels(inputs, "width"),
-          pixels(inputs, "height")};
+          pixels(inputs, "height"), cycles > 0.0 && frames == 0 ? tail / cycles : 0.0};
 }
 
 std::vector<LaunchSize> launch_sizes(const RunResults& run) {
@@ -61,13 +74,18 @@ std::string too_small_text(const std::vector<LaunchSize>& launches, const std::s
   const LaunchSize* least = nullptr;
   for (const LaunchSize& launch : launches) {
     if (!launch.known() || launch.fills()) continue;
-    if (least == nullptr || launch.warps * least->slots < least->warps * launch.slots) least = &launch;
+    if (least == nullptr || launch.warps * least->warps_to_fill() < least->warps * launch.warps_to_fill()) {
+      least = &launch;
+    }
   }
   if (least == nullptr) return "";
-  std::string text = fmt::format("this image has {:.0f} warps for {:.0f} slots: too small to compare {}", least->warps,
-                                 least->slots, what);
+  const std::string tail = least->warps < kWarpsPerSlot * least->slots
+                               ? ""
+                               : fmt::format(", and {:.0f} % of the run is tail", 100.0 * least->tail);
+  std::string text = fmt::format("this image has {:.0f} warps for {:.0f} slots{}: too small to compare {}",
+                                 least->warps, least->slots, tail, what);
   if (least->width == 0 || least->height == 0) return text;
-  const double factor = std::sqrt(kWarpsPerSlot * least->slots / least->warps);
+  const double factor = std::sqrt(least->warps_to_fill() / least->warps);
   return text + fmt::format("; take --width {} --height {} or more", grown(least->width, factor),
                             grown(least->height, factor));
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/report/page/charts.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/part_bars.h"
@@ -143,6 +144,18 @@ std::string designs_table(const ReportRun& run) {
   return table.html();
 }
 
+/// What each of them is; "" of runs without designs.
+std::string designs_note(const ReportRun& run) {
+  std::string text;
+  for (const DesignResult& d : run.results.designs) {
+    const auto& known = explore::design_names();
+    if (std::ranges::find(known, d.name) == known.end()) continue;
+    text += fmt::format("{}<strong>{}</strong>: {}", text.empty() ? "" : "; ", escape(d.name),
+                        escape(explore::design_of(d.name).says));
+  }
+  return text.empty() ? "" : "<p class=\"note\">" + text + ".</p>\n";
+}
+
 /// How the cycles of the design that speed-ups are over become those of the fastest, term by term.
 std::string waterfall_chart(const std::string& label, const DesignResult& over, const DesignResult& best,
                             const std::vector<SpeedupTerm>& terms, const std::string& id) {
@@ -200,8 +213,9 @@ std::string waterfall_html(const ReportRun& run, std::size_t index) {
               columns);
   for (const std::vector<std::string>& row : rows) table.row(row);
   return "<div class=\"pair\">" + charts + "</div>\n" + table.html() +
-         "<p class=\"note\">A term is changed with those above it changed already. Fetches under way and warps are the "
-         "overlap. The residual is what waits of shaders do beside their number.</p>\n";
+         "<p class=\"note\">A factor is the mean over all orders in which the terms can be exchanged. Fetches under "
+         "way "
+         "and warps are the overlap. The residual is what waits of shaders do beside their number.</p>\n";
 }
 
 /// Of a sequence: speed-up and pictures of each frame.
@@ -306,7 +320,7 @@ double traversal_share(const DesignResult& design) {
 std::string run_section(const ReportRun& run, std::size_t index) {
   std::string out = fmt::format("<section id=\"run{}\"><h2>The run{}</h2>\n{}", index,
                                 run.name.empty() ? "" : ": " + escape(run.name), subject_html(run));
-  out += designs_table(run) + frames_table(run) + waterfall_html(run, index);
+  out += designs_table(run) + designs_note(run) + frames_table(run) + waterfall_html(run, index);
   for (const std::string& violation : run.results.violations) {
     out += "<p class=\"bad\">Violated: " + escape(violation) + "</p>\n";
   }

@@ -2,6 +2,7 @@
 #include "grtx/report/page/speedup_terms.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace grtx::report {
@@ -36,19 +37,47 @@ Values values_of(const StatisticValue& value) {
 
 double cycles_of(const Values& v) { return (v[0] * v[1] * v[2] / v[5] + v[3] * v[7] + v[4]) / v[6]; }
 
+constexpr std::size_t kMixtures = std::size_t{1} << kTerms;
+
+/// Logarithms of cycles; bit i of the index: term i is the other design's.
+std::array<double, kMixtures> mixtures(const Values& from, const Values& to) {
+  std::array<double, kMixtures> found{};
+  for (std::size_t mask = 0; mask < kMixtures; ++mask) {
+    Values mixed = from;
+    for (std::size_t i = 0; i < kTerms; ++i) {
+      if ((mask >> i & 1U) != 0) mixed[i] = to[i];
+    }
+    found[mask] = std::log(cycles_of(mixed));
+  }
+  return found;
+}
+
+/// Logarithm of the speed-up by a term: the mean over all orders in which terms can be exchanged (Shapley's value).
+double share_of(std::size_t term, const std::array<double, kMixtures>& cycles) {
+  constexpr std::array<double, kTerms> kOrders = {5040, 720, 240, 144,
+                                                  144,  240, 720, 5040};  // n! (7 - n)! for n before
+  constexpr double kAll = 40320;                                          // 8!
+  const std::size_t bit = std::size_t{1} << term;
+  double sum = 0.0;
+  for (std::size_t mask = 0; mask < kMixtures; ++mask) {
+    if ((mask & bit) != 0) continue;
+    sum += kOrders.at(static_cast<std::size_t>(std::popcount(mask))) * (cycles[mask] - cycles[mask | bit]);
+  }
+  return sum / kAll;
+}
+
 }  // namespace
 
 std::vector<SpeedupTerm> speedup_terms(const StatisticValue& over, const StatisticValue& of) {
   const Values from = values_of(over), to = values_of(of);
-  Values mixed = from;
-  double before = cycles_of(mixed);
+  const std::array<double, kMixtures> cycles = mixtures(from, to);
+  double logarithm = cycles.front();
   std::vector<SpeedupTerm> terms;
   for (std::size_t i = 0; i < kTerms; ++i) {
-    mixed[i] = to[i];
-    const double cycles = cycles_of(mixed);
-    if (!std::isfinite(before / cycles)) return {};
-    terms.push_back({kNames[i], from[i], to[i], cycles, before / cycles});
-    before = cycles;
+    const double share = share_of(i, cycles);
+    if (!std::isfinite(share)) return {};
+    logarithm -= share;
+    terms.push_back({kNames[i], from[i], to[i], std::exp(logarithm), std::exp(share)});
   }
   return terms;
 }

@@ -17,8 +17,8 @@ struct SpeedupTerm {
   std::string name;     ///< "visits"
   double from = 0.0;    ///< its value in the design that speed-ups are over
   double to = 0.0;      ///< and in the other
-  double cycles = 0.0;  ///< with this and the terms before it as in the other
-  double factor = 0.0;  ///< speed-up by this term; their product is the whole
+  double cycles = 0.0;  ///< of the other design, times the factors of the terms that follow
+  double factor = 0.0;  ///< speed-up by this term, the mean over all orders of terms; their product is the whole
 };
 
 /// value(name): a statistic, NaN if missing.

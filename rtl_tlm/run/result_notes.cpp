@@ -31,8 +31,7 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
   const std::uint64_t launch = frames.empty() ? groups : *std::max_element(frames.begin(), frames.end());
   const double cycles = value_of(statistics, "gpu.cycles").value_or(0.0);
   const double tail = value_of(statistics, "gpu.distributor.tail_cycles").value_or(0.0);
-  constexpr double kTailShare = 0.5;
-  if (launch >= slots && tail <= kTailShare * cycles) return;
+  if (launch >= slots && tail <= kMostTail * cycles) return;
   if (launch >= slots) {
     notes.push_back(
         {"partial-launch",

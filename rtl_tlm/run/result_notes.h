@@ -13,6 +13,9 @@
 
 namespace grtx::sim {
 
+/// A launch of which a larger share is tail (no warp takes the place of one that has ended) gets a note.
+inline constexpr double kMostTail = 0.5;
+
 /// docs/model/statistics.md explains each id.
 struct ResultNote {
   std::string id;    ///< for scripts, as "no-hits"

@@ -125,6 +125,21 @@ TEST_F(SideBySide, ALaunchThatDoesNotFillTheMachinesIsSaidBesideTheRatios) {
   EXPECT_THAT(page({launched(document, 512)}), AllOf(Not(HasSubstr("too small")), Not(HasSubstr("too few"))));
 }
 
+// The size that the line named was refused by the next one, which named none.
+TEST_F(SideBySide, ALaunchThatIsMostlyTailIsTooSmallToo) {
+  ordered_json document = several();
+  document["machines"][1]["config"]["gpu.sms"] = 4;
+  for (ordered_json& machine : document["machines"]) {
+    for (auto& [name, design] : machine["designs"].items()) {
+      design["gpu.distributor.tail_cycles"] = {
+          {"value", 0.9 * design["gpu.cycles"]["value"].get<double>()}, {"unit", ""}, {"description", ""}};
+    }
+  }
+  EXPECT_THAT(page({launched(document, 512)}),
+              HasSubstr("has 512 warps for 256 slots, and 90 % of the run is tail: too small to compare machines; take "
+                        "--width 144 --height 144 or more"));
+}
+
 // Which design loses most had to be searched in a column.
 TEST_F(SideBySide, ASentenceSaysWhichDesignLosesMost) {
   ordered_json document = several();
