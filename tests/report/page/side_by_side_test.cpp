@@ -136,8 +136,8 @@ TEST_F(SideBySide, ALaunchThatIsMostlyTailIsTooSmallToo) {
     }
   }
   EXPECT_THAT(page({launched(document, 512)}),
-              HasSubstr("has 512 warps for 256 slots, and 90 % of the run is tail: too small to compare machines; take "
-                        "--width 144 --height 144 or more"));
+              HasSubstr("has 512 warps for 128 slots, and 90 % of the run is tail: too small to compare machines; take "
+                        "--width 176 --height 176 or more"));
 }
 
 // Which design loses most had to be searched in a column.
