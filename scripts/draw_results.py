@@ -237,7 +237,7 @@ def rtl(_top, text):
 
 def cost_validation(_top, text):
     rows, named = [], ""
-    for kind, item, theirs, ours in (("c1", "RT unit", "die photo, mm²", "ours, mm² (low / central / high)"), ("c2", "unit", "theirs (cycles)", "ours, cells alone")):
+    for kind, item, theirs, ours in (("c1", "RT unit", "die photo, mm²", "ours, mm² (low, central, high)"), ("c2", "unit", "theirs (cycles)", "ours, cells alone")):
         for row in table(text, item, theirs, ours):
             low, middle, high = (value / numbers(row[theirs])[0] for value in numbers(row[ours]))
             named = row[item].split(";")[0].replace("the same", named)
