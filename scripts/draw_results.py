@@ -21,7 +21,8 @@ class Chart(draw_units.Figure):
     def colours(sheet):
         return "".join(f".{name}{{fill:{colour};stroke:{colour}}}" for name, colour in re.findall(r"--(c[1-4]): (#\w+);", sheet))
 
-    light, dark = model_version.read(model_version.TOP, os.path.join("report", "page", "web", "report.css")).split("@media (prefers-color-scheme: dark)")[:2]
+    # The rule of the light scheme and that of the dark one, in the order of the file.
+    light, dark = re.findall(r":root \{(.*?)\}", model_version.read(model_version.TOP, os.path.join("report", "page", "web", "report.css")), flags=re.S)[:2]
     style = (draw_units.STYLE + ".grid{stroke:#c3cad5;stroke-width:.6} .one{stroke:#56657a;stroke-width:1.2} .span{stroke-width:2}\n" +
              colours(light) + "\n@media (prefers-color-scheme: dark){.grid{stroke:#3a4658}.one{stroke:#8fa0b8}" + colours(dark) +
              "}\n.open{fill:none;stroke-width:1.8}\n")

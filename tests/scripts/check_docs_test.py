@@ -166,6 +166,12 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(re.findall(r'cx="([\d.]+)"', drawn), [f"{ends[0]:.1f}", f"{sum(ends) / 2:.1f}"])  # axis of 1 to 4: 2 is its middle
         self.assertIn(f'class="c1 span" d="M{ends[0]:.1f} 85.0 L{ends[1]:.1f} 85.0"', drawn)
 
+    def test_a_chart_has_the_colours_of_the_pages_in_both_schemes(self):
+        import model_version
+        pages = re.findall(r"--c1: (#\w+)", model_version.read(model_version.TOP, "report/page/web/report.css"))
+        light, _, dark = draw_results.Chart.style.rpartition("@media (prefers-color-scheme: dark)")
+        self.assertEqual([re.findall(r"\.c1\{fill:(#\w+)", part) for part in (light, dark)], [[pages[0]], [pages[1]]])
+
     def test_a_chart_of_the_papers_figures_is_that_of_what_is_recorded(self):
         claims = '[[claim]]\nid = "height"\nitem = "i"\nwhat = "Height"\npaper = 20.0\nsource = "Table"\nwhy = "w"\n'
         page = self.results()["docs/results/readings.md"] + "\n![r](../images/results/readings.svg)\n"
