@@ -3,8 +3,9 @@
 """Writes the generated parts of the documentation anew.
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
-docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, and one row for
-names that differ in one part alone.
+docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, which a click opens,
+and one row for names that differ in one part alone. A source that the row above has, too, is "″"; a statistic without a
+kind is a count.
 
 Usage: generate_docs.py [--check] GRTX
 --check: writes nothing; exit code 1 and one line for each page that is out of date.
@@ -27,7 +28,7 @@ def folded_rows(rows):
         parts = name.split(".")
         for i, part in enumerate(parts):
             key = (i, tuple(parts[:i]), tuple(parts[i + 1 :]),
-                   tuple(re.sub(rf"(?<![\w.]){re.escape(part)}(?![\w.])", "…", cell) for cell in cells))
+                   tuple(re.sub(rf"(?<!\w){re.escape(part)}(?!\w)", "…", cell) for cell in cells))
             groups.setdefault(key, []).append(name)
     largest, done = {}, set()
     for key, names in sorted(groups.items(), key=lambda entry: -len(entry[1])):
@@ -60,20 +61,28 @@ def folded(printed):
         if head[0] == "key":
             default, limits, unit, meaning, source, confidence = cells
             limits = re.sub(r"(?<=\d) to (?=\d)", "–", limits)
-            row = [name, default, f"{limits} {unit}".strip(), meaning, confidence if source == "this project" else f"{source} ({confidence})"]
+            if limits not in ("true, false", default):
+                default = f"{default} ({f'{limits} {unit}'.strip()})"
+            row = [name, default, meaning, confidence if source == "this project" else f"{source} ({confidence})"]
             sections.setdefault(parts[0], []).append(row)
         else:
             unit, kind, meaning = cells
             several = len(parts) > 2 and "_" not in parts[1].removeprefix("energy_nj")
-            sections.setdefault(".".join(parts[: 1 + several]), []).append([name, f"{unit}, {kind}", meaning])
+            sections.setdefault(".".join(parts[: 1 + several]), []).append([name, unit if kind == "count" else f"{unit}, {kind}", meaning])
     text = []
     for unit, rows in sections.items():
+        what = "keys" if head[0] == "key" else "statistics"
+        lines = []
         if head[0] == "key":
-            text += [f"### [{unit}]", "", "| key | default | range | meaning | source of the default |", "|---|---|---|---|---|"]
-            text += [f"| `{name}` | " + " | ".join(cells) + " |" for name, *cells in folded_rows(rows)]
+            lines += ["| key | default (range) | meaning | source of the default |", "|---|---|---|---|"]
+            above = None
+            for name, *cells, source in folded_rows(rows):
+                lines.append(f"| `{name}` | " + " | ".join([*cells, "″" if source == above and " " in source else source]) + " |")
+                above = source
         else:
-            text += [f"### {unit}", "", *(f"* `{name}` ({cells[0]}): {cells[1]}" for name, *cells in folded_rows(rows))]
-        text.append("")
+            lines += [f"* `{name}` ({cells[0]}): {cells[1]}" for name, *cells in folded_rows(rows)]
+        text += [f"### [{unit}]" if what == "keys" else f"### {unit}", "", '<details markdown="1">',
+                 f"<summary>{len(rows)} {what}</summary>", "", *lines, "", "</details>", ""]
     return "\n".join(text)
 
 
