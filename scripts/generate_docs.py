@@ -4,7 +4,7 @@
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
 docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, which a click opens,
-and one row for names that differ in one part alone. A source that the row above has, too, is "″"; a statistic without a
+and one row for names that differ in one part alone. A source that the key above has, too, is "″"; a statistic without a
 kind is a count.
 
 Usage: generate_docs.py [--check] GRTX
@@ -47,7 +47,7 @@ def folded_rows(rows):
 
 def folded(printed):
     """The list that the program prints, with a section for each unit, and fewer columns and rows."""
-    sections, head = {}, None
+    sections, head, above = {}, None, None
     for line in printed.splitlines():
         cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         if not cells or cells[0].startswith("-"):
@@ -61,9 +61,9 @@ def folded(printed):
         if head[0] == "key":
             default, limits, unit, meaning, source, confidence = cells
             limits = re.sub(r"(?<=\d) to (?=\d)", "–", limits)
-            if limits not in ("true, false", default):
-                default = f"{default} ({f'{limits} {unit}'.strip()})"
-            row = [name, default, meaning, confidence if source == "this project" else f"{source} ({confidence})"]
+            others = "" if default in ("true", "false") else ", ".join(value for value in limits.split(", ") if value != default)
+            source = "" if source == "this project" else source.removeprefix("this project: ")
+            row = [name, f"{default}; {others} {unit}".rstrip("; "), meaning, f"{confidence}: {source}".rstrip(": ")]
             sections.setdefault(parts[0], []).append(row)
         else:
             unit, kind, meaning = cells
@@ -71,18 +71,14 @@ def folded(printed):
             sections.setdefault(".".join(parts[: 1 + several]), []).append([name, unit if kind == "count" else f"{unit}, {kind}", meaning])
     text = []
     for unit, rows in sections.items():
-        what = "keys" if head[0] == "key" else "statistics"
-        lines = []
-        if head[0] == "key":
-            lines += ["| key | default (range) | meaning | source of the default |", "|---|---|---|---|"]
-            above = None
-            for name, *cells, source in folded_rows(rows):
-                lines.append(f"| `{name}` | " + " | ".join([*cells, "″" if source == above and " " in source else source]) + " |")
-                above = source
-        else:
-            lines += [f"* `{name}` ({cells[0]}): {cells[1]}" for name, *cells in folded_rows(rows)]
-        text += [f"### [{unit}]" if what == "keys" else f"### {unit}", "", '<details markdown="1">',
-                 f"<summary>{len(rows)} {what}</summary>", "", *lines, "", "</details>", ""]
+        title, what = (f"[{unit}]", "keys") if head[0] == "key" else (unit, "statistics")
+        text += [f"### {title}", "", '<details markdown="1">', f"<summary>{len(rows)} {what}</summary>", ""]
+        for name, values, meaning, *source in folded_rows(rows):
+            text.append(f"* `{name}` ({values}): {meaning}")
+            if source:
+                text[-1] += " [″]" if source[0] == above and ":" in above else f" [{source[0]}]"
+                above = source[0]
+        text += ["", "</details>", ""]
     return "\n".join(text)
 
 
