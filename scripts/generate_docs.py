@@ -4,8 +4,8 @@
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
 docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, which a click opens,
-and one row for names that differ in one part alone. A source that the key above has, too, is "″"; a statistic without a
-kind is a count.
+and one row for names that differ in one part alone. A source that the key above has, too, is "″"; a key without one is of
+confidence C, and a statistic without a kind is a count.
 
 Usage: generate_docs.py [--check] GRTX
 --check: writes nothing; exit code 1 and one line for each page that is out of date.
@@ -75,9 +75,9 @@ def folded(printed):
         text += [f"### {title}", "", '<details markdown="1">', f"<summary>{len(rows)} {what}</summary>", ""]
         for name, values, meaning, *source in folded_rows(rows):
             text.append(f"* `{name}` ({values}): {meaning}")
-            if source:
-                text[-1] += " [″]" if source[0] == above and ":" in above else f" [{source[0]}]"
-                above = source[0]
+            if source and ":" in source[0]:
+                text[-1] += " [″]" if source == above else f" [{source[0]}]"
+            above = source
         text += ["", "</details>", ""]
     return "\n".join(text)
 
