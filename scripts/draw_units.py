@@ -6,6 +6,7 @@ Usage: draw_units.py [--check]
 --check: writes nothing; exit code 1 and one line for each figure that is out of date.
 """
 import os
+import re
 import sys
 from xml.sax.saxutils import escape
 
@@ -96,7 +97,7 @@ class Figure:
 def default(key):
     """A key's default as docs/model/configuration.md, which the program prints, has it."""
     with open(os.path.join(FOLDER, "..", "..", "model", "configuration.md"), encoding="utf-8") as file:
-        return next(line.split("|")[2].strip() for line in file if line.startswith(f"| `{key}` |"))
+        return re.search(rf"^\* `{re.escape(key)}` \(([^;)]*)", file.read(), re.M).group(1)
 
 
 def checkpoint_lists():

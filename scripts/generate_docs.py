@@ -3,8 +3,9 @@
 """Writes the generated parts of the documentation anew.
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
-docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, and one row for
-names that differ in one part alone.
+docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, which a click opens,
+and one row for names that differ in one part alone. A source that the key above has, too, is "″"; a key without one is of
+confidence C, and a statistic without a kind is a count.
 
 Usage: generate_docs.py [--check] GRTX
 --check: writes nothing; exit code 1 and one line for each page that is out of date.
@@ -27,7 +28,7 @@ def folded_rows(rows):
         parts = name.split(".")
         for i, part in enumerate(parts):
             key = (i, tuple(parts[:i]), tuple(parts[i + 1 :]),
-                   tuple(re.sub(rf"(?<![\w.]){re.escape(part)}(?![\w.])", "…", cell) for cell in cells))
+                   tuple(re.sub(rf"(?<!\w){re.escape(part)}(?!\w)", "…", cell) for cell in cells))
             groups.setdefault(key, []).append(name)
     largest, done = {}, set()
     for key, names in sorted(groups.items(), key=lambda entry: -len(entry[1])):
@@ -46,7 +47,7 @@ def folded_rows(rows):
 
 def folded(printed):
     """The list that the program prints, with a section for each unit, and fewer columns and rows."""
-    sections, head = {}, None
+    sections, head, above = {}, None, None
     for line in printed.splitlines():
         cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         if not cells or cells[0].startswith("-"):
@@ -60,20 +61,24 @@ def folded(printed):
         if head[0] == "key":
             default, limits, unit, meaning, source, confidence = cells
             limits = re.sub(r"(?<=\d) to (?=\d)", "–", limits)
-            row = [name, default, f"{limits} {unit}".strip(), meaning, confidence if source == "this project" else f"{source} ({confidence})"]
+            others = "" if default in ("true", "false") else ", ".join(value for value in limits.split(", ") if value != default)
+            source = "" if source == "this project" else source.removeprefix("this project: ")
+            row = [name, f"{default}; {others} {unit}".rstrip("; "), meaning, f"{confidence}: {source}".rstrip(": ")]
             sections.setdefault(parts[0], []).append(row)
         else:
             unit, kind, meaning = cells
             several = len(parts) > 2 and "_" not in parts[1].removeprefix("energy_nj")
-            sections.setdefault(".".join(parts[: 1 + several]), []).append([name, f"{unit}, {kind}", meaning])
+            sections.setdefault(".".join(parts[: 1 + several]), []).append([name, unit if kind == "count" else f"{unit}, {kind}", meaning])
     text = []
     for unit, rows in sections.items():
-        if head[0] == "key":
-            text += [f"### [{unit}]", "", "| key | default | range | meaning | source of the default |", "|---|---|---|---|---|"]
-            text += [f"| `{name}` | " + " | ".join(cells) + " |" for name, *cells in folded_rows(rows)]
-        else:
-            text += [f"### {unit}", "", *(f"* `{name}` ({cells[0]}): {cells[1]}" for name, *cells in folded_rows(rows))]
-        text.append("")
+        title, what = (f"[{unit}]", "keys") if head[0] == "key" else (unit, "statistics")
+        text += [f"### {title}", "", '<details markdown="1">', f"<summary>{len(rows)} {what}</summary>", ""]
+        for name, values, meaning, *source in folded_rows(rows):
+            text.append(f"* `{name}` ({values}): {meaning}")
+            if source and ":" in source[0]:
+                text[-1] += " [″]" if source == above else f" [{source[0]}]"
+            above = source
+        text += ["", "</details>", ""]
     return "\n".join(text)
 
 
