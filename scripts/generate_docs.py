@@ -4,8 +4,8 @@
 
 What lies between a line `<!-- generated: grtx ARGUMENTS -->` and the next line `<!-- end of generated -->` of a page in
 docs/ becomes what that command prints. Lists of keys and statistics are folded: a section per unit, which a click opens,
-and one row for names that differ in one part alone. A source that the key above has, too, is "″"; a key without one is of
-confidence C, and a statistic without a kind is a count.
+and one line for names that differ in one part alone, or in "_max" or "_p95" at their end. A source that the key above
+has, too, is "″"; a key without one is of confidence C, and a statistic without a kind is a count.
 
 Usage: generate_docs.py [--check] GRTX
 --check: writes nothing; exit code 1 and one line for each page that is out of date.
@@ -74,6 +74,10 @@ def folded(printed):
         title, what = (f"[{unit}]", "keys") if head[0] == "key" else (unit, "statistics")
         text += [f"### {title}", "", '<details markdown="1">', f"<summary>{len(rows)} {what}</summary>", ""]
         for name, values, meaning, *source in folded_rows(rows):
+            stem = re.sub("_(max|p95)$", "", name)
+            if stem != name and text[-1].startswith(f"* `{stem}` ("):  # more of the same values
+                text[-1] = text[-1].replace(stem, f"{stem}{{,{name.removeprefix(stem)}}}", 1)
+                continue
             text.append(f"* `{name}` ({values}): {meaning}")
             if source and ":" in source[0]:
                 text[-1] += " [″]" if source == above else f" [{source[0]}]"
