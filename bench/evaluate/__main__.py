@@ -19,7 +19,7 @@ import subprocess
 import sys
 
 import plans
-from plans import PARTS, TOP
+from plans import NAMES, PARTS, TOP
 
 sys.path += [os.path.join(TOP, "scripts"), os.path.join(TOP, "bench")]
 import evaluation_tables as tables  # noqa: E402
@@ -41,7 +41,7 @@ class Failed(Exception):
 
 def options_of(arguments):
     parser = argparse.ArgumentParser(prog="bench/evaluate", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", metavar="PART", action="append", choices=list(PARTS), help=f"repeatable: {', '.join(PARTS)}")
+    parser.add_argument("--only", metavar="PART", action="append", choices=NAMES, help=f"repeatable: {', '.join(NAMES)}")
     parser.add_argument("--plan", action="store_true", help="print points, what is done and the time on two cores, and run nothing")
     parser.add_argument("--quick", action="store_true", help="tiny generated scenes: well-formed pages below --work, no evidence")
     parser.add_argument("--scenes", metavar="DIR", default=os.environ.get("GRTX_SCENES", "scenes"),
@@ -57,7 +57,7 @@ def options_of(arguments):
     options = parser.parse_args(arguments)
     if not os.access(options.program, os.X_OK):
         parser.error(f"{options.program}: no program; build it (scripts/build.sh) or name it with --program")
-    options.parts = [PARTS[name] for name in options.only or PARTS]
+    options.parts = [part for part in PARTS if part.name in (options.only or NAMES) and not (options.quick and part.role == "show")]
     options.work = options.work or os.path.join(TOP, "build", "evaluate-quick" if options.quick else "evaluate")
     try:
         views = plans.views_of(options.parts)
@@ -85,7 +85,7 @@ class Sweeps:
         return part.machines[:1] if self.options.quick and part.rows == "cards" else part.machines
 
     def database(self, part, machine):
-        return os.path.join(self.options.work, part.name, machine + ".sqlite")
+        return os.path.join(self.options.work, part.folder, machine + ".sqlite")
 
     def call(self, *arguments, accept=(0,)):
         run = subprocess.run([self.options.program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -108,7 +108,7 @@ class Sweeps:
             path = self.database(part, machine)
             plan = self.plan(part, machine)
             if self.states(part, machine) != {"done"} or self.options.retry:
-                say(f"{part.name} on {machine}: {len(plans.views(part, self.options.quick))} views, "
+                say(f"{part.folder} on {machine}: {len(plans.views(part, self.options.quick))} views, "
                     f"{len(plans.points(part, machine, self.options.quick))} points each")
                 more = ["--retry"] if self.options.retry else []
                 more += ["--sbatch", self.options.sbatch] if self.options.sbatch else []
@@ -116,7 +116,7 @@ class Sweeps:
                           "--quiet", *more, accept=(0, 1))
                 self.call("report", path, "-o", path.replace(".sqlite", ".html"), "--quiet")
         if not self.options.keep_traces:  # machines of a part share them
-            shutil.rmtree(os.path.join(self.options.work, part.name, "traces"), ignore_errors=True)
+            shutil.rmtree(os.path.join(self.options.work, part.folder, "traces"), ignore_errors=True)
 
     def states(self, part, machine):
         """States of the points of the plan in the database, by the plan's text that filled it; {None}: of another plan or model."""
@@ -166,7 +166,7 @@ class Sweeps:
 
 def estimate(sweeps, options):
     """A line per part and machine: points, those done, hours of two cores for the rest; and how many hours all may take."""
-    print(f"{'part':12}{'machine':18}{'points':>7}{'done':>6}{'hours left':>12}")
+    print(f"{'part':14}{'machine':18}{'points':>7}{'done':>6}{'hours left':>12}")
     total = 0.0
     for part in options.parts:
         for machine in sweeps.machines(part):
@@ -180,8 +180,8 @@ def estimate(sweeps, options):
                 seconds = own or seconds
             hours = (count - done) * seconds / 2 / 3600
             total += hours
-            print(f"{part.name:12}{machine:18}{count:7}{done:6}{hours:12.2f}")
-    print(f"{'together':43}{total:12.2f} of at most {plans.HOURS}")
+            print(f"{part.folder:14}{machine:18}{count:7}{done:6}{hours:12.2f}")
+    print(f"{'together':45}{total:12.2f} of at most {plans.HOURS}")
 
 
 def write_pages(options, rows):
@@ -195,7 +195,7 @@ def write_pages(options, rows):
                 shutil.copyfile(path, target)
     fresh = {row["part"] for row in rows}
     kept = [row for row in tables.load(into) if row["part"] not in fresh]
-    order = list(PARTS)
+    order = list(NAMES)
     path = os.path.join(into, tables.DATA)
     with open(path + ".partial", "w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, tables.COLUMNS, lineterminator="\n")

@@ -31,15 +31,21 @@ class Part:
     seconds: float
     keys: dict = field(default_factory=dict)
     designs: str = ""  # table of designs.toml, if it is not that of the views
+    role: str = ""  # of its views; all, if empty. On those that show, a design has the k of its list `shown`
 
     @property
     def rows(self):
         return self.designs or self.table
 
+    @property
+    def folder(self):
+        return self.name + (f"-{self.role}" if self.role == "show" else "")
+
 
 CARDS = ("ada-quarter", "blackwell-quarter", "rdna4-quarter", "rtx2060-quarter")  # of the shares of cards
-PARTS = {part.name: part for part in (
-    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER),
+PARTS = (
+    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 10, QUARTER, role="choose"),
+    Part("who-128", "who", ("paper-charged",), "cycle", 48, 128, 25, QUARTER, role="show"),
     Part("who-full", "who", ("paper-charged",), "cycle", 48, FULL, 12, QUARTER),
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
     Part("cards", "shares", CARDS, "cycle", 32, 128, 10, designs="cards"),
@@ -47,7 +53,8 @@ PARTS = {part.name: part for part in (
     Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
     Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER),
-    Part("lean", "paper", ("paper-charged",), "cycle", 64, 128, 25, QUARTER))}
+    Part("lean", "paper", ("paper-charged",), "cycle", 64, 128, 25, QUARTER))
+NAMES = tuple(dict.fromkeys(part.name for part in PARTS))
 
 
 def read(path):
@@ -72,7 +79,8 @@ def check_roles(views):
 
 def views(part, quick):
     found = read(os.path.join(TOP, SET))
-    return [view for view in (found["quick"] if quick else check_roles(found["view"])) if part.table in view["tables"]]
+    return [view for view in (found["quick"] if quick else check_roles(found["view"]))
+            if part.table in view["tables"] and (quick or part.role in ("", view["role"]))]
 
 
 def points(part, machine, quick):
@@ -94,6 +102,8 @@ def points(part, machine, quick):
             continue
         few = [k for k in design["k"] if k in (1, 16, 48)]
         sizes = design["on_cards"] if part.rows == "cards" else design["k"] if part.rows in ("who", "steps") else few
+        if part.role == "show":
+            sizes = design.get("shown", sizes)
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
             found[design["name"], k] = of_design(plan, design, machine, k)
     return found

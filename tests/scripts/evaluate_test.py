@@ -151,7 +151,7 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
     def test_cards_are_compared_where_nothing_was_chosen_each_design_at_its_recommended_k(self):
         sys.path.insert(0, os.path.join(ROOT, "bench", "evaluate"))
         import plans  # pylint: disable=import-outside-toplevel
-        cards = plans.PARTS["cards"]
+        cards = next(part for part in plans.PARTS if part.name == "cards")
         views = plans.views(cards, False)
         self.assertEqual({view["role"] for view in views}, {"show"})
         self.assertGreaterEqual({(view["class"], "preset" in view) for view in views}, {("room", False), ("object", False)})
@@ -179,13 +179,28 @@ print("\\n".join([*evaluation_tables.faults({self.path('tree')!r}), *readme_tabl
         self.assertEqual(alone.heading("rooms"), "rooms, 1 (k is chosen on them)")
         self.assertAlmostEqual(alone.mean("walk", 64, "rooms"), 10.0)
 
+    def test_views_that_show_have_the_k_that_the_others_chose_and_no_more(self):
+        for folder in (os.path.join("bench", "evaluate"), "scripts"):
+            sys.path.insert(0, os.path.join(ROOT, folder))
+        import evaluation_tables  # pylint: disable=import-outside-toplevel
+        import plans  # pylint: disable=import-outside-toplevel
+        choose, show = (part for part in plans.PARTS if part.name == "who-128")
+        labels = [[plans.label(view) for view in plans.views(part, False)] for part in (choose, show)]
+        whole = plans.Part("who-128", "who", choose.machines, "cycle", 48, 128, 1)
+        self.assertEqual(sorted(sum(labels, [])), sorted(map(plans.label, plans.views(whole, False))))
+        scanned, shown = (plans.points(part, "paper-charged", False) for part in (choose, show))
+        self.assertLess(set(shown), set(scanned))
+        measured = evaluation_tables.part(evaluation_tables.load(ROOT), "who-128")
+        for design, first in measured.first.items():
+            self.assertLessEqual({(design, first), (design, measured.best(design))}, set(shown), design)
+
     def test_all_parts_take_no_more_hours_than_the_plan_says(self):
         sys.path.insert(0, os.path.join(ROOT, "bench", "evaluate"))
         import plans  # pylint: disable=import-outside-toplevel
         hours = sum(len(plans.views(part, False)) * len(plans.points(part, machine, False)) * part.seconds / 2 / 3600
-                    for part in plans.PARTS.values() for machine in part.machines)
+                    for part in plans.PARTS for machine in part.machines)
         self.assertLessEqual(hours, plans.HOURS)
-        self.assertEqual({part.mode for part in plans.PARTS.values()}, {"cycle"})
+        self.assertEqual({part.mode for part in plans.PARTS}, {"cycle"})
 
     def test_a_wrong_role_stops_the_evaluation_in_one_line(self):
         with tempfile.TemporaryDirectory() as tree:
