@@ -65,7 +65,7 @@ struct DesignResults {
   DesignComparison comparison;
   nlohmann::ordered_json json;  ///< results.json, grtx.run/2
   sim::SimulationMode mode = sim::SimulationMode::cycle;
-  frontend::TracerCounters counters;              ///< of one design; how rays end is the same in all
+  frontend::TracerCounters counters;              ///< of the design that speed-ups are over
   std::map<std::string, sim::ResultNotes> notes;  ///< limitations of each design's figures; "DESIGN on MACHINE"
   std::vector<std::string> violations;            ///< violated conservation laws, "DESIGN: ..."
   bool images_identical = true;

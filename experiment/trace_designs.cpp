@@ -31,8 +31,8 @@ struct AskedTrace {
   std::string path;
 
   TracedDesign made;
+  frontend::TracerCounters counters;
   PictureQuality quality;
-  std::optional<OtherOrder> other_order;  ///< none: as the first trace
 };
 
 AskedTrace asked_trace(const DesignTracing& tracing, const MachineTracing& machine, const ComparedDesign& design) {
@@ -83,20 +83,16 @@ class AskedTraces {
 /// Compares images: those that are blended in one order must be the same.
 class ImageComparison {
  public:
-  void take(AskedTrace& asked, const std::string& order, frontend::TracedView& traced) {
+  void take(const std::string& order, frontend::TracedView& traced) {
     Images images = std::move(traced.further);
     images.insert(images.begin(), std::move(traced.result.image));
-    if (first_.empty()) first_ = order;
-    if (order != first_) asked.other_order = {order, frontend::compare(by_order_[first_][0], images[0]).psnr};
     const auto [known, is_new] = by_order_.try_emplace(order, std::move(images));
     if (!is_new) identical_ = identical_ && same(known->second, images);
   }
   bool identical() const { return identical_; }
-  const Images& first() const { return by_order_.at(first_); }
   const Images& at(const std::string& order) const { return by_order_.at(order); }
 
  private:
-  std::string first_;  ///< order of the first trace
   std::map<std::string, Images> by_order_;
   bool identical_ = true;
 };
@@ -127,22 +123,26 @@ void compare_with(const Images& images, const Images& reference, const std::vect
   }
 }
 
-/// The traces by machine and design; compares their pictures with those of the machine's reference.
+/// The traces by machine and design; compares their pictures with those of the design that speed-ups are over.
 std::vector<TracedDesigns> of_machines(const AskedTraces& asked, const ImageComparison& images,
                                        const DesignComparison& comparison) {
   std::vector<TracedDesigns> all;
   for (const std::map<std::string, std::size_t>& of : asked.of_machines) {
     TracedDesigns& on = all.emplace_back();
-    const Images& over = images.at(asked.traces[of.at(comparison.reference())].quality.order);
+    const AskedTrace& reference = asked.traces[of.at(comparison.reference())];
+    const Images& over = images.at(reference.quality.order);
     for (const auto& [name, index] : of) {
       const AskedTrace& trace = asked.traces[index];
       on.designs[name] = trace.made;
-      if (trace.other_order) on.other_orders[name] = *trace.other_order;
       PictureQuality& quality = on.pictures[name] = trace.quality;
       const Images& own = images.at(quality.order);
+      if (quality.order != reference.quality.order) {
+        on.other_orders[name] = {quality.order, frontend::compare(over[0], own[0]).psnr};
+      }
       for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
     }
-    on.images = images.first();
+    on.images = over;
+    on.counters = reference.counters;
     on.identical = images.identical();
   }
   return all;
@@ -185,7 +185,8 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
   // Before a structure is built, which may round the scene.
   ReferencePictures references(scene.view() == nullptr ? nullptr : &scene.view()->scene(), cameras, tracing.quiet);
   for (const AskedTrace& trace : asked.traces) references.frames(trace.settings, trace.design->kind);
-  frontend::TracerCounters counters;
+  // All designs of one proxy and order have the same hits: they are counted once.
+  std::map<std::pair<frontend::ProxyKind, std::string>, std::optional<std::uint64_t>> hits;
   for (AskedTrace& trace : asked.traces) {
     if (tracing.several_objects && &trace != asked.traces.data()) {  // the same structure stays
       FilesRead again;
@@ -195,10 +196,12 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
     const ComparedDesign& design = *trace.design;
     frontend::RenderOptions render = render_options(settings, tracing.quiet);
     render.count_unique = true;
-    render.count_hits = !counters.hits;  // counted once: hits are the same in each design
     TracedDesign& result = trace.made;
     result.path = trace.path;
     PictureQuality& quality = trace.quality;
+    quality.order = order_of(settings, design.kind);
+    std::optional<std::uint64_t>& own_hits = hits[{frontend::proxy_of(design.kind), quality.order}];
+    render.count_hits = !own_hits;
     const ReferencePictures::Frames& reference = references.frames(settings, design.kind);
     quality.fp64 = !reference.images.empty();
     // First, in the structure of the design before it, which may be the same: each is built once.
@@ -208,12 +211,12 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
         trace_scene(scene, settings, design.checkpoint, design.kind, render, result.path, files);
     result.file = traced.trace.value();
     frontend::RenderResult& rendered = traced.result;
-    if (!rendered.counters.hits) rendered.counters.hits = counters.hits;
-    counters = rendered.counters;
+    if (render.count_hits) own_hits = rendered.counters.hits;
+    rendered.counters.hits = own_hits;
+    trace.counters = rendered.counters;
     result.statistics = sim::statistics_object(tracer_statistics(scene, traced));
     result.statistics.update(sim::statistics_object(tracer_host_statistics(scene, rendered)));
-    quality.order = order_of(settings, design.kind);
-    images.take(trace, quality.order, traced);
+    images.take(quality.order, traced);
     const Images& own = images.at(quality.order);
     if (quality.fp64) {
       compare_with(own, reference.images, reference.pixels, quality);
@@ -222,10 +225,7 @@ std::vector<TracedDesigns> trace_designs(const DesignTracing& tracing, const Des
     }
   }
   std::vector<TracedDesigns> all = of_machines(asked, images, comparison);
-  for (TracedDesigns& on : all) {
-    on.counters = counters;
-    on.files_hash = files.hash();
-  }
+  for (TracedDesigns& on : all) on.files_hash = files.hash();
   return all;
 }
 

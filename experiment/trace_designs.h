@@ -27,7 +27,7 @@ struct TracedDesign {
   nlohmann::ordered_json statistics;  ///< tracer.*, accel.*, trace.*
 };
 
-/// How far the image of a design with an order of its own is from that of the first design.
+/// How far the image of a design with an order of its own is from that of the design that speed-ups are over.
 struct OtherOrder {
   std::string order;  ///< by which its hits are blended: "peak", or "entry" and the proxy
   double psnr = 0.0;  ///< dB
@@ -36,11 +36,11 @@ struct OtherOrder {
 /// Result of tracing all designs.
 struct TracedDesigns {
   std::map<std::string, TracedDesign> designs;
-  std::vector<frontend::Image> images;             ///< of the first design, by frame
+  std::vector<frontend::Image> images;             ///< of the design that speed-ups are over, by frame
   bool identical = true;                           ///< images of all designs that blend in one order are bit-identical
-  std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than the first of all
+  std::map<std::string, OtherOrder> other_orders;  ///< designs that blend in another order than that design
   std::map<std::string, PictureQuality> pictures;  ///< of each design
-  frontend::TracerCounters counters;               ///< of the last design; how rays end is the same in all
+  frontend::TracerCounters counters;               ///< of the design that speed-ups are over
   std::string files_hash;                          ///< hash of the camera and scene files
 };
 

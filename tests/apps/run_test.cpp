@@ -103,6 +103,42 @@ TEST_F(RunTest, EachDesignAndFrameSaysHowFarItsPictureIs) {
   EXPECT_EQ(pictures.at("walk").at("order"), "entry into spheres of quantised Gaussians");
 }
 
+// "grtx blends by entry into polyhedra: 32.8 dB from grtx": of walk, which is traced first. So was the picture.
+TEST_F(RunTest, ADesignBlendedInAnotherOrderThanItself) {
+  must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
+  const Outcome said =
+      grtx("run " + scene_arguments() + config() + "--designs grtx,gautracer,walk -o " + folder + "/out");
+  ASSERT_EQ(said.code, 0) << said.output;
+  EXPECT_NE(said.output.find("walk blends by entry into spheres of quantised Gaussians: "), std::string::npos);
+  EXPECT_EQ(said.output.find("grtx blends by"), std::string::npos) << said.output;
+  const nlohmann::json results = json("out/results.json"), &others = results.at("other_orders");
+  EXPECT_EQ(others.size(), 2U);
+  for (const char* design : {"gautracer", "walk"}) {
+    const nlohmann::json& picture = results.at("pictures").at(design);
+    EXPECT_EQ(others.at(design).at("order"), picture.at("order")) << design;
+    EXPECT_DOUBLE_EQ(others.at(design).at("psnr").get<double>(), picture.at("psnr")[0].get<double>()) << design;
+  }
+  must("run " + scene_arguments() + config() + "--designs grtx --quiet -o " + folder + "/alone");
+  EXPECT_EQ(read_file(folder + "/out/image.png"), read_file(folder + "/alone/image.png"));
+}
+
+// "there are 0.96 hits for each that is processed": those of walk's spheres over those of grtx's polyhedra.
+TEST_F(RunTest, FewerHitsThanAreProcessedBesideADesignOfAnotherProxy) {
+  must("synth --preset flat --count 1500 --seed 3 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--quiet -o " + folder + "/out");
+  const nlohmann::json beside = json("out/results.json").at("designs");
+  for (const std::string design : {"hw", "grtx", "gautracer", "walk"}) {
+    must("run " + scene_arguments() + config() + "--quiet --designs " + design + " -o " + folder + "/alone");
+    const nlohmann::json alone = json("alone/results.json").at("designs").at(design);
+    for (const char* name : {"tracer.hits", "tracer.hits_behind_end"}) {
+      EXPECT_EQ(beside.at(design).at(name), alone.at(name)) << design;
+    }
+    EXPECT_GE(alone.at("tracer.hits_behind_end").at("value").get<double>(), 1.0) << design;
+  }
+  EXPECT_NE(beside.at("walk").at("tracer.hits"), beside.at("grtx").at("tracer.hits"));
+  EXPECT_NE(beside.at("walk").at("tracer.hits"), beside.at("gautracer").at("tracer.hits"));
+}
+
 // A run took one machine; two results in one report were "not compared with each other".
 TEST_F(RunTest, MachinesStandSideBySideAndShareTraces) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
@@ -191,6 +227,10 @@ TEST_F(RunTest, TextsOfWindowsShowADashAndTheInterval) {
   ASSERT_EQ(run.code, 0) << run.output;
   EXPECT_NE(unwrapped(run.output).find("95 % intervals of the speed-ups: grtx "), std::string::npos) << run.output;
   EXPECT_NE(run.output.find(" -\n"), std::string::npos) << run.output;  // DRAM MB
+  // Of cycles there was no interval, and of the dashes no word.
+  EXPECT_NE(unwrapped(run.output).find("95 % intervals of the cycles: baseline "), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("\n-: latency, hit rates and traffic are counted in cycle mode alone\n"),
+            std::string::npos);
   const Outcome sim = grtx("sim " + folder + "/out/grtx.grtx " + small);
   ASSERT_EQ(sim.code, 0) << sim.output;
   EXPECT_NE(sim.output.find("; 95 % interval "), std::string::npos) << sim.output;
