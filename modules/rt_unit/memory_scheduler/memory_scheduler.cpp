@@ -11,6 +11,7 @@
 #include "grtx/base/error.h"
 #include "grtx/modules/kernel/make_anew.h"
 #include "grtx/modules/kernel/unit_fault.h"
+#include "grtx/modules/rt_unit/memory_scheduler/decide/issue_order.h"
 
 namespace grtx::modules {
 
@@ -139,14 +140,15 @@ void MemoryScheduler::visit(LaneId id, traces::NodeKind kind, std::uint64_t addr
   awake_ = true;
 }
 
-/// Moves the last fetch of the queue before those of younger warps of which no sector has been sent.
+/// Moves the last fetch of the queue before those of younger warps.
 [[gnu::noinline]] void MemoryScheduler::put_behind_older_warps() {
-  const auto age = [&](const Pending& p) { return warps_->ages()[entry_of(p.fetch)]; };
-  for (std::size_t i = queue_.size() - 1; i > 0; --i) {
-    Pending& before = queue_.at(i - 1);
-    if (before.next != 0 || age(before) <= age(queue_.at(i))) return;
-    std::swap(before, queue_.at(i));
-  }
+  const auto at = [&](std::size_t i) {
+    const Pending& waiting = queue_.at(i);
+    return WaitingFetch{warps_->ages()[entry_of(waiting.fetch)], waiting.next != 0};
+  };
+  const std::size_t last = queue_.size() - 1;
+  const std::size_t place = oldest_first_place(at(last).age, last, at);
+  for (std::size_t i = last; i > place; --i) std::swap(queue_.at(i - 1), queue_.at(i));
 }
 
 // The leading lane's record is free: its first read is over.
