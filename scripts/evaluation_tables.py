@@ -347,6 +347,14 @@ def rows_of_page(text, rows):
     return [row for row in rows if row["part"] in parts]
 
 
+def versions_cell(measured, now):
+    """Of the stamp of a page whose tables say of which version they are."""
+    oldest, *others = sorted(measured)
+    if oldest == now:
+        return str(now)
+    return f"measured with version {oldest}" + (f"; tables that say so with version {', '.join(map(str, others))}" if others else "")
+
+
 def renew_stamps(top):
     """Date, version and scenes of each page of results that has such tables and nothing else in it that a model gave."""
     rows = load(top)
@@ -356,7 +364,7 @@ def renew_stamps(top):
         if not own:
             continue
         fresh = {"command": "`scripts/scenes.sh scenes`, `python3 bench/evaluate --scenes scenes`", "date": max(row["date"] for row in own),
-                 "model version": ", ".join(sorted({row["model"] for row in own})),
+                 "model version": versions_cell({int(row["model"]) for row in own}, model_version.current(top)),
                  "scenes": f"[evaluation.toml](../../{SET}), {', '.join(sorted({row['set'] for row in own}))}"}
         command = model_version.stamp(text).get("command", "")
         if "bench/evaluate" not in command:
