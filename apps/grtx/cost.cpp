@@ -23,6 +23,7 @@
 #include "grtx/explore/cost/technology.h"
 #include "grtx/explore/sweep/designs.h"
 #include "grtx/explore/sweep/points.h"
+#include "grtx/frontend/gaussian/hit_options.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/checkpoint_bins.h"
@@ -33,6 +34,7 @@ namespace {
 struct CostArguments {
   experiment::MachineChoice machine;
   sim::MachineUse use;
+  frontend::SortKey sort_key = frontend::SortKey::entry;
   explore::CostOptions cost;
   explore::BufferSizes buffers;
   unsigned depth = 3;
@@ -73,8 +75,8 @@ void print_energy(const CostArguments& options, const nlohmann::ordered_json& do
 /// Options not given on the command line are taken from the tracer options of the machine and, over them, the design.
 void choose_for(const CostArguments& options, const experiment::ChosenMachine& machine, sim::MachineUse& use) {
   std::map<std::string, std::string> chosen = explore::tracer_of(explore::design_of(use.design), machine.tracer, {});
-  for (const char* named :
-       {"pop_test", "opacity_bound", "layout", "bvh_width", "checkpoint_bins", "checkpoint_capacity"}) {
+  for (const char* named : {"pop_test", "any_hit", "sort_key", "opacity_bound", "layout", "bvh_width",
+                            "checkpoint_bins", "checkpoint_capacity"}) {
     if (options.command->count(experiment::flag_of(named)) > 0) chosen.erase(named);
   }
   explore::choose_nodes_and_lists(chosen, options.machine.machine, use);
@@ -135,6 +137,7 @@ int cost(CostArguments options, const CommonOptions& common) {
   explore::technology(options.cost.nm);  // throws for an unknown node before anything is built
   const bool of_a_run = !options.statistics.empty();
   sim::MachineUse use = options.use;
+  use.peak = options.sort_key == frontend::SortKey::peak;
   nlohmann::ordered_json run;
   bool of_results = false;
   if (of_a_run) {  // whose design has units of its own only if --design names it
@@ -172,12 +175,15 @@ int cost(CostArguments options, const CommonOptions& common) {
 }
 
 /// The structure that the machine traverses, which decides what units it has.
-void add_structure_options(CLI::App* command, sim::MachineUse& use) {
+void add_structure_options(CLI::App* command, sim::MachineUse& use, frontend::SortKey& sort_key) {
   command
       ->add_option("--design", use.design,
                    "Which units the machine has, their own keys included; with --stats the design of the run")
       ->check(one_of(explore::design_names()));
   add_choice(command, "--pop-test", use.pop_test, "Whether stack entries hold their t; a machine may choose another");
+  add_choice(command, "--any-hit", use.any_hit, "When any-hit shaders run; a machine may choose another");
+  add_choice(command, "--sort-key", sort_key,
+             "Distance of a hit that the ray-Gaussian unit finds; a machine may choose another");
   add_choice(command, "--opacity-bound", use.opacity_bound,
              "Whether heaps add up opacities; a machine may choose another");
   command->add_flag("--objects", use.objects, "Designs sw and grtx for scenes of several objects (default: off)");
@@ -211,7 +217,7 @@ void add_cost(CLI::App& app, CommonOptions& common) {
       ->type_name(kInputFile);
   command->add_option("--set", options->machine.settings, "key=value, after the file; may be repeated (default: none)")
       ->allow_extra_args(false);
-  add_structure_options(command, options->use);
+  add_structure_options(command, options->use, options->sort_key);
   command->add_option("--node", options->cost.nm, "Process node, nm: 45, 32, 28, 22, 16, 12, 7 or 5");
   command->add_option("--utilisation", options->cost.utilisation, "Share of the placed area that is cells")
       ->check(in_range(0.1, 1.0));

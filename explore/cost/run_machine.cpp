@@ -27,17 +27,20 @@ sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.objects = text_of(inputs, where, "levels") == "3";
   use.leaves = sim::leaf_test_of(accel);
+  use.peak = true;  // as RtUnit takes a trace that does not say
   choose_nodes_and_lists(inputs, where, use);
   return use;
 }
 
 void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, sim::MachineUse& use) {
-  const auto choose = [&]<typename Enum>(const char* name, Enum& value) {
-    if (inputs.contains(name)) {
-      value = value_of<Enum>(text_of(inputs, where, name), where, std::string("inputs.") + name);
-    }
+  // A run has some of them only among the inputs of its trace.
+  const auto recorded = [&](const std::string& name) { return inputs.contains(name) ? name : "trace." + name; };
+  const auto choose = [&]<typename Enum>(const std::string& option, Enum& value) {
+    const std::string name = recorded(option);
+    if (inputs.contains(name)) value = value_of<Enum>(text_of(inputs, where, name), where, "inputs." + name);
   };
-  const auto number = [&](const std::string& name, auto& value) {
+  const auto number = [&](const std::string& option, auto& value) {
+    const std::string name = recorded(option);
     if (!inputs.contains(name)) return;
     const std::string text = text_of(inputs, where, name);
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -48,9 +51,10 @@ void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::str
   choose("pop_test", use.pop_test);
   choose("opacity_bound", use.opacity_bound);
   choose("layout", use.layout);
-  // Older runs record the width among the inputs of their trace.
-  const std::string width = inputs.contains("bvh_width") ? "bvh_width" : "trace.bvh_width";
-  number(width, use.bvh_width);
+  choose("any_hit", use.any_hit);
+  if (const std::string key = text_of(inputs, where, recorded("sort_key")); !key.empty()) use.peak = key == "peak";
+  const std::string width = recorded("bvh_width");
+  number("bvh_width", use.bvh_width);
   if (inputs.contains(width) && (use.bvh_width < 2 || use.bvh_width > traces::kMaxWidth)) {
     throw Error(where, "inputs." + width, "must be 2 to 8");
   }
@@ -69,6 +73,10 @@ std::vector<std::string> cost_arguments(const sim::MachineUse& use) {
                                         std::to_string(use.width()),
                                         "--leaves",
                                         std::string(name_of(use.leaves)),
+                                        "--any-hit",
+                                        std::string(name_of(use.any_hit)),
+                                        "--sort-key",
+                                        use.peak ? "peak" : "entry",
                                         "--checkpoint-bins",
                                         std::to_string(use.checkpoint_bins),
                                         "--checkpoint-capacity",

@@ -14,7 +14,8 @@ namespace grtx::explore {
 /// Throws Error for invalid values.
 sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::string& where);
 
-/// Sets only what a machine's tracer options decide, too: node layout and width, stack entries, and checkpoint lists.
+/// Sets only what a machine's tracer options decide, too: node layout and width, stack entries, where hits lie and
+/// wait, and checkpoint lists.
 void choose_nodes_and_lists(const nlohmann::ordered_json& inputs, const std::string& where, sim::MachineUse& use);
 
 /// The same as options of `grtx cost`. All options are given, so that --machine cannot override any.

@@ -34,6 +34,8 @@ traces::Header header_of(const MachineUse& use) {
   }
   header.pop_test = use.pop_test;
   header.opacity_bound = use.opacity_bound;
+  header.any_hit = use.any_hit;
+  header.inputs["sort_key"] = use.peak ? "peak" : "entry";
   header.checkpoint_capacity = header.checkpoint ? use.checkpoint_capacity : 0;
   header.checkpoint_bins = header.checkpoint ? use.checkpoint_bins : 0;
   header.layout = use.layout;

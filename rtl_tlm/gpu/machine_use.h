@@ -30,6 +30,8 @@ struct MachineUse {
   LeafTest leaves = LeafTest::triangles;
   traces::PopTest pop_test = traces::PopTest::on;                  ///< on: stack entries hold a t
   traces::OpacityBound opacity_bound = traces::OpacityBound::off;  ///< on: heaps add up opacities
+  traces::AnyHit any_hit = traces::AnyHit::immediate;              ///< delayed: hits wait in a queue
+  bool peak = false;  ///< hits lie at the peak of a response: without the square root that finds the entry
   traces::NodeLayout layout = traces::NodeLayout::vulkan_sim;
   unsigned bvh_width = 0;        ///< children of an internal node, 2 to 8; 0: as many as a line of the layout holds
   bool objects = false;          ///< sw and grtx: with a scene TLAS on top, three levels

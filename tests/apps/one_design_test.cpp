@@ -152,17 +152,17 @@ TEST_F(OneDesign, CostRefusedItsOwnRun) {
     double sum = 0.0;
     for (const json& part : energy.at("parts")) sum += part.at("nanojoules").at("central").get<double>();
     const double whole = read("s.json").at("stats").at("gpu.energy_nj").at("value");
-    EXPECT_NEAR(sum, whole, 1e-3 * whole) << design;
+    EXPECT_NEAR(sum, whole, 1e-2) << design;
     EXPECT_THAT(refused("cost --stats s.json"), HasSubstr("; its trace is of --design " + design));
   }
 }
 
-// 0.8782 mm2 alone, 0.8896 in the report: nodes of six and leaves of 32 B, as the design has them.
+// 0.8847 mm2 alone, 0.8961 in the report: nodes of six and leaves of 32 B, as the design has them.
 TEST_F(OneDesign, CostAlonePricedOtherNodesThanTheRunHas) {
   const std::string text = must("cost --design walk");
-  EXPECT_THAT(text, HasSubstr(" 0.8896 "));
-  EXPECT_EQ(must("cost --design walk --layout quantised --bvh-width 6"), text);
-  EXPECT_THAT(must("cost --design walk --layout vulkan_sim"), HasSubstr(" 0.8782 "));
+  EXPECT_THAT(text, HasSubstr(" 0.8961 "));
+  EXPECT_EQ(must("cost --design walk --layout quantised --bvh-width 6 --sort-key entry"), text);
+  EXPECT_THAT(must("cost --design walk --layout vulkan_sim"), HasSubstr(" 0.8847 "));
 }
 
 // "simt.payload_registers: needs simt.registers_per_thread", which the design brings.
