@@ -23,10 +23,10 @@ std::string picture_html(const RunResults& run) {
   return "<p class=\"note\">No picture: " + escape(run.picture_problem) + ".</p>\n";
 }
 
-/// The paper's speed-up of a design; NaN if it has none.
-double paper_speedup(const std::string& design) {
+/// The paper's speed-up of a design over another; NaN if it has none.
+double paper_speedup(const std::string& design, const std::string& over) {
   for (const RunTarget& target : run_targets()) {
-    if (target.statistic == "gpu.cycles" && target.of == design && target.ratio()) return target.paper;
+    if (target.statistic == "gpu.cycles" && target.of == design && target.over == over) return target.paper;
   }
   return std::nan("");
 }
@@ -111,7 +111,8 @@ std::string speedups_html(const ReportRun& run) {
   std::string rows;
   for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
     const DesignResult& d = run.results.designs[i];
-    const double speedup = reference_cycles / d.value("gpu.cycles"), paper = paper_speedup(d.name);
+    const double speedup = reference_cycles / d.value("gpu.cycles"),
+                 paper = paper_speedup(d.name, run.results.speedup_over);
     const std::string shown = reference == nullptr
                                   ? number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number)
                                   : speedup_text(run, d);
