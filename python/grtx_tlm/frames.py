@@ -263,6 +263,11 @@ def read_sweep(path: StrPath, values: str | Iterable[str] | None = None) -> pd.D
 OF_A_POINT = ("status", "reason", "seconds", "earlier_plan", "notes")  # columns of read_sweep that tell no points apart
 
 
+def coordinates(frame: pd.DataFrame) -> list[str]:
+    """Columns of a frame of ``read_sweep`` or ``simulate_all`` that tell its rows apart: neither statistics nor costs."""
+    return [name for name in frame if name not in frame.attrs.get("units", {}) and name not in OF_A_POINT]
+
+
 def speedup(frame: pd.DataFrame, reference: Mapping[str, Any], value: str = "gpu.cycles") -> pd.Series:
     """How many times as fast each row is as the row that has ``reference`` and is the same in all else that was varied.
 
@@ -274,7 +279,7 @@ def speedup(frame: pd.DataFrame, reference: Mapping[str, Any], value: str = "gpu
         if name not in frame:
             raise ValueError(f"speedup: {unknown(name, frame.columns)}")
     rows = frame[~frame["earlier_plan"]] if "earlier_plan" in frame else frame
-    same = [name for name in rows if name not in frame.attrs.get("units", {}) and name not in reference and name not in OF_A_POINT]
+    same = [name for name in coordinates(rows) if name not in reference]
     chosen = rows[np.logical_and.reduce([rows[name] == wanted for name, wanted in reference.items()])]
     key = lambda row: tuple(None if pd.isna(row[name]) else row[name] for name in same)
     base: dict[tuple[Any, ...], float] = {}

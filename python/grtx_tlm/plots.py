@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plots with matplotlib. Each takes an optional ``ax`` (else a new figure's) and gives the axes it drew on."""
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 try:
     import matplotlib.pyplot as plt
@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from .errors import unknown
-from .frames import DESIGNS, Results, speedup
+from .frames import DESIGNS, Results, coordinates, speedup
 
 Reference = Mapping[str, float] | pd.Series
 
@@ -71,14 +71,22 @@ def pareto_front(frame: pd.DataFrame, x: str, y: str) -> pd.DataFrame:
     return ordered[~(ordered[y] >= best)]
 
 
-def plot_pareto(sweep: pd.DataFrame, x: str = "cost.mm2", y: str = "gpu.time_us", ax: Axes | None = None) -> Axes:
+def plot_pareto(sweep: pd.DataFrame, x: str = "cost.mm2", y: str = "gpu.time_us", ax: Axes | None = None,
+                label: str | Sequence[str] = (), limit: float | None = None) -> Axes:
     """Points of a sweep (``read_sweep``) and their front, both axes the smaller the better; without those of an earlier plan.
-    Units: ``sweep.attrs``."""
-    _need("plot_pareto", sweep, x, y)
+    Units: ``sweep.attrs``. ``label``: columns whose values name the points of the front. ``limit``: most of ``x``, drawn as a
+    line."""
+    names = [label] if isinstance(label, str) else list(label)
+    _need("plot_pareto", sweep, x, y, *names)
     ax, front = _axes(ax), pareto_front(sweep, x, y)
     for design, points in _of_the_plan(sweep).groupby("design"):
         ax.scatter(points[x], points[y], s=18, label=design, color=COLOURS.get(design))
     ax.step(front[x], front[y], where="post", color="black", linewidth=1, label="front")
+    for _, point in front.iterrows() if names else ():
+        ax.annotate(", ".join(str(point[name]) for name in names), (point[x], point[y]), xytext=(3, 3), textcoords="offset points",
+                    fontsize=8)
+    if limit is not None:
+        ax.axvline(limit, color="red", linestyle="--", linewidth=1, label=f"at most {limit:g}")
     units = sweep.attrs.get("units", {})
     ax.set_xlabel(f"{x} ({units[x]})" if units.get(x) else x)
     ax.set_ylabel(f"{y} ({units[y]})" if units.get(y) else y)
@@ -87,12 +95,16 @@ def plot_pareto(sweep: pd.DataFrame, x: str = "cost.mm2", y: str = "gpu.time_us"
 
 
 def plot_over(sweep: pd.DataFrame, x: str, reference: Mapping[str, object], value: str = "gpu.cycles", ax: Axes | None = None) -> Axes:
-    """Lines of speed-up (``grtx_tlm.speedup``) over any coordinate of a sweep, one per design."""
+    """Lines of speed-up (``grtx_tlm.speedup``) over any coordinate of a sweep: one for each design and each combination of what
+    else was varied."""
     _need("plot_over", sweep, x, value)
     ax, rows = _axes(ax), _of_the_plan(sweep)
+    others = [name for name in coordinates(rows) if name not in (x, "design") and rows[name].nunique(dropna=False) > 1]
     rows = rows.assign(speedup=speedup(sweep, reference, value)).sort_values(x)
-    for design, points in rows.groupby("design"):
-        ax.plot(points[x], points["speedup"], marker="o", label=design, color=COLOURS.get(design))
+    for design, own in rows.groupby("design"):
+        for _, points in own.groupby([*others, "design"], dropna=False) if others else [((), own)]:
+            text = ", ".join([design] + [f"{name} = {points[name].iloc[0]}" for name in others])
+            ax.plot(points[x], points["speedup"], marker="o", label=text, color=None if others else COLOURS.get(design))
     ax.set_xlabel(x)
     ax.set_ylabel("speed-up over " + ", ".join(f"{name} = {wanted}" for name, wanted in reference.items()))
     ax.legend()

@@ -304,6 +304,24 @@ class Frames(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "l1.byte"):
             grtx_tlm.speedup(sweep, {"l1.byte": 1})
 
+    def test_a_sweep_of_two_keys_was_one_zigzag_line(self):
+        rows = [{"design": "grtx", "scene": "room", "notes": "", "l1.bytes": b, "tracer.k": k, "gpu.cycles": 100.0 * k / b}
+                for b in (2, 1, 4) for k in (8, 16)]
+        sweep = pd.DataFrame(rows)
+        sweep.attrs["units"] = {"gpu.cycles": "cycles"}
+        lines = plots.plot_over(sweep, "l1.bytes", {"l1.bytes": 1}).get_lines()
+        self.assertEqual([(line.get_label(), list(line.get_xdata()), list(line.get_ydata())) for line in lines],
+                         [(f"grtx, tracer.k = {k}", [1, 2, 4], [1.0, 2.0, 4.0]) for k in (8, 16)])
+        self.assertNotEqual(lines[0].get_color(), lines[1].get_color())
+
+    def test_a_front_has_names_and_a_limit(self):
+        sweep = pd.DataFrame({"design": "grtx", "l1.bytes": [1, 2, 4], "area": [1.0, 2.0, 3.0], "time": [9.0, 4.0, 6.0]})
+        ax = plots.plot_pareto(sweep, "area", "time", label="l1.bytes", limit=2.5)
+        self.assertEqual([text.get_text() for text in ax.texts], ["1", "2"])
+        self.assertEqual(list(ax.get_lines()[-1].get_xdata()), [2.5, 2.5])
+        with self.assertRaisesRegex(ValueError, "l1.byte"):
+            plots.plot_pareto(sweep, "area", "time", label="l1.byte")
+
     def test_points_of_two_plans_and_machines_are_called_the_same(self):
         path = self.path("edited.sqlite")
         for machine, width in (("paper", 8), ("paper-charged", 16)):
