@@ -68,8 +68,9 @@ std::string front_text(const ordered_json& result, const std::vector<std::string
     const ordered_json& candidate = result.at("candidates")[at.get<std::size_t>()];
     text += figures(candidate.at("confirming"), objectives);
     if (evaluated) text += "\n" + figures(candidate.at("evaluation"), objectives) + "   evaluation";
-    text +=
-        "\n" + wrapped(fmt::format("    #{} {}", at.get<std::size_t>(), words(candidate.at("coordinates"))), 4) + "\n";
+    text += "\n" +
+            wrapped(fmt::format("    candidate {}: {}", at.get<std::size_t>(), words(candidate.at("coordinates"))), 4) +
+            "\n";
   }
   if (front.empty()) text += "  none\n";
   return text;
@@ -162,7 +163,7 @@ std::string best_of_front(const ordered_json& result) {
       return result.at("candidates")[at.get<std::size_t>()].at("confirming").at("ratios")[o].get<double>();
     };
     const ordered_json& best = *std::ranges::min_element(front, {}, ratio);
-    text += fmt::format("{}least {} #{} ({:.3f})", o == 0 ? "" : ", ", objective.get<std::string>(),
+    text += fmt::format("{}least {}: candidate {} ({:.3f})", o == 0 ? "" : ", ", objective.get<std::string>(),
                         best.get<std::size_t>(), ratio(best));
     ++o;
   }

@@ -89,8 +89,9 @@ class SearchPage {
       fields.push_back(coordinates.contains(parameter) ? coordinates.at(parameter) : ordered_json());
       if (!fields.back().is_null()) name += ", " + parameter + " = " + explore::text_of(fields.back());
     }
-    return {{"id", id},          {"label", fmt::format("#{}", id)}, {"name", name}, {"view", 0}, {"fields", fields},
-            {"metrics", metrics}};
+    return {{"id", id},         {"label", fmt::format("candidate {}", id)},
+            {"name", name},     {"view", 0},
+            {"fields", fields}, {"metrics", metrics}};
   }
 
   /// The candidates for web/explore.js: those that were confirmed as confirmed, the others as screened.
@@ -137,7 +138,7 @@ class SearchPage {
     Table table("The front, over the reference; the least " + objectives_[0] + " first" + of_, columns);
     for (const ordered_json& index : search_.at("front")) {
       const ordered_json& one = candidate(index);
-      std::vector<std::string> cells = {"#" + explore::text_of(index)};
+      std::vector<std::string> cells = {cell(index)};
       for (std::size_t o = 0; o < objectives_.size(); ++o) cells.push_back(times(ratio(one.at("confirming"), o)));
       for (std::size_t o = 0; is_evaluated() && o < objectives_.size(); ++o) {
         const ordered_json& verdict = one.at("evaluation");

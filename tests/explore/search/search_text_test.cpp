@@ -55,8 +55,9 @@ TEST(SearchText, TheFrontAndTheBestOfItStandLast) {
   EXPECT_GT(front, path);
   // Limits are absolute, and the reference's own values were nowhere.
   EXPECT_THAT(text.substr(front), HasSubstr("the reference has gpu.time_us 1000, cost.mm2 5\n"));
-  EXPECT_THAT(text.substr(front), AllOf(HasSubstr("    #2 l1.bytes=65536\n"),
-                                        HasSubstr("least gpu.time_us #2 (0.500), least cost.mm2 #0 (0.800)")));
+  EXPECT_THAT(text.substr(front),
+              AllOf(HasSubstr("    candidate 2: l1.bytes=65536\n"),
+                    HasSubstr("least gpu.time_us: candidate 2 (0.500), least cost.mm2: candidate 0 (0.800)")));
   ordered_json none = result();
   none["front"] = ordered_json::array();
   EXPECT_EQ(best_of_front(none), "");

@@ -63,7 +63,7 @@ TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
           "1.1 * reference."));
   const std::string headline = search_headline(sweep);
   EXPECT_THAT(headline,
-              HasSubstr("<th scope=\"row\" class=\"n\">#1</th><td class=\"n\">0.62×</td><td class=\"n\">1.06×</td>"
+              HasSubstr("<th scope=\"row\" class=\"n\">1</th><td class=\"n\">0.62×</td><td class=\"n\">1.06×</td>"
                         "<td class=\"n\">failed</td><td class=\"n\">failed</td><td class=\"n\">4</td>"
                         "<td class=\"n\">grtx</td>"));
   EXPECT_THAT(html,
@@ -75,6 +75,18 @@ TEST_F(SearchSection, HoldsFrontPathContributionsAndReasons) {
   EXPECT_THAT(html, testing::Not(HasSubstr("<sw>")));
   EXPECT_THAT(headline, HasSubstr("<dd>0.62×</dd>"));
   EXPECT_THAT(headline, testing::Not(HasSubstr("<sw>")));
+}
+
+// Candidates were "#0", "#1" as the points of the database are, of which "#1" is another design.
+TEST_F(SearchSection, ACandidateIsNotCalledAsAPointIs) {
+  store(result().dump());
+  ReportSweep sweep;
+  sweep.results = read_sweep_results(path);
+  sweep.id = "sweep1";
+  EXPECT_THAT(search_section(sweep),
+              testing::AllOf(HasSubstr("\"label\":\"candidate 1\""), testing::Not(HasSubstr("#1"))));
+  EXPECT_THAT(search_headline(sweep),
+              testing::AllOf(HasSubstr("least gpu.time_us: candidate 1 (0.625)"), testing::Not(HasSubstr("#1"))));
 }
 
 TEST_F(SearchSection, ASweepHasNone) {
