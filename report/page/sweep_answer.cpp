@@ -72,6 +72,14 @@ std::string least_text(const Answer& answer) {
   return text;
 }
 
+/// What the speed-ups are over: one point, or for each the point of another design or machine.
+std::string over_text(const SweepViews& shown, const Answer& answer, const SpeedupOver& reference) {
+  if (!reference.design.empty()) return "; speed-up over " + reference.design + " with the same keys";
+  if (!reference.on.empty()) return "; speed-up over the same on " + reference.on;
+  const ShownPoint* const over = shown.over(*answer.front.front().front(), reference);
+  return over == nullptr ? "" : "; speed-up over " + over->label;
+}
+
 /// The page's first sentence: the fastest point against the smallest one.
 std::string sentence(const SweepViews& shown, const Answer& answer, const SpeedupOver& reference) {
   const ShownPoint &fastest = *answer.fastest, &smallest = *answer.smallest;
@@ -112,7 +120,10 @@ std::string sweep_answer_text(const SweepResults& results) {
     }
   }
   if (answer.front.size() > kMost) text += fmt::format("  and {} more\n", answer.front.size() - kMost);
-  return text + wrapped("each is the fastest of its area or less; " + least_text(answer)) + "\n";
+  return text +
+         wrapped("each is the fastest of its area or less; " + least_text(answer) +
+                 over_text(shown, answer, reference)) +
+         "\n";
 }
 
 std::string sweep_answer_html(const SweepResults& results) {
@@ -132,7 +143,7 @@ std::string sweep_answer_html(const SweepResults& results) {
                times(shown.speedup(p, reference)), escape(shown.name(shown.first(p), SweepViews::Named::all))});
   }
   return "<p class=\"answer\">" + sentence(shown, answer, reference) + "</p>\n" + table.html() + "<p class=\"note\">" +
-         escape(least_text(answer)) + ".</p>\n";
+         escape(least_text(answer) + over_text(shown, answer, reference)) + ".</p>\n";
 }
 
 }  // namespace grtx::report

@@ -2,10 +2,14 @@
 // What a report reads from a sweep database.
 #include "grtx/report/page/sweep_results.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
+#include "grtx/report/page/sweep_answer.h"
 #include "grtx/report/page/sweep_views.h"
 #include "sweep_database.h"
 #include "temporary_folder.h"
@@ -74,6 +78,25 @@ TEST_F(SweepResultsTest, PointsOfDifferentScenesShareNoFront) {
   // Over k = 4, the first point of the first view, in each view.
   EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[2], shown.reference()), 0.5);
   EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[4], shown.reference()), 2.25);
+}
+
+// The column "speed-up" did not say over what: the first point, the baseline, the first machine.
+TEST_F(SweepResultsTest, TheAnswerDidNotSayWhatItsSpeedUpsAreOver) {
+  const auto ends = [&](const char* second, const char* over) {
+    testing_sweep::make_points(path, nlohmann::json::parse(fmt::format(R"([
+      {{"id": 1, "scene": "room", "coordinates": {{"k": 4}}, "values": {{"gpu.time_us": 3, "cost.mm2": 3}}}},
+      {{"id": 2, "scene": "room", {}, "values": {{"gpu.time_us": 1, "cost.mm2": 4}}}}])",
+                                                                       second)));
+    const SweepResults results = read_sweep_results(path);
+    std::string text = sweep_answer_text(results);
+    for (std::size_t at = 0; (at = text.find("\n  ", at)) != std::string::npos;) text.replace(at, 3, " ");
+    EXPECT_THAT(text, testing::EndsWith(std::string("; ") + over + "\n"));
+    EXPECT_THAT(sweep_answer_html(results), testing::HasSubstr(std::string("; ") + over + ".</p>"));
+    std::filesystem::remove(path);
+  };
+  ends(R"("coordinates": {"k": 8})", "speed-up over #1");
+  ends(R"("coordinates": {"k": 4}, "design": "walk")", "speed-up over grtx with the same keys");
+  ends(R"("coordinates": {"k": 4}, "machine": "own")", "speed-up over the same on paper");
 }
 
 TEST_F(SweepResultsTest, APointIsCalledByWhatSetsItApart) {
