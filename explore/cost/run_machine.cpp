@@ -27,6 +27,7 @@ sim::MachineUse machine_of_run(const nlohmann::ordered_json& inputs, const std::
   use.design = checkpoint == "on" ? (two_level ? "grtx" : "hw") : (two_level ? "sw" : "baseline");
   use.objects = text_of(inputs, where, "levels") == "3";
   use.leaves = sim::leaf_test_of(accel);
+  use.peak = true;  // as RtUnit takes a trace that does not say
   choose_nodes_and_lists(inputs, where, use);
   return use;
 }
