@@ -185,9 +185,9 @@ void RtUnit::build_units(const RtUnitParts& parts, const traces::Header& header)
   if (traffic_.leaf_kind() == NodeKind::triangle) {
     ray_triangle_ = unit(parts.ray_triangle, "ray_triangle", config_.ray_triangle, ray_triangle_path());
   } else if (config_.tests_gaussians(header)) {
-    const auto key = header.inputs.find("sort_key");
-    ray_gaussian_ = unit(parts.ray_gaussian, "ray_gaussian", config_.ray_gaussian,
-                         ray_gaussian_path(key == header.inputs.end() || key->second == "entry"), !behind);
+    ray_gaussian_ =
+        unit(parts.ray_gaussian, "ray_gaussian", config_.ray_gaussian,
+             ray_gaussian_path(header.inputs.contains("sort_key") && header.inputs.at("sort_key") == "entry"), !behind);
   } else if (!traces::has_box_leaves(header.accel)) {
     ray_sphere_ = unit(parts.ray_sphere, "ray_sphere", config_.ray_sphere, ray_sphere_path(), !behind);
   }
