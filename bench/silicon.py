@@ -151,7 +151,7 @@ def frames(plan, program):
     print("scene,tracer.kernel_degree,accel,crop,frame")
     beside = os.path.dirname(plan)
     for view in settings["scene"]:
-        for degree in settings["grid"]["tracer.kernel_degree"]:
+        for degree in settings["grid"]["tracer"]["kernel_degree"]:
             for accel in ABC:
                 calls = []
                 for size in ((view["width"], view["height"], view["fov_scale"]), (160, 90, 1.0)):

@@ -45,6 +45,19 @@ class SiliconPlans(unittest.TestCase):
         os.replace(made, os.path.join(self.folder, view["file"]))
         os.replace(made.replace(".ply", ".cameras.json"), os.path.join(self.folder, view["cameras"]))
 
+    def frames_of(self, text):
+        """A row for each degree and structure of the plan's first scene: `frames` ended with a KeyError for each plan."""
+        first, *others = text.split("[[scene]]\n")[1:]
+        text = "[[scene]]\n" + first + others[-1][others[-1].index("[limits]"):]
+        with open(os.path.join(self.folder, "first.toml"), "w", encoding="utf-8") as file:
+            file.write(text)
+        settings = tomllib.loads(text)
+        grid = settings["grid"]["tracer"]
+        rows = self.run_in(sys.executable, os.path.join(ROOT, "bench", "silicon.py"), "frames", "first.toml", "--program", PROGRAM).splitlines()[2:]
+        self.assertEqual({tuple(row.split(",")[:3]) for row in rows},
+                         {(view["name"], str(degree), accel) for view in settings["scene"] for degree in grid["kernel_degree"]
+                          for accel in ("tri20", "tlas-tri20", "tlas-box")})
+
     def test_each_runs_as_a_whole_and_what_reads_it_finds_its_points(self):
         with open(os.path.join(ROOT, "configs", "scenes", "scenes.txt"), encoding="utf-8") as file:
             public = {line.split()[0] for line in file if line[0] != "#"}
@@ -64,6 +77,8 @@ class SiliconPlans(unittest.TestCase):
                         os.path.join(ROOT, "configs", "sweeps", "quarters", machine + ".toml"), "--quiet")
             for table, *more in tables:
                 self.run_in(sys.executable, os.path.join(ROOT, "bench", "silicon.py"), table, name + ".sqlite", *more)
+            if name == "silicon_show":
+                self.frames_of(text)
             if compared:
                 card, count = compared
                 found = json.loads(self.run_in(PROGRAM, "correlate", POINTS, name + ".sqlite", "--card", card, "--json"))
