@@ -158,7 +158,8 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
          "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
          "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
          "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
-         "buffers are of the run's own machine; the paper's has 8 warps per RT core and 32 resident warps per "
+         "buffers are of the run's own machine, buffers for as many SMs as their row says; the paper's has 8 warps per "
+         "RT core and 32 resident warps per "
          "SM.</p>\n" +
          (any_other_k
               ? fmt::format("<p class=\"limit\">Figures {0} say so and have no quotient to the paper's: a run with "
