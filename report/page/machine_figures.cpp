@@ -14,6 +14,7 @@
 #include "grtx/explore/sweep/points.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
+#include "grtx/rtl_tlm/gpu/simulation_mode.h"
 
 namespace grtx::report {
 namespace {
@@ -63,12 +64,14 @@ MachineFigures machine_figures(const ordered_json& config, const ordered_json& i
   try {
     const sim::GpuConfig machine = explore::config_from(config);
     const sim::MachineUse use = explore::machine_of_run(inputs, where);
+    // Estimates have the energy of groups, and no counters to price parts by.
+    const bool has_parts = !statistics.empty() && inputs.value("mode", "") != name_of(sim::SimulationMode::windows);
     ChildProcess child("cost of " + use.design, [&] {
       const std::vector<modules::Inventory> inventories = sim::machine_inventory(machine, use);
       ordered_json result;
       result["cost"] =
           explore::cost_json(explore::machine_cost(machine, use.design, inventories, explore::CostOptions()));
-      result["energy"] = statistics.empty() ? ordered_json::array() : energy_of(statistics, machine, inventories);
+      result["energy"] = has_parts ? energy_of(statistics, machine, inventories) : ordered_json::array();
       return json_text(result);
     });
     const ordered_json result = parse_json(child.result(), "cost");

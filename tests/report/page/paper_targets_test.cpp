@@ -54,6 +54,18 @@ TEST(PaperTargets, ARatioAtAnotherKThanThePapersSaysSo) {
   EXPECT_EQ(other_k(target("Speed-up, GRTX"), run), "");
 }
 
+// "the cost model cannot price this machine: statistics: gpu.l1.all.reads: is missing", and no mm2 in the answer.
+TEST(PaperTargets, AnEstimateHadNoArea) {
+  const auto figures = [](const char* mode) {
+    return machine_figures(sim::config_json(sim::load_config("", {})),
+                           {{"accel", "tri20"}, {"checkpoint", "off"}, {"mode", mode}},
+                           {{"gpu.time_us", {{"value", 1.0}}}}, "run");
+  };
+  EXPECT_EQ(figures("windows").problem, "");
+  EXPECT_GT(chip_mm2(figures("windows")), 1.0);
+  EXPECT_NE(figures("cycle").problem, "");  // whose counters must be there
+}
+
 TEST(PaperTargets, StorageAndBuffersOfTheDefaultMachineAreThePapers) {
   const MachineFigures figures = machine_figures(sim::config_json(sim::load_config("", {})),
                                                  {{"accel", "tlas-tri20"}, {"checkpoint", "on"}}, {}, "run");
