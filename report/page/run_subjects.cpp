@@ -127,9 +127,11 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
   std::vector<Table::Column> columns = {{"fact", false}};
   for (const ReportRun& run : runs) columns.push_back({run.name, false});
   const auto beside = [&](const ReportRun& run) { return &run == runs.data() || are_side_by_side(runs.front(), run); };
+  const std::string held = estimates_held(runs);
   Table table(std::all_of(runs.begin(), runs.end(), beside)
                   ? "In what the runs differ, but for keys: their times stand side by side above"
-                  : "In what the runs differ: they are not compared with each other",
+              : !held.empty() ? "In what the runs differ"
+                              : "In what the runs differ: they are not compared with each other",
               columns);
   for (const std::string& fact : facts) {
     std::vector<std::string> cells = {escape(fact)};
@@ -145,7 +147,7 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
   if (std::any_of(unknown.begin() + 1, unknown.end(), [](const std::string& text) { return !text.empty(); })) {
     table.row(unknown);
   }
-  return table.html();
+  return held + table.html();
 }
 
 }  // namespace grtx::report

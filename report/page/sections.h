@@ -52,6 +52,9 @@ bool are_side_by_side(const ReportRun& a, const ReportRun& b);
 /// Times of each design on each machine, where runs differ in their machine alone, and in what machines differ; ""
 /// if no runs do.
 std::string side_by_side_html(const std::vector<ReportRun>& runs);
+/// Table of estimates beside the runs in cycle mode that differ from them in nothing else, and whether their intervals
+/// hold; "" if there are none.
+std::string estimates_held(const std::vector<ReportRun>& runs);
 /// Table of the facts in which runs differ, one column per run, and why some cannot be compared; "" for a single run.
 std::string apart_table(const std::vector<ReportRun>& runs);
 /// machines_text() of runs, for captions.

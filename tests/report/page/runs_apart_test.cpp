@@ -91,6 +91,33 @@ TEST_F(RunsApart, SeveralMachinesHaveNoMean) {
                     HasSubstr("2.00× <span class=\"share\">0.46</span>")));
 }
 
+// "they are not compared with each other": four numbers had to be found in two tables.
+TEST_F(RunsApart, NothingSaidWhetherAnEstimateHolds) {
+  ordered_json estimate = results("paper", "hall", 4000, 1010);
+  for (const char* design : {"baseline", "grtx"}) {
+    estimate["inputs"][design].update({{"mode", "windows"}, {"windows.seed", "1"}});
+    const double cycles = estimate["designs"][design]["gpu.cycles"]["value"].get<double>();
+    estimate["designs"][design]["gpu.windows.cycles_low"]["value"] = 0.9 * cycles;
+    estimate["designs"][design]["gpu.windows.cycles_high"]["value"] = 1.1 * cycles;
+  }
+  estimate["speedup_interval"]["grtx"] = {{"low", 3.9}, {"high", 3.99}, {"confidence", 0.95}};
+  const std::string windows = write("windows.json", estimate);
+  const std::string html = page({windows, write("cycle.json", results("paper", "hall", 4500, 1000))});
+  EXPECT_THAT(html,
+              AllOf(HasSubstr("cycles of baseline</th><td class=\"n\">4,000</td><td class=\"n\">3,600 to 4,400</td>"
+                              "<td class=\"n\">4,500</td><td><strong>no</strong></td>"),
+                    HasSubstr("cycles of grtx</th><td class=\"n\">1,010</td><td class=\"n\">909 to 1,111</td>"
+                              "<td class=\"n\">1,000</td><td>yes</td>"),
+                    HasSubstr("speed-up of grtx over baseline</th><td class=\"n\">3.96×</td><td class=\"n\">"
+                              "3.90× to 3.99×</td><td class=\"n\">4.50×</td><td><strong>no</strong>"),
+                    Not(HasSubstr("not compared with each other"))));
+  // Of another machine, another scene, or both estimated.
+  for (const std::string& other : {write("own.json", results("own", "hall", 4500, 1000)),
+                                   write("room.json", results("paper", "room", 4500, 1000)), windows}) {
+    EXPECT_THAT(page({windows, other}), Not(HasSubstr("Estimates beside cycle mode"))) << other;
+  }
+}
+
 TEST_F(RunsApart, ScenesOfOneMachineHaveAGeometricMean) {
   const std::string html = page({write("a.json", results("paper", "hall", 8000, 1000)),
                                  write("b.json", results("paper", "room", 2000, 1000)),
