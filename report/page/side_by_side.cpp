@@ -67,6 +67,16 @@ std::string answer(const Machines& machines, const std::vector<std::string>& des
   return text.empty() ? "" : "<p class=\"answer\">" + text + "</p>\n";
 }
 
+/// What binds a design on each machine; "" where none of them says.
+std::string bounds_of(const Machines& machines, const std::string& design) {
+  std::string text;
+  for (const ReportRun* run : machines) {
+    const std::string own = binding_text(*run->results.design(design));
+    if (!own.empty()) text += (text.empty() ? "" : "; ") + machine_of(*run) + ": " + own;
+  }
+  return text;
+}
+
 std::string times_table(const Machines& machines, const std::vector<std::string>& designs) {
   const std::string first = machine_of(*machines.front()),
                     doubt = too_small(machines).empty() ? "" : " (too few warps)";
@@ -78,6 +88,7 @@ std::string times_table(const Machines& machines, const std::vector<std::string>
     columns.push_back({"speed-up over " + run->results.speedup_over + " there"});
     for (const std::string& design : designs) seconds.push_back(time_of(*run, design));
   }
+  columns.push_back({"what binds it", false});
   const std::vector<std::string> shown = in_one_unit(seconds, "s");
   Table table("Machines side by side: time of the frame, against " + first + ", and speed-ups on each machine",
               columns);
@@ -90,6 +101,7 @@ std::string times_table(const Machines& machines, const std::vector<std::string>
       if (m != 0) cells.push_back(times(times_as_fast(machines, run, designs[d])));
       cells.push_back(speedup_text(run, *run.results.design(designs[d])));
     }
+    cells.push_back(escape(bounds_of(machines, designs[d])));
     table.row(cells);
   }
   return table.html();

@@ -86,6 +86,18 @@ TEST_F(SideBySide, MachinesOfARunHaveTimesRatiosAndTheKeysThatDiffer) {
   EXPECT_EQ(html.find("Violated: grtx on ada"), html.rfind("Violated: grtx on ada"));  // once, with its machine
 }
 
+// Which design loses most stood above the table, why two screens below it.
+TEST_F(SideBySide, WhatBindsADesignOnAMachineStoodElsewhere) {
+  ordered_json document = several();
+  for (std::size_t m = 0; m < 2; ++m) {
+    document["machines"][m]["binding_bound"]["grtx"] = m == 0 ? "l2_port" : "rt_port";
+    document["machines"][m]["designs"]["grtx"]["gpu.bound.fraction"] = {{"value", 0.5}};
+  }
+  const std::string html = page({document});
+  EXPECT_THAT(html,
+              testing::ContainsRegex("data-what=\"what binds it:?\">paper: [^;]*L2[^;]*, 50 %; ada: [^;]*, 50 %</td>"));
+}
+
 // Two results of one view stood in a table "they are not compared with each other".
 TEST_F(SideBySide, RunsOfTwoFilesOnTwoMachinesAreCompared) {
   EXPECT_THAT(page({one("paper", 4000, 1000, 8), one("ada", 200, 100, 142)}),
