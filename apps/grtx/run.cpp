@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 #include "grtx/apps/grtx/commands.h"
@@ -84,12 +85,20 @@ void print_frames(const ordered_json& results, const experiment::DesignCompariso
 }
 
 void print_intervals(const ordered_json& results) {
-  std::string text = "95 % intervals of the speed-ups:";
-  for (const auto& [name, interval] : results.at("speedup_interval").items()) {
-    text +=
-        fmt::format(" {} {:.2f} to {:.2f}", name, interval.at("low").get<double>(), interval.at("high").get<double>());
+  for (const auto& [key, what, decimals] :
+       {std::tuple("cycles_interval", "cycles", 0), std::tuple("speedup_interval", "speed-ups", 2)}) {
+    if (!results.contains(key)) continue;
+    std::string text = fmt::format("95 % intervals of the {}:", what);
+    for (const auto& [name, interval] : results.at(key).items()) {
+      text += fmt::format(" {} {:.{}f} to {:.{}f}", name, interval.at("low").get<double>(), decimals,
+                          interval.at("high").get<double>(), decimals);
+    }
+    say("{}", text);
   }
-  say("{}", text);
+  for (const auto& [name, statistics] : results.at("designs").items()) {
+    if (statistics.contains("gpu.l2.accesses")) continue;
+    return say("-: latency, hit rates and traffic are counted in cycle mode alone");
+  }
 }
 
 void print_images(const experiment::DesignResults& run) {
@@ -191,7 +200,7 @@ void print_machine(const RunArguments& options, const std::string& machine, cons
   say("{}", experiment::describe_machine(machine, options.config, options.settings, run.mode));
   print_table(results, comparison);
   if (run.comparison.names().size() > 1) print_too_small(launches_of(results, comparison, ""), "designs");
-  if (run.mode != sim::SimulationMode::cycle && !comparison.others().empty()) print_intervals(results);
+  if (run.mode != sim::SimulationMode::cycle) print_intervals(results);
   if (results.contains("frames")) print_frames(results, comparison);
   for (const char* kind : {"primary", "secondary"}) {
     const std::string key = fmt::format("speedup_{}", kind);

@@ -227,6 +227,10 @@ TEST_F(RunTest, TextsOfWindowsShowADashAndTheInterval) {
   ASSERT_EQ(run.code, 0) << run.output;
   EXPECT_NE(unwrapped(run.output).find("95 % intervals of the speed-ups: grtx "), std::string::npos) << run.output;
   EXPECT_NE(run.output.find(" -\n"), std::string::npos) << run.output;  // DRAM MB
+  // Of cycles there was no interval, and of the dashes no word.
+  EXPECT_NE(unwrapped(run.output).find("95 % intervals of the cycles: baseline "), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("\n-: latency, hit rates and traffic are counted in cycle mode alone\n"),
+            std::string::npos);
   const Outcome sim = grtx("sim " + folder + "/out/grtx.grtx " + small);
   ASSERT_EQ(sim.code, 0) << sim.output;
   EXPECT_NE(sim.output.find("; 95 % interval "), std::string::npos) << sim.output;
