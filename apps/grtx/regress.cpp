@@ -2,15 +2,23 @@
 // grtx regress: runs a folder of traces with their machines and compares the statistics with those on record.
 #include "grtx/rtl_tlm/regress/regression.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 
 #include "grtx/apps/grtx/commands.h"
 #include "grtx/apps/grtx/json_output.h"
 #include "grtx/apps/grtx/options.h"
 #include "grtx/base/error.h"
+#include "grtx/base/nearest_name.h"
 #include "grtx/experiment/machine.h"
+#include "grtx/experiment/machine_notes.h"
 #include "grtx/explore/cost/energy_statistics.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/explore/sweep/session.h"
+#include "grtx/rtl_tlm/run/result_notes.h"
+#include "grtx/traces/reader.h"
 
 namespace grtx::apps {
 namespace {
@@ -58,6 +66,29 @@ std::vector<std::string> machine_files(const sim::RegressionCase& c) {
   }
 }
 
+/// The keys of the design that a case names, at the k of its trace.
+std::vector<std::string> design_keys(const sim::RegressionCase& c) {
+  const std::vector<std::string>& names = explore::design_names();
+  if (std::find(names.begin(), names.end(), c.design) == names.end()) {
+    throw Error(c.file, "design",
+                fmt::format("unknown '{}', the nearest is '{}'", c.design, nearest_name(c.design, names)));
+  }
+  const explore::Design& design = explore::design_of(c.design);
+  const traces::Reader reader(c.trace);
+  experiment::check_design(c.trace, reader.header(), design);
+  std::vector<std::string> settings;
+  for (const auto& [key, value] : explore::keys_for(design, reader.header().k)) settings.push_back(key + "=" + value);
+  return settings;
+}
+
+/// Says, as `grtx sim` does, that a trace is of a design whose units the case lacks.
+sim::SimulationResult simulate(const sim::RegressionCase& c, const sim::GpuConfig& config) {
+  const traces::Reader reader(c.trace);
+  sim::print_notes(
+      {{"regress: " + c.name, experiment::design_notes(reader.header(), config, explore::keys_of(c.settings))}});
+  return sim::simulate_case(c, config, explore::describe_energy);
+}
+
 int regress(RegressArguments options, const CommonOptions& common) {
   sim::RegressionOptions& regression = options.regression;
   if (options.update && regression.reason.empty()) throw Error("--update", "", "needs --reason TEXT");
@@ -66,7 +97,8 @@ int regress(RegressArguments options, const CommonOptions& common) {
   regression.silent = common.json;
   regression.program = explore::program_version();
   regression.machine = experiment::load_machine_config;
-  regression.price = explore::describe_energy;
+  regression.design_keys = design_keys;
+  regression.simulate = simulate;
   for (const sim::RegressionCase& c : sim::load_regression(regression.folder)) {
     for (const std::string& file : {c.file, c.record, c.trace, c.config}) common.files.check(file);
     for (const std::string& file : machine_files(c)) common.files.check(file);

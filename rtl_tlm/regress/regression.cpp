@@ -26,9 +26,15 @@ using Kind = RegressionOutcome::Kind;
 
 GpuConfig machine_of(const RegressionCase& c, const RegressionOptions& options) {
   try {
-    if (options.machine) return options.machine(c.machine, c.config, c.settings);
+    std::vector<std::string> settings;
+    if (!c.design.empty()) {
+      if (!options.design_keys) throw Error(c.file, "design", "is not known to this program: set its keys");
+      settings = options.design_keys(c);
+    }
+    settings.insert(settings.end(), c.settings.begin(), c.settings.end());
+    if (options.machine) return options.machine(c.machine, c.config, settings);
     if (!c.machine.empty()) throw Error(c.file, "machine", "is not known to this program: name a configuration");
-    return load_config(c.config, c.settings);
+    return load_config(c.config, settings);
   } catch (const Error& error) {
     if (error.file() != "--set") throw;
     // The error is about the option --set, which here is a line of the case.

@@ -17,6 +17,9 @@ namespace grtx::sim {
 using MachineLoader = std::function<GpuConfig(const std::string& machine, const std::string& config,
                                               const std::vector<std::string>& settings)>;
 
+/// The keys that a case's design brings, each "key=value". Throws Error unless its trace is of the design.
+using DesignKeys = std::function<std::vector<std::string>(const RegressionCase& regression_case)>;
+
 /// Runs the trace of a case on a machine, in a process of its own. Throws Error for what it does not support (a mode).
 using CaseSimulator = std::function<SimulationResult(const RegressionCase& regression_case, const GpuConfig& config)>;
 
@@ -31,6 +34,7 @@ struct RegressionOptions {
   bool silent = false;              ///< prints nothing to stdout
   std::string program = "grtx";     ///< name of this program in an [[update]]
   MachineLoader machine;            ///< empty: configuration files and settings only
+  DesignKeys design_keys;           ///< empty: a case that names a design is refused
   EnergyPricing price;              ///< empty: no energy statistics
   CaseSimulator simulate;           ///< empty: simulate_case(). For your own units and memory
 };

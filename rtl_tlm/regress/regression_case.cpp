@@ -109,6 +109,8 @@ class CaseReader {
       case_.machine = machine(node, name);
     } else if (name == "config") {
       case_.config = path(node, name);
+    } else if (name == "design") {
+      case_.design = text(node, name);
     } else if (name == "set") {
       case_.settings = texts(node, name);
       for (const toml::node& item : *node.as_array()) {
@@ -124,7 +126,7 @@ class CaseReader {
       read_tolerances(node);
     } else if (name != "update" && name != "title" && !read_windows(name, node)) {  // the first two are for people
       fail(node, fmt::format("unknown key '{}', the nearest is '{}'", name,
-                             nearest_name(name, {"trace", "machine", "config", "set", "mode", "share", "seed",
+                             nearest_name(name, {"trace", "machine", "config", "design", "set", "mode", "share", "seed",
                                                  "statistics", "tolerance", "title", "update"})));
     }
   }

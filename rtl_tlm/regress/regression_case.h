@@ -32,6 +32,7 @@ struct RegressionCase {
   std::string trace;
   std::string machine;                            ///< a name, or the path of a file .toml; "" for none
   std::string config;                             ///< "" for none
+  std::string design;                             ///< whose own keys are set, below the settings; "" for none
   std::vector<std::string> settings;              ///< key=value
   std::vector<RegressionSetting> setting_places;  ///< of the settings
   SimulationMode mode = SimulationMode::cycle;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "apps/program.h"
@@ -64,6 +65,30 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
   EXPECT_EQ(folder_.read("d/cycle.case.toml"), file);
   EXPECT_EQ(folder_.run("regress d --quiet").out, "");
   EXPECT_THAT(folder_.run("regress d --cases 'below/*'").out, HasSubstr("1 cases: 1 equal"));
+}
+
+// A trace of walk was recorded on shaders, 14 times slower, without a word.
+TEST_F(Regress, ATraceOfWalkRanWithoutItsUnits) {
+  ASSERT_EQ(
+      folder_.run("run --scene s.ply --cameras s.cameras.json --width 8 --height 8 --designs walk -o out --quiet").code,
+      0);
+  folder_.write("d/walk.case.toml", "trace = '../out/walk.grtx'\nmachine = 'paper'\n");
+  const Outcome without = record();
+  EXPECT_EQ(without.code, 0) << without.err;
+  EXPECT_THAT(without.err, HasSubstr("grtx: regress: walk: the trace is of design walk, whose units this run lacks"));
+  folder_.write("d/walk.case.toml", "trace = '../out/walk.grtx'\nmachine = 'paper'\ndesign = 'walk'\n");
+  const Outcome with = record();
+  EXPECT_EQ(with.code, 0) << with.err;
+  EXPECT_EQ(with.err, "");
+  const auto cycles = nlohmann::json::parse(folder_.read("out/results.json")).at("designs").at("walk").at("gpu.cycles");
+  EXPECT_THAT(record_of("gpu.cycles"), HasSubstr(cycles.at("value").dump()));
+  folder_.write("d/walk.case.toml", "trace = '../out/walk.grtx'\ndesign = 'wlak'\n");
+  EXPECT_THAT(folder_.run("regress d").err,
+              HasSubstr("d/walk.case.toml: design: unknown 'wlak', the nearest is 'walk'"));
+  folder_.write("d/walk.case.toml", "trace = '../t.grtx'\ndesign = 'walk'\n");
+  const Outcome other = folder_.run("regress d");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("t.grtx: header: is not of design walk: "));
 }
 
 TEST_F(Regress, ADifferenceSaysWhatMovedFirstAndUpdateRecordsWhy) {
