@@ -46,8 +46,8 @@ void draw_text(frontend::Image& image, unsigned x, unsigned y, const std::string
 }
 
 std::string label(double value) {
-  if (value == std::floor(value) && value < 1e6) return fmt::format("{:.0f}", value);
-  return value < 1e6 ? fmt::format("{:.1f}", value) : fmt::format("{:.3g}", value);
+  if (value >= 1e9) return fmt::format("{:.3g}", value);
+  return fmt::format("{:.{}f}", value, value == std::floor(value) || value >= 1e3 ? 0 : 1);
 }
 
 /// Pixels of the largest values, one per value: rays of a warp share theirs.
@@ -133,12 +133,8 @@ frontend::Image draw_heatmap(const Heatmap& map) {
   const std::vector<std::size_t> marked = largest_pixels(map);
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < marked.size(); ++i) {
-    const std::string pixel = fmt::format("{} at {},{}", i + 1, marked[i] % map.width, marked[i] / map.width);
-    if (i % 2 == 0) {
-      lines.push_back(pixel);
-    } else {
-      lines.back() += "   " + pixel;
-    }
+    lines.push_back(fmt::format("{} at {},{}  {}", i + 1, marked[i] % map.width, marked[i] / map.width,
+                                label(map.values[marked[i]])));
   }
   const unsigned left = kMargin + text_width(std::to_string(std::max(1u, map.height) - 1)) + kMargin / 2;
   const unsigned bar_x = left + map_width + 2 * kMargin;

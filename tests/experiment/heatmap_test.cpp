@@ -31,6 +31,19 @@ TEST(HeatmapPicture, MarksAValueOncePerWarpAndNoMoreThanTen) {
   EXPECT_EQ(marks_in(draw_heatmap(map)), ten);
 }
 
+// "1 at 24,40" without its cycles, and a bar that mixed 1.31e+06 with 983038.5.
+TEST(HeatmapPicture, TheSlowestPlacesHadNoValues) {
+  const auto list = [](double second) {
+    Heatmap map{"cycles", "of a ray's warp", 64, 32, std::vector<double>(64 * 32, 0.0)};
+    map.values[100] = 1310718.0;
+    map.values[700] = second;
+    const frontend::Image image = draw_heatmap(map);
+    return std::vector(image.pixels.end() - std::ptrdiff_t{30} * image.width, image.pixels.end());
+  };
+  EXPECT_NE(list(983038.0), list(983039.0));
+  EXPECT_EQ(list(983038.0), list(983038.4));
+}
+
 TEST(HeatmapPicture, HasRoomForAxesAndListWhateverTheSize) {
   for (const auto& [width, height] : {std::pair(1u, 1u), std::pair(3u, 200u), std::pair(500u, 2u)}) {
     const Heatmap map{"visits", "of a ray", width, height, std::vector<double>(std::size_t{width} * height, 1.0)};

@@ -126,6 +126,15 @@ TEST_F(RunsApart, ScenesOfOneMachineHaveAGeometricMean) {
   EXPECT_THAT(html, HasSubstr("4.00× <span class=\"share\">0.92</span>"));  // of 8 and 2
 }
 
+// Rows of 8 and 170 SMs stood under "of the run's own machine", which had 4.
+TEST_F(RunsApart, BuffersOfAnotherNumberOfSmsWereCalledTheMachinesOwn) {
+  ordered_json document = results("own", "hall", 4000, 1000);
+  document["config"]["gpu.sms"] = 4;
+  document["inputs"]["grtx"]["mode"] = "windows";  // which has no counters to price parts by
+  EXPECT_THAT(page({write("a.json", document)}),
+              AllOf(HasSubstr(", 170 SMs</th>"), HasSubstr("buffers for as many SMs as their row says")));
+}
+
 TEST_F(RunsApart, StatisticsOfAllDesignsJoinInWhateverOrder) {
   const std::string html =
       page({write("g.json", statistics("gautracer", 500)), write("x.json", statistics("grtx", 1000)),
