@@ -28,7 +28,7 @@ from paper.runs import die_with_parent  # noqa: E402
 
 BOUND = "gpu.bound."
 NO_BOUNDS = (BOUND + "largest", BOUND + "fraction")  # of all others
-PAGES = ("README.md", "docs/results/*.md", "docs/results/data/model_versions.csv", "rtl_tlm/run/model_version.h", plans.SET)
+PAGES = ("README.md", "docs/results/*.md", "docs/results/data/model_versions.csv", "rtl_tlm/run/model_version.h", "bench/paper/*.toml", plans.SET)
 
 
 class Failed(Exception):
