@@ -24,6 +24,8 @@ STYLE = """
 
 
 class Figure:
+    style = STYLE
+
     def __init__(self, title, height):
         self.title, self.height, self.parts, self.places = title, height, [], {}
 
@@ -85,7 +87,7 @@ class Figure:
     def svg(self):
         return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {self.height}" width="{WIDTH}" height="{self.height}" '
                 f'font-family="system-ui, \'DejaVu Sans\', sans-serif" role="img" aria-label="{escape(self.title)}">\n'
-                f"<title>{escape(self.title)}</title>\n<style>{STYLE}</style>\n"
+                f"<title>{escape(self.title)}</title>\n<style>{self.style}</style>\n"
                 '<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="7" markerHeight="7" orient="auto">'
                 '<path class="tip" d="M0 0 L10 5 L0 10 z"/></marker></defs>\n'
                 f'<rect class="paper" width="{WIDTH}" height="{self.height}"/>\n' + "\n".join(self.parts) + "\n</svg>\n")

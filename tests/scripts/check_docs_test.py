@@ -3,6 +3,7 @@
 """scripts/check_docs.py finds each kind of fault, and nothing in a tree without one."""
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -11,6 +12,7 @@ import unittest
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "check_docs.py")
 sys.path.insert(0, os.path.dirname(SCRIPT))
 import docs_prose  # noqa: E402
+import draw_results  # noqa: E402
 import evaluation_tables  # noqa: E402
 SCENES = "# views\n"
 HASH = hashlib.sha256(SCENES.encode()).hexdigest()[:8]
@@ -143,6 +145,56 @@ class CheckDocs(unittest.TestCase):
         faults = self.faults(self.evaluated() | page | {"docs/images/results/scene-classes.svg": "<svg/>\n"})
         self.assertIn("docs/images/results/scene-classes.svg:1: is not what scripts/draw_results.py makes of docs/results/data: "
                       "run scripts/readme_tables.py", faults)
+
+    # A page of results with a chart of its own table.
+    CASES = ("# V\n\n![cycles](../images/results/vulkan-sim.svg)\n\n| view | descriptors | ours ÷ theirs |\n|---|---|---|\n"
+             "| room, tri20 | no | 0.967 |\n| the same, box corners | yes | **1.098** |\n")
+
+    def test_a_chart_is_that_of_the_table_of_its_page(self):
+        page, chart = "docs/results/vulkan-sim.md", "docs/images/results/vulkan-sim.svg"
+        drawn = draw_results.vulkan_sim("", self.CASES)
+        stale = f"{chart}:1: is not what scripts/draw_results.py makes of {page}: run scripts/readme_tables.py"
+        missing = f"{page}:1: has no table with columns view, descriptors, ours ÷ theirs, which scripts/draw_results.py draws"
+        for text, fault in [(self.CASES, None), (self.CASES.replace("1.098", "1.198"), stale), (self.CASES.replace("| view", "| what"), missing)]:
+            of_chart = [line for line in self.faults(self.results() | {page: text, chart: drawn}) if "draw_results" in line]
+            self.assertEqual(of_chart, [fault] if fault else [])
+        self.assertIn(">room, tri20, box corners, descriptors<", drawn)
+
+    def test_a_mark_stands_where_its_value_is(self):
+        drawn = draw_results.dots("d", [], [("a", [("c1", 1.0, None, None)], ""), ("b", [("c1", 2.0, 1.0, 4.0)], "")], (0.5, 1, 2, 4, 8), 260)
+        ends = 260, draw_results.draw_units.WIDTH - 64
+        self.assertEqual(re.findall(r'cx="([\d.]+)"', drawn), [f"{ends[0]:.1f}", f"{sum(ends) / 2:.1f}"])  # axis of 1 to 4: 2 is its middle
+        self.assertIn(f'class="c1 span" d="M{ends[0]:.1f} 85.0 L{ends[1]:.1f} 85.0"', drawn)
+
+    def test_a_chart_has_the_colours_of_the_pages_in_both_schemes(self):
+        import model_version
+        pages = re.findall(r"--c1: (#\w+)", model_version.read(model_version.TOP, "report/page/web/report.css"))
+        light, _, dark = draw_results.Chart.style.rpartition("@media (prefers-color-scheme: dark)")
+        self.assertEqual([re.findall(r"\.c1\{fill:(#\w+)", part) for part in (light, dark)], [[pages[0]], [pages[1]]])
+
+    def test_a_chart_of_the_papers_figures_is_that_of_what_is_recorded(self):
+        claims = '[[claim]]\nid = "height"\nitem = "i"\nwhat = "Height"\npaper = 20.0\nsource = "Table"\nwhy = "w"\n'
+        page = self.results()["docs/results/readings.md"] + "\n![r](../images/results/readings.svg)\n"
+        tree = self.results() | {"docs/results/readings.md": page, "bench/paper/claims.toml": claims}
+        recorded = "[quick.paper]\nheight = {}\n"
+        with tempfile.TemporaryDirectory() as top:
+            os.makedirs(os.path.join(top, "bench", "paper"))
+            for name, text in (("claims", claims), ("expected", recorded.format(24.0))):
+                with open(os.path.join(top, "bench", "paper", name + ".toml"), "w", encoding="utf-8") as file:
+                    file.write(text)
+            tree["docs/images/results/readings.svg"] = draw_results.readings(top, "")
+        self.assertIn("1 of 1 hold", tree["docs/images/results/readings.svg"])
+        self.assertEqual(self.faults(tree | {"bench/paper/expected.toml": recorded.format(24.0)}), [])
+        self.assertEqual(self.faults(tree | {"bench/paper/expected.toml": recorded.format(25.0)}), [
+            "docs/images/results/readings.svg:1: is not what scripts/draw_results.py makes of bench/paper: run scripts/readme_tables.py"])
+
+    def test_a_page_of_results_opens_with_one_sentence_and_its_chart(self):
+        import model_version
+        for page in model_version.pages(model_version.TOP):
+            if os.path.dirname(page) == "docs/results":
+                name = os.path.basename(page)[:-3]
+                opening = rf"# [^\n]+\n\n\*\*[^*]+\*\*\n\n!\[[^\]]+\]\(\.\./images/results/{name}\.svg\)\n"
+                self.assertRegex(model_version.read(model_version.TOP, page), r"\A" + opening)
 
     def test_figures_of_other_scenes_or_of_another_model(self):
         rule = f"{evaluation_tables.DATA}:1: paper-128: of another "
