@@ -9,6 +9,8 @@
 
 #include "grtx/base/error.h"
 #include "grtx/base/json.h"
+#include "grtx/explore/sweep/axis.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/explore/sweep/schema.h"
 
 namespace grtx::explore {
@@ -62,6 +64,35 @@ ordered_json memory_inputs(const StoredPoint& point) {
     inputs[kMemoryFiles] = point.inputs.at(kMemoryFiles);
   }
   return inputs;
+}
+
+/// The configuration of a point whose design keeps hits in registers, less what the design itself sets for its k: as
+/// many registers as k needs are no other machine.
+ordered_json less_own_keys(const StoredPoint& point, const Design& design, unsigned k) {
+  ordered_json config = point.config;
+  for (const auto& [key, value] : keys_for(design, k)) {
+    if (const auto found = config.find(key); found != config.end() && text_of(*found) == value) config.erase(found);
+  }
+  return config;
+}
+
+/// Design of a point whose keys follow its k; null for others, and where k is not known.
+const Design* design_with_heaps(const StoredPoint& point) {
+  const auto found = std::ranges::find(designs(), point.design, &Design::name);
+  const bool heaps = found != designs().end() && found->registers_per_hit != 0;
+  return heaps && point.trace != nullptr && point.trace->contains("tracer.k") ? &*found : nullptr;
+}
+
+void compare_configs(const StoredPoint& a, const StoredPoint& b, Differences& differences) {
+  const Design *of_a = design_with_heaps(a), *of_b = design_with_heaps(b);
+  if (of_a == nullptr || of_b == nullptr) {
+    differences.compare(a.config, b.config);
+    return;
+  }
+  const auto less = [](const StoredPoint& point, const Design& design) {
+    return less_own_keys(point, design, k_of(design, text_of(point.trace->at("tracer.k"))));
+  };
+  differences.compare(less(a, *of_a), less(b, *of_b));
 }
 
 void fill(StoredPoint& point, const std::vector<std::string>& names) {
@@ -154,7 +185,7 @@ void add_distinguishing_inputs(const std::vector<StoredPoint*>& points) {
     }
     if (point->config.empty()) continue;
     if (first.configured == nullptr) first.configured = point;
-    differences.compare(point->config, first.configured->config);
+    compare_configs(*point, *first.configured, differences);
     differences.compare(memory_inputs(*point), memory_inputs(*first.configured));
   }
   for (StoredPoint* point : points) fill(*point, differences.names());

@@ -342,6 +342,17 @@ def _trace_inputs(options: dict[str, Any]) -> dict[str, Any]:
     return inputs
 
 
+def _less_registers_of_heaps(made: pd.DataFrame, points: pd.DataFrame) -> pd.DataFrame:
+    """The same with one value where a design keeps its hits in registers and sets as many as its k needs, three for a hit (`grtx machine
+    --design walk --k 16`): they are no other machine."""
+    name = "simt.payload_registers"
+    if name not in made or "tracer.k" not in made:
+        return made
+    needed = np.minimum(3 * pd.to_numeric(made["tracer.k"]), 255)
+    own = points["design"].isin(("gautracer", "walk")) & (pd.to_numeric(made[name]) == needed)
+    return made.assign(**{name: made[name].where(~own, "as k needs")})
+
+
 def _points(database: sqlite3.Connection, path: str) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, Any]]:
     """Frames of points and of their coordinates, and what all points share."""
     points = pd.read_sql_query(
@@ -360,9 +371,10 @@ def _points(database: sqlite3.Connection, path: str) -> tuple[pd.DataFrame, pd.D
     made = pd.DataFrame([{**traces.get(trace, {}), **config, **({"memory.files_hash": memory} if memory else {})}
                          for trace, config, memory in zip(points.pop("trace_key"), configs, points.pop("memory"))],
                         index=points.index, dtype=object)
+    compared = _less_registers_of_heaps(made, points)
     waiting = {name for config in configs for name in config}  # unknown, and not different, of a point without configuration
-    several = [name for name in made if made[name].nunique(dropna=name in waiting) > 1]
-    groups = made[several].groupby([points[name] for name in ("machine", "mode", "scene", "design")])
+    several = [name for name in made if compared[name].nunique(dropna=name in waiting) > 1]
+    groups = compared[several].groupby([points[name] for name in ("machine", "mode", "scene", "design")])
     for name in several:
         if (groups[name].nunique(dropna=name in waiting) > 1).any():
             varied[name] = varied[name].where(varied[name].notna(), made[name]) if name in varied else made[name]

@@ -322,6 +322,22 @@ class Frames(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "l1.byte"):
             plots.plot_pareto(sweep, "area", "time", label="l1.byte")
 
+    def test_gautracer_and_walk_had_no_speed_up_over_k(self):
+        with open(self.path("k.toml"), "w", encoding="utf-8") as file:
+            file.write(PLAN.replace('"grtx"', '"gautracer", "walk"').replace('"l1.bytes" = [32768, 131072]', '"tracer.k" = [4, 96]'))
+        grtx("sweep", self.path("k.toml"), "-o", self.path("k.sqlite"), "--quiet")
+        frame = grtx_tlm.read_sweep(self.path("k.sqlite"), ["gpu.cycles"])
+        self.assertNotIn("simt.payload_registers", frame)
+        self.assertEqual(grtx_tlm.speedup(frame, {"design": "baseline", "tracer.k": 4}).notna().sum(), 6)
+        # Registers that somebody sets are told apart.
+        with open(self.path("k.toml"), encoding="utf-8") as file:
+            plan = file.read().replace('"baseline", ', "") + '[set]\n"simt.payload_registers" = 255\n'
+        with open(self.path("k.toml"), "w", encoding="utf-8") as file:
+            file.write(plan)
+        grtx("sweep", self.path("k.toml"), "-o", self.path("k.sqlite"), "--quiet")
+        frame = grtx_tlm.read_sweep(self.path("k.sqlite"), ["gpu.cycles"])
+        self.assertEqual(frame[frame["design"] == "walk"]["simt.payload_registers"].tolist(), [12, 255, 255])
+
     def test_points_of_two_plans_and_machines_are_called_the_same(self):
         path = self.path("edited.sqlite")
         for machine, width in (("paper", 8), ("paper-charged", 16)):

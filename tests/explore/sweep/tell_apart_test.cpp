@@ -60,6 +60,22 @@ TEST(TellApart, AnInputOfAnyKindThatDiffersIsACoordinate) {
   }
 }
 
+// Registers of a heap follow k: as a coordinate they left gautracer and walk without a baseline of equal keys, and so
+// without a speed-up over k, on the page and in Python.
+TEST(TellApart, RegistersThatADesignSetsForItsKAreNone) {
+  const auto walk = [](const char* trace, const char* config) {
+    StoredPoint p = point(trace, config, "{}");
+    p.design = "walk";
+    return p;
+  };
+  EXPECT_EQ(told_apart({walk(R"({"tracer":{"k":"64"}})", R"({"simt.payload_registers":192})"),
+                        walk(R"({"tracer":{"k":"16"}})", R"({"simt.payload_registers":48})")}),
+            (Texts{R"({"tracer.k":64})", R"({"tracer.k":16})"}));
+  EXPECT_EQ(told_apart({walk(R"({"tracer":{"k":"64"}})", R"({"simt.payload_registers":192})"),
+                        walk(R"({"tracer":{"k":"64"}})", R"({"simt.payload_registers":255})")}),
+            (Texts{R"({"simt.payload_registers":192})", R"({"simt.payload_registers":255})"}));
+}
+
 TEST(TellApart, WhatAllShareAndWhatTheOtherNamesSayIsNone) {
   StoredPoint baseline = point(R"({"files":"a","tracer":{"accel":"tri20"},"trace_format":4})", R"({"l1.ways":4})");
   baseline.design = "baseline";
