@@ -17,15 +17,15 @@ SHORT = {"gautracer, by entry, no spills": "best mix of the papers' parts", "gau
 
 class Chart(draw_units.Figure):
     """A figure in the colours of the pages of `grtx report`; `open` marks are hollow."""
-    @staticmethod
-    def colours(sheet):
-        return "".join(f".{name}{{fill:{colour};stroke:{colour}}}" for name, colour in re.findall(r"--(c[1-4]): (#\w+);", sheet))
-
-    # The rule of the light scheme and that of the dark one, in the order of the file.
-    light, dark = re.findall(r":root \{(.*?)\}", model_version.read(model_version.TOP, os.path.join("report", "page", "web", "report.css")), flags=re.S)[:2]
-    style = (draw_units.STYLE + ".grid{stroke:#c3cad5;stroke-width:.6} .one{stroke:#56657a;stroke-width:1.2} .span{stroke-width:2}\n" +
-             colours(light) + "\n@media (prefers-color-scheme: dark){.grid{stroke:#3a4658}.one{stroke:#8fa0b8}" + colours(dark) +
-             "}\n.open{fill:none;stroke-width:1.8}\n")
+    @property
+    def style(self):
+        sheet = model_version.read(model_version.TOP, os.path.join("report", "page", "web", "report.css"))
+        # The rule of the light scheme and that of the dark one, in the order of the file.
+        light, dark = ("".join(f".{name}{{fill:{colour};stroke:{colour}}}" for name, colour in re.findall(r"--(c[1-4]): (#\w+);", rule))
+                       for rule in re.findall(r":root \{(.*?)\}", sheet, flags=re.S)[:2])
+        return (draw_units.STYLE + ".grid{stroke:#c3cad5;stroke-width:.6} .one{stroke:#56657a;stroke-width:1.2} .span{stroke-width:2}\n" +
+                light + "\n@media (prefers-color-scheme: dark){.grid{stroke:#3a4658}.one{stroke:#8fa0b8}" + dark +
+                "}\n.open{fill:none;stroke-width:1.8}\n")
 
     def line(self, x1, y1, x2, y2, kind="grid"):
         self.parts.append(f'<path class="{kind}" d="M{x1:.1f} {y1:.1f} L{x2:.1f} {y2:.1f}"/>')
