@@ -294,6 +294,7 @@ class OneParameter : public ::testing::TestWithParam<const char*> {
       const bool ellipsoid = kind.ends_with("ellipsoid");
       const bool monolithic = ellipsoid || kind == "box";
       sim::MachineUse use{one_level ? "baseline" : monolithic ? "hw" : "grtx"};
+      use.peak = true;  // as RtUnit takes these traces, which do not say
       if (kind.starts_with("bounded")) use.opacity_bound = traces::OpacityBound::on;
       if (kind == "sphere" || ellipsoid || kind == "walked") use.leaves = sim::LeafTest::spheres;
       if (kind == "box") use.leaves = sim::LeafTest::boxes;
