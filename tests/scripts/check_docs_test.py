@@ -169,7 +169,7 @@ class CheckDocs(unittest.TestCase):
     def test_a_chart_has_the_colours_of_the_pages_in_both_schemes(self):
         import model_version
         pages = re.findall(r"--c1: (#\w+)", model_version.read(model_version.TOP, "report/page/web/report.css"))
-        light, _, dark = draw_results.Chart.style.rpartition("@media (prefers-color-scheme: dark)")
+        light, _, dark = draw_results.Chart.style.fget(None).rpartition("@media (prefers-color-scheme: dark)")
         self.assertEqual([re.findall(r"\.c1\{fill:(#\w+)", part) for part in (light, dark)], [[pages[0]], [pages[1]]])
 
     def test_a_chart_of_the_papers_figures_is_that_of_what_is_recorded(self):
