@@ -157,7 +157,7 @@ void AnyHitUnit::dump_state(std::ostream& out) const {
 
 // An entry of a heap is three of the 32 words that an access of the register file moves. A step, read, comparison and
 // write, takes two cycles.
-PartInfo part_info(const AnyHitUnitConfig&) {
+PartInfo part_info(const AnyHitUnitConfig& config) {
   constexpr double kOfARow = static_cast<double>(HitHeap::kEntryWords) / kMaxLanes;
   PartInfo part;
   part.name = "any_hit_unit";
@@ -178,6 +178,11 @@ PartInfo part_info(const AnyHitUnitConfig&) {
                             writes("any_hit_unit", "opacity")},
                   .basis = "opacities of hits that enter heaps or leave them because of it",
                   .off_by_default = true}};
+  part.bounds = {{.name = "unit.heap",
+                  .statistics = {"gpu.rt.any_hit.unit.busy_cycles"},
+                  .rate = config.count,
+                  .description = "busiest any-hit unit: cycles of its hits over its heap logics",
+                  .words = "the heap logics of the any-hit units"}};
   return part;
 }
 

@@ -62,6 +62,17 @@ TEST(LowerBounds, TakeTheBusiestUnitAndDivideByItsWidth) {
   EXPECT_EQ(binding_bound(lower_bounds(c, {500, 600}, config)).name, "dram_bandwidth");
 }
 
+// Eight heap logics serve all lanes of the RT unit, so a design that keeps hits in heaps may be bound by them.
+TEST(LowerBounds, HeapLogicsBindAsPipelinesDo) {
+  GpuConfig config;
+  config.rt.any_hit_unit.enabled = true;
+  config.rt.any_hit_unit.count = 8;
+  GpuCounters c = two_sms();
+  c.rt_of[0].any_hit.unit.busy_cycles = 700;
+  c.rt_of[1].any_hit.unit.busy_cycles = 801;
+  EXPECT_EQ(bounds_of(c, {}, config).at("unit.heap"), 101U);  // ceil(801 / 8 logics)
+}
+
 // A test takes its pipeline for `interval` cycles, but nothing waits after the last one.
 TEST(LowerBounds, APipelineIsNotWaitedForAfterItsLastTest) {
   GpuConfig config;
