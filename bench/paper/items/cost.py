@@ -34,5 +34,5 @@ def build(study, page):
     page.claim("buffers-8", "paper", {worst: eight[worst]})
     page.claim("buffers-170", "paper", {worst: many[worst]})
     page.picture("buffers", figures.bars("Checkpoint and eviction buffers, 8 SMs, MiB", groups, ["8 SMs"],
-                                         {"8 SMs": page.claims["buffers-8"].paper}, unit="MiB"), "MiB of buffers, a bar a scene")
+                                         {"8 SMs": page.claims["buffers-8"].paper}, unit="MiB"), "MiB of buffers, a bar for each scene")
     page.table(["scene", "most checkpoint entries", "most evictions", "MiB, 8 SMs", "GiB, 170 SMs"], rows)

@@ -25,7 +25,7 @@ def build(study, page):
     shares = {s.name: split(study.point(s, "baseline", machine)) for s in study.scenes}
     page.claim("traversal-share", machine, {s.name: shares[s.name]["traversal"] for s in study.counted})
     page.picture("split", figures.stacks("Baseline, k = 8: share of the time of resident warps", list(shares.items()), SERIES),
-                 "Share of traversal, sorting and blending in the baseline's time, a bar a scene")
+                 "Share of traversal, sorting and blending in the baseline's time, a bar for each scene")
     page.text("Shares of the cycles of resident warps over all rounds. The paper adds one operation after the other on a GPU.")
 
     page.text("## One round against many, and k of the baseline")
@@ -47,7 +47,7 @@ def build(study, page):
     page.claim("total-over-unique", machine, redundancy)
     page.picture("k", figures.lines("Baseline: cycles at k over cycles at k = 16", [str(k) for k in KS], curves, "k",
                                     "cycles ÷ cycles at 16", {"paper's best": KS.index(16)}),
-                 "Cycles of the baseline over k, a line a scene")
+                 "Cycles of the baseline over k, a line for each scene")
     page.table(["scene", f"M cycles, k = {KS[0]}", *map(str, KS[1:]), f"single round, k = {study.values['dense_k']}",
                 "hits ÷ processed", "rays ended by ERT", "M visits, k = 16", "of them unique"], rows)
     page.text("A single round pays for hits behind the end of the ray: *hits ÷ processed* says how many there are. Where it is near 1 a single round has "

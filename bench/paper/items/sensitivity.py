@@ -35,7 +35,7 @@ def buffer_sizes(study, page, machine):
         return
     curves = {s.name: [cycles[s.name, 4] / cycles[s.name, k] for k in KS] for s in study.scenes}
     page.picture(f"k-{machine}", figures.lines(f"grtx: speed over k = 4, machine {machine}", [str(k) for k in KS], curves, "k",
-                                               "speed ÷ speed at 4", {"paper's best": KS.index(8)}), "Speed of grtx over k, a line a scene")
+                                               "speed ÷ speed at 4", {"paper's best": KS.index(8)}), "Speed of grtx over k, a line for each scene")
     mean = lambda k, statistic: geometric_mean(found[s.name, k][statistic] for s in study.evaluation)
     page.table(["k, mean", "M cycles", "rounds of warps", "SIMT efficiency", "M entries written"],
                [[str(k), mean(k, "gpu.cycles") / 1e6, mean(k, "gpu.simt.rounds"), mean(k, "gpu.rt.simt_efficiency"),

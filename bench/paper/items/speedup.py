@@ -94,7 +94,7 @@ def proxies(study, page):
     machine = study.values["side_machines"][0]  # none has checkpoints
     page.text("## Other proxies",
               f"Generated scenes of at most {most:,} Gaussians of the same seeds: 80 triangles each of more do not fit into a workstation's memory. "
-              "Speed over the baseline, and bytes of the structure a Gaussian, in the mean. The paper measured its proxies on GPUs.")
+              "Speed over the baseline, and bytes of the structure per Gaussian, in the mean. The paper measured its proxies on GPUs.")
     cycles = {s.name: {p: study.point(s, p, machine)["gpu.cycles"] for p in ("tri20", "tlas-tri20", *PROXIES)} for s in scenes}
     speed = {name: {p: row["tri20"] / c for p, c in row.items() if p != "tri20"} for name, row in cycles.items()}
     for name, over, of in [("tlas-tri80-over-tri80", "tri80", "tlas-tri80"), ("ellipsoid-over-tri20", "tri20", "ellipsoid"),
@@ -102,7 +102,7 @@ def proxies(study, page):
         page.claim(name, machine, {s.name: cycles[s.name][over] / cycles[s.name][of] for s in scenes if s.role == "evaluation"})
     page.picture(f"proxies-{machine}", figures.bars(f"Proxies: speed over 20 triangles, machine {machine}", list(speed.items()),
                                                     ["tlas-tri20", *PROXIES], base=1.0), "Speed of each proxy over the baseline, by scene")
-    page.table(["structure", "speed over baseline", "B a Gaussian"],
+    page.table(["structure", "speed over baseline", "B per Gaussian"],
                [[p, geometric_mean(row["tri20"] / row[p] for row in cycles.values()),
                  geometric_mean(study.measure(s, p, machine, ONE_RAY)["accel.bytes_per_gaussian"] for s in scenes)]
                 for p in ("tri20", "tlas-tri20", *PROXIES)])
