@@ -14,6 +14,7 @@ sys.path.insert(0, os.path.dirname(SCRIPT))
 import docs_prose  # noqa: E402
 import draw_results  # noqa: E402
 import evaluation_tables  # noqa: E402
+import show_tables  # noqa: E402
 SCENES = "# views\n"
 HASH = hashlib.sha256(SCENES.encode()).hexdigest()[:8]
 TREE = {
@@ -139,6 +140,45 @@ class CheckDocs(unittest.TestCase):
         self.assertTrue(fault.startswith("docs/results/README.md:8: is not what scripts/readme_tables.py makes of docs/results/data"), fault)
         unmeasured = {name: text for name, text in tree.items() if name != evaluation_tables.DATA}
         self.assertEqual(self.faults(unmeasured), [])  # stays as it is
+
+    # The page of designs on views of role show and README: all views have the same speeds, and half of them with dense rays.
+    def shown(self):
+        speeds = {("sw", 32, ""): 2, ("hw", 16, ""): 2, ("grtx", 16, ""): 4, ("gautracer", 48, ""): 20, ("gautracer", 64, "tracer.sort_key=entry"): 40,
+                  **{("gautracer", k, f"tracer.sort_key=entry{checkpoint}; tracer.child_order=near_first"): 50 + k / 8
+                     for k in (48, 64) for checkpoint in ("", "; tracer.checkpoint=on")},
+                  ("walk", 64, ""): 80, ("walk", 64, "tracer.child_order=near_first"): 116, ("walk", 64, "tracer.colour=frame"): 60}
+        rows = [("view", "lines", "sms", "design", "k", "keys", "cycles", "rt_unit_mm2")]
+        for view in (*show_tables.ROOMS, *show_tables.OBJECTS):
+            for lines, less in (("128", 1), ("1080", 2)):
+                for (design, k, keys), speed in {("baseline", 32, ""): 1, **speeds}.items():
+                    rows.append((f"{view}-0", lines, 2, design, k, keys, 1e6 if design == "baseline" else 1e6 * less / speed, 0.9))
+        data = "\n".join(",".join(map(str, row)) for row in rows) + "\n"
+        with tempfile.TemporaryDirectory() as top:
+            os.makedirs(os.path.join(top, "docs", "results", "data"))
+            with open(os.path.join(top, show_tables.DATA), "w", encoding="utf-8") as file:
+                file.write(data)
+            made = show_tables.MADE["show-128"](top, "")
+        readme = ("# R\n\n| design | near | far |\n|---|---|---|\n| GRTX | 4.00 | 4.00 | 2.00 | 2.00 |\n| GauTracer | 20.0 | 20.0 | 10.0 | 10.0 |\n"
+                  "| the mix | 58.0 | 58.0 | 29.0 | 29.0 |\n| walk | 116.0 | 116.0 | 58.0 | 58.0 |\n| over it | **2.00** | **2.00** | **2.00** | **2.00** |\n"
+                  "\nBy view 2.00 to 2.00.\n")
+        page = f"# D\n\n<!-- generated: scripts/readme_tables.py show-128 -->\n\n{made}\n<!-- end of generated -->\n"
+        return {show_tables.DATA: data, "README.md": readme, show_tables.PAGE: page}
+
+    def test_designs_on_views_of_role_show_are_those_of_their_data(self):
+        def of_show(tree):
+            return [fault for fault in self.faults(tree) if "designs-show.csv" in fault or "readme_tables" in fault]
+        tree = self.shown()
+        self.assertIn("| walk, near | 64 | 116.00, 116.00, 116.00 | **116.00** | 116.00, 116.00 | **116.00** | 0.900 |", tree[show_tables.PAGE])
+        self.assertIn("| walk over the best of by entry, near | | 2.00, 2.00, 2.00 | **2.00** | 2.00, 2.00 | **2.00** | |", tree[show_tables.PAGE])
+        self.assertEqual(of_show(tree), [])
+        [fault] = of_show(tree | {show_tables.PAGE: tree[show_tables.PAGE].replace("| 80.00, 80.00 |", "| 80.00, 81.00 |")})
+        self.assertTrue(fault.startswith(f"{show_tables.PAGE}:16: is not what scripts/readme_tables.py makes"), fault)
+
+    def test_readme_has_another_figure_than_the_page_of_designs(self):
+        tree = self.shown()
+        for there, wrong in [("4.00 | 4.00 | 2.00 | 2.00 |", "4.00 | 4.00 | 2.00 | 2.10 |"), ("2.00 to 2.00", "1.90 to 2.00")]:
+            faults = [fault for fault in self.faults(tree | {"README.md": tree["README.md"].replace(there, wrong)}) if fault.startswith("README.md")]
+            self.assertEqual(faults, [f"README.md:1: does not have '{there}', which {show_tables.DATA} gives"])
 
     def test_a_chart_is_that_of_its_data(self):
         page = {"docs/results/scene-classes.md": "# C\n\n![speeds](../images/results/scene-classes.svg)\n"}

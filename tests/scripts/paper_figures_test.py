@@ -11,7 +11,8 @@ import tokenize
 import unittest
 
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-sys.path.insert(0, os.path.join(TOP, "bench"))
+sys.path[:0] = [os.path.join(TOP, "bench"), os.path.join(TOP, "scripts")]
+import draw_results  # noqa: E402
 from paper import claims  # noqa: E402
 
 TARGETS = [target for kind in claims.read(claims.TARGETS).values() if isinstance(kind, list) for target in kind]
@@ -41,6 +42,24 @@ class PaperFigures(unittest.TestCase):
             self.assertAlmostEqual(known[name].paper, number)
         self.assertIn("consistent", known["small-fov-hw"].source)
         self.assertTrue(known["l1-sw"].bound)
+
+    def test_readings_had_other_figures_than_are_recorded(self):
+        with open(os.path.join(TOP, "docs", "results", "readings.md"), encoding="utf-8") as file:
+            text = file.read()
+        known, recorded = claims.load(), claims.read(os.path.join(TOP, "bench", "paper", "expected.toml"))["quick"]["paper"]
+        main = draw_results.table(text, "figure", "the paper", "today", "all four")[:10]
+        others = draw_results.table(text, "figure", "the paper", "today", "within 20 %")
+        of_main = ("speedup-sw", "speedup-hw", "speedup-grtx", "grtx-over-best", "fetches-grtx", "fetches-hw-on-sw", "latency-grtx", "l2-grtx", "l1-sw",
+                   "l1-grtx-over-sw")
+        of_others = ("best-k-baseline", "small-fov-sw", "small-fov-hw", "fov-trend-sw", "fov-trend-hw", "hw-secondary-over-primary")
+        self.assertEqual((len(main), len(others)), (len(of_main), len(of_others)))
+        for name, row in zip(of_main + of_others, main + others):
+            digits = len(row["today"].partition(".")[2])
+            self.assertEqual(row["today"], f"{recorded[name]:.{digits}f}", name)
+        for name, row in zip(of_others, others):
+            self.assertEqual(row["within 20 %"], "yes" if known[name].holds(recorded[name]) else "no", name)
+        met = [claim.holds(recorded[name]) for name, claim in known.items() if claim.paper is not None and name in recorded]
+        self.assertIn(f"meets {sum(met)} of the paper's {len(met)} printed figures", text.replace("\n", " "))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """bench/silicon.py on a small database: speeds over monolithic icosahedra beside a chart, ways over the fastest rounds."""
+import csv
 import json
 import os
 import sqlite3
@@ -7,8 +8,12 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from statistics import geometric_mean
 
-SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bench", "silicon.py")
+TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+SCRIPT = os.path.join(TOP, "bench", "silicon.py")
+sys.path.insert(0, os.path.join(TOP, "scripts"))
+import draw_results  # noqa: E402
 
 
 class Silicon(unittest.TestCase):
@@ -97,6 +102,33 @@ class Silicon(unittest.TestCase):
     def test_nothing_to_compare_is_said_by_the_code(self):
         for table in ("structures", "checkpoints", "spheres"):
             self.rows(table, self.path, code=1)
+
+
+class Page(unittest.TestCase):
+    def test_silicon_had_other_figures_of_cards_than_points_csv(self):
+        with open(os.path.join(TOP, "docs", "results", "silicon.md"), encoding="utf-8") as file:
+            text = file.read()
+        with open(os.path.join(TOP, "data", "measured", "points.csv"), encoding="utf-8") as file:
+            points = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        cards = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")[len({point["card"] for point in points})]
+        self.assertIn(f"has {len(points)} points of {cards} cards", text)
+        source, compared = "", 0
+        for row in draw_results.table(text, "chart", "measured", "fitted, 2", "tested, 3"):
+            source = row["chart"].split(",")[0] or source
+            times = {}
+            for point in points:
+                # a chart by its name; 3dgrut's frames of scenes, which are no objects
+                if point["source"].endswith(source) or (point["card"] == source and point["source"].endswith("418ad67 README")):
+                    times.setdefault(point["design"], {})[point["scene"]] = float(point["value"])
+            letters = [{"A": "tri20", "C": "tlas-tri20", "D": "tlas-box"}.get(letter) for letter in row[""].removesuffix(", ms").split(" / ")]
+            if None in letters or letters[0] not in times:
+                continue  # a single ratio
+            over = times[letters[1]] if len(letters) > 1 else dict.fromkeys(times[letters[0]], 1)
+            values = [value / over[scene] for scene, value in times[letters[0]].items()]
+            compared += 1
+            for written, value in zip(draw_results.numbers(row["measured"]), (geometric_mean(values), min(values), max(values)), strict=True):
+                self.assertAlmostEqual(written, value, delta=0.0501 if len(letters) == 1 else 0.00501, msg=f"{source} {row['']}")
+        self.assertEqual(compared, 14)
 
 
 if __name__ == "__main__":

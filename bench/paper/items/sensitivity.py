@@ -59,7 +59,8 @@ def fields_of_view(study, page, machine):
     page.picture(f"fov-{machine}", figures.lines(f"Speed-up over density, machine {machine}", list(dense.values()),
                                                  {d: [row[d] for row in mean.values()] for d in DESIGNS}, "as dense as an image of this width",
                                                  "speed-up, mean"), "Speed-up over the density of rays")
-    page.table(["as dense as, mean", *COLUMNS], [[dense[scale], *row.values()] for scale, row in mean.items()])
+    over = " and ".join(s.name for s in scenes if s.role == "evaluation")
+    page.table([f"as dense as, mean of {over}", *COLUMNS], [[dense[scale], *row.values()] for scale, row in mean.items()])
 
 
 def designs_at(study, scene, machine, frame):
