@@ -244,6 +244,23 @@ const take_exports = async (page) => {
   }
 };
 
+// Cells of stacked rows that do not name their column, or whose name covers their figure.
+const unnamed_cells = (page) =>
+  page.evaluate(() => {
+    const cells = [...document.querySelectorAll('table.stacks tbody td:not(:empty)')].filter((cell) => cell.checkVisibility());
+    const titles = (cell) => [...cell.closest('table').tHead.rows[0].cells].map((title) => title.textContent);
+    const named = (cell) => getComputedStyle(cell, '::before').content === JSON.stringify(titles(cell)[cell.cellIndex]);
+    return { cells: cells.length, unnamed: cells.filter((cell) => !named(cell)).map((cell) => cell.textContent) };
+  });
+
+// Boxes that scroll though they hold no more than a table of a screen or two.
+const hiding_boxes = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll('.scroll')]
+      .filter((box) => box.checkVisibility() && box.scrollHeight > box.clientHeight + 1 && box.querySelectorAll('tbody tr').length < 43)
+      .map((box) => box.getAttribute('aria-label')),
+  );
+
 // Words of tables that stand on two lines.
 const broken_words = (page) =>
   page.evaluate(() => {
@@ -287,6 +304,7 @@ try {
   found.cut = await page.evaluate(() =>
     [...document.querySelectorAll('.card dd')].filter((d) => d.scrollHeight > d.clientHeight + 1).map((d) => d.textContent),
   );
+  found.hiding_boxes = await hiding_boxes(page);
   if ((await page.locator('.export').count()) > 0) await take_exports(page);
   if ((await page.locator('.explorer .view').count()) === 1) await look_at_views(page);
   else if ((await page.locator('#sweep1_explore').count()) === 1) await look_at_sweep(page);
@@ -313,6 +331,8 @@ try {
       .map((f) => f.id),
   );
   found.broken_words = await broken_words(small);
+  found.stacked = await unnamed_cells(small);
+  found.hiding_boxes.push(...(await hiding_boxes(small)));
   if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
 
   const background = () => small.evaluate(() => getComputedStyle(document.body).backgroundColor);

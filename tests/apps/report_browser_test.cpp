@@ -34,6 +34,10 @@ class ReportInBrowser : public InBrowser {
     EXPECT_EQ(found.at("charts"), found.at("drawings"));
     EXPECT_THAT(found.at("cut"), IsEmpty()) << found.at("cut");                    // cards show all that they say
     EXPECT_THAT(found.at("broken_words"), IsEmpty()) << found.at("broken_words");  // on a phone, into letters
+    EXPECT_THAT(found.at("hiding_boxes"), IsEmpty()) << found.at("hiding_boxes");
+    // A row of a phone's table names the column of each figure.
+    EXPECT_GT(found.at("stacked").at("cells").get<int>(), 0);
+    EXPECT_THAT(found.at("stacked").at("unnamed"), IsEmpty()) << found.at("stacked").at("unnamed");
     for (const auto& [name, begin] : {std::pair("SVG", "<svg"), std::pair("PNG", "PNG")}) {
       EXPECT_THAT(found.at("exports").at(name).at("begin").get<std::string>(), testing::EndsWith(begin));
       EXPECT_GT(found.at("exports").at(name).at("bytes").get<int>(), 2000);

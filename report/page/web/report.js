@@ -97,8 +97,8 @@
     if (names.length < 4 || table.rows.length > 42) return;
     table.classList.add('stacks');
     for (const row of table.tBodies[0].rows)
-      [...row.cells].forEach((cell, i) => {
-        cell.dataset.column = names[i];
+      [...row.cells].slice(1).forEach((cell, i) => {
+        cell.dataset.what = names[i + 1];
       });
   };
 
