@@ -191,8 +191,8 @@ void add_observation_options(CLI::App* command, SimArguments& options) {
   command
       ->add_option(
           "--timeline", options.simulation.timeline.path,
-          "Timeline to write for ui.perfetto.dev: .pftrace, less than half as large, or .json, which grtx ray reads "
-          "(default: none)")
+          "Timeline to write for ui.perfetto.dev: .pftrace, less than half as large, or .json, which grtx ray reads; "
+          ".svg is a picture of it (default: none)")
       ->type_name(kOutputFile);
   command->add_option("--timeline-window", options.timeline_window, "Core cycles A:B in the timeline (default: all)");
   command->add_flag("--latency", options.simulation.latency,

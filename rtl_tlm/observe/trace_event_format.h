@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the events of a timeline become bytes: Chrome's JSON, or Perfetto's protobuf. One core cycle is 1 us in both.
+// How the events of a timeline become bytes: Chrome's JSON, Perfetto's protobuf, or a picture. One core cycle is 1 us
+// in the first two.
 #pragma once
 
 #include <cstdint>
@@ -34,5 +35,7 @@ class TraceEventFormat {
 std::unique_ptr<TraceEventFormat> make_trace_event_json();
 /// Perfetto's protobuf (perfetto/protos/perfetto/trace/trace.proto).
 std::unique_ptr<TraceEventFormat> make_perfetto_format();
+/// An SVG of what each track did most, without counters.
+std::unique_ptr<TraceEventFormat> make_timeline_picture();
 
 }  // namespace grtx::sim

@@ -6,7 +6,10 @@
 namespace grtx::sim {
 
 TraceEventWriter::TraceEventWriter(const std::string& path, const TraceEventFormat::Metadata& metadata)
-    : file_(path), format_(path.ends_with(".pftrace") ? make_perfetto_format() : make_trace_event_json()) {
+    : file_(path),
+      format_(path.ends_with(".pftrace") ? make_perfetto_format()
+              : path.ends_with(".svg")   ? make_timeline_picture()
+                                         : make_trace_event_json()) {
   format_->head(metadata, buffer_);
 }
 

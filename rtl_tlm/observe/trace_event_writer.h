@@ -20,8 +20,8 @@ class TraceEventWriter {
   using Track = std::size_t;
   using Arguments = TraceEventFormat::Arguments;
 
-  /// path: *.pftrace is written as Perfetto's protobuf, any other name as JSON. metadata: name and value pairs kept in
-  /// the file.
+  /// path: *.pftrace is written as Perfetto's protobuf, *.svg as a picture, any other name as JSON. metadata: name and
+  /// value pairs kept in the file.
   TraceEventWriter(const std::string& path, const TraceEventFormat::Metadata& metadata);
 
   /// A process groups tracks. Returns its number.

@@ -65,6 +65,13 @@ void check_patterns(const RegressionCase& c, const std::vector<std::string>& nam
 std::string run_case(const RegressionCase& c, const RegressionOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   const GpuConfig config = machine_of(c, options);
+  if (options.reason.empty() && !StatisticsTable(c.record).has(c.column)) {
+    const std::string cases = options.cases == "*" ? "" : " --cases '" + options.cases + "'";
+    throw Error(c.record, "case '" + c.column + "'",
+                fmt::format("there is no record yet, and the case was not run; to make one: grtx regress {}{} --update "
+                            "--reason TEXT",
+                            options.folder, cases));
+  }
   const SimulationResult result =
       options.simulate ? options.simulate(c, config) : simulate_case(c, config, options.price);
   ordered_json stats = ordered_json::object();
@@ -118,9 +125,6 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
   }
   StatisticsTable records(c.record);
   const bool is_new = !records.has(c.column);
-  if (is_new && options.reason.empty()) {
-    throw Error(c.record, "case '" + c.column + "'", "there is no record: --update --reason TEXT makes one");
-  }
   const ordered_json record = is_new ? document : document_of(records.values_of(c.column));
   std::vector<std::string> names;
   for (const ordered_json& stats : {document.at("stats"), record.at("stats")}) {

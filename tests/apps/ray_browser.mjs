@@ -81,6 +81,16 @@ try {
   }
   found.view = await drawn(page, '.view3d canvas');
   found.axis = await drawn(page, '.axis canvas');
+  if (found.axis !== null) {
+    const axis_label = () => page.locator('.axis canvas').getAttribute('aria-label');
+    found.axis_labels = [await axis_label()];
+    for (let i = 0; i < 2; i += 1) {
+      await page.locator('.axis button').click();
+      found.axis_labels.push(await axis_label());
+      if (i === 0) found.axis_near = await drawn(page, '.axis canvas');
+    }
+    await page.evaluate(() => document.activeElement.blur());
+  }
   if (prefix) await page.screenshot({ path: `${prefix}_1280.png`, fullPage: true });
   if (found.view !== null) {
     await page.locator('.view3d canvas').focus();

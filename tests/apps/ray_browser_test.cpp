@@ -105,6 +105,12 @@ TEST_F(RayInBrowser, TheWalkthroughIsSteppedThrough) {
   EXPECT_FALSE(found.at("view").is_null());
   EXPECT_NE(found.at("view"), found.at("turned"));
   EXPECT_FALSE(found.at("axis").is_null());
+  // A short round was a line of a few pixels between the first and the last cycle of the warp.
+  const json& labels = found.at("axis_labels");
+  EXPECT_NE(labels[1], labels[0]);
+  EXPECT_EQ(labels[2], labels[0]);
+  EXPECT_FALSE(found.at("axis_near").is_null());
+  EXPECT_NE(found.at("axis_near"), found.at("axis"));
   EXPECT_THAT(found.at("find_gaussian").at("where").get<std::string>(), HasSubstr("2 events about 12"));
   EXPECT_THAT(found.at("down").get<std::string>(), HasSubstr("round 0 of 0–2, event 1 of"));
   EXPECT_EQ(found.at("plain").at("rows"), 3);

@@ -189,7 +189,7 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
   expect_refused("regress none", "none: is no folder");
   expect_refused("regress d", "d: holds no case (NAME.case.toml)");
   write_case("a");
-  expect_refused("regress d", "records.tsv: case 'a': there is no record: --update --reason TEXT makes one");
+  expect_refused("regress d", "records.tsv: case 'a': there is no record yet, and the case was not run; to make one: ");
   expect_refused("regress d --update", "--update: needs --reason TEXT");
   expect_refused("regress d --reason x", "--reason: needs --update");
   expect_refused("regress d --cases b", "d: b: is the name of no case");
@@ -224,11 +224,11 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
     } else {
       write_case("b", more);
     }
-    expect_refused("regress d", c.text);
+    expect_refused("regress d --update --reason x", c.text);
   }
   // What only shows when a case is run leaves the others alone.
   write_case("b", "", "../none.grtx");
-  const Outcome outcome = folder_.run("regress d --junit out.xml");
+  const Outcome outcome = folder_.run("regress d --update --reason x --junit out.xml");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.out, HasSubstr("2 cases: 1 equal, 0 differ, 0 recorded, 1 refused"));
   EXPECT_THAT(folder_.read("out.xml"), HasSubstr("<error message=\"none.grtx: cannot be read"));
@@ -237,6 +237,19 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
     folder_.write("d/records.tsv", table);
     expect_refused("regress d --cases a", "records.tsv: ");
   }
+}
+
+// It simulated each case before it said that there was nothing to compare with, and named two options of no command.
+TEST_F(Regress, TheFirstCallOfAFolderRanEveryCaseForNothing) {
+  write_case("a", "", "../none.grtx");  // that would fail, if it were run
+  const Outcome first = folder_.run("regress d --cases 'a*'");
+  EXPECT_EQ(first.code, 2);
+  EXPECT_EQ(first.err,
+            "grtx: regress: a: d/records.tsv: case 'a': there is no record yet, and the case was not run; to make one: "
+            "grtx regress d --cases 'a*' --update --reason TEXT\n");
+  write_case("a");
+  EXPECT_EQ(folder_.run("regress d --cases 'a*' --update --reason TEXT").code, 0);
+  EXPECT_EQ(folder_.run("regress d --cases 'a*'").code, 0);
 }
 
 TEST_F(Regress, ANameWithATabOrALineBreakMakesARecordThatCannotBeRead) {
@@ -296,7 +309,7 @@ TEST_F(Regress, UnitsFromOutsideTheTreeAreRunByTheLibrary) {
   EXPECT_EQ(own("").code, 0);
   EXPECT_EQ(folder_.run("regress d").code, 1);
   write_case("b", "mode = 'windows'\n");
-  const Outcome windows = own("");
+  const Outcome windows = own("--update 'b, too'");
   EXPECT_EQ(windows.code, 2);
   EXPECT_THAT(windows.out, HasSubstr("own units run in cycle mode only"));
 }

@@ -13,6 +13,7 @@
 #include "grtx/base/atomic_file.h"
 #include "grtx/modules/simt/decide/simt_core_config.h"
 #include "grtx/rtl_tlm/observe/timeline_size.h"
+#include "grtx/rtl_tlm/observe/trace_event_format.h"
 #include "rtl_tlm/observe/observed_run.h"
 
 namespace grtx::sim {
@@ -227,6 +228,42 @@ TEST_F(TimelineTest, PerfettosProtobufHoldsTheSameInLessThanHalfTheBytes) {
   }
   EXPECT_EQ(metadata, "time program trace config core_period_fs ");
   EXPECT_LT(bytes.size(), std::filesystem::file_size(run_.path("t.json")) / 2);
+}
+
+// Both formats needed a viewer, which needs a network.
+TEST_F(TimelineTest, ThereWasNoPictureWithoutAViewer) {
+  SimulationOptions options;
+  options.timeline.path = run_.path("t.svg");
+  run_.run(options);
+  const std::string svg = read_file(options.timeline.path);
+  for (const char* text : {"<svg ", ">gpu.sm0 warp slot 0<", ">gpu.sm1 rt_scheduler<", ">gpu.memory dram.channel1<",
+                           ">issue<", ">memory<", "</svg>\n"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
+}
+
+TEST(TimelinePicture, AColumnHasTheColourOfWhatTookMostOfIt) {
+  const auto drawn = [](std::uint64_t cycles) {
+    std::string svg;
+    const auto picture = make_timeline_picture();
+    picture->head({}, svg);
+    picture->process(1, "sm0", svg);
+    picture->track(1, 1, "slot", svg);
+    picture->begin(1, 1, 100, "warp 7", {{"group", 7}}, svg);
+    picture->begin(1, 1, 100, "trace", {}, svg);
+    picture->end(1, 1, 100 + cycles / 4, svg);
+    picture->begin(1, 1, 100 + cycles / 2, "blend", {}, svg);
+    for (unsigned open = 2; open > 0; --open) picture->end(1, 1, 100 + cycles, svg);
+    picture->tail(svg);
+    return svg;
+  };
+  // 960 pixels: a quarter is trace, a quarter nothing, a half blend.
+  EXPECT_NE(drawn(96).find("d=\"M130.0 20h240.0v8h-240.0zM"), std::string::npos) << drawn(96);
+  EXPECT_NE(drawn(96).find("d=\"M610.0 20h480.0v8h-480.0zM"), std::string::npos);
+  EXPECT_NE(drawn(96).find("cycles 100 to 196; a column is 1 cycles"), std::string::npos);
+  // A million cycles are no more: 977 columns of 1,024 cycles would not fit.
+  EXPECT_NE(drawn(1'000'000).find("cycles 100 to 1000100; a column is 2048 cycles"), std::string::npos);
+  EXPECT_LT(drawn(1'000'000).size(), drawn(96).size() + 50);
 }
 
 TEST_F(TimelineTest, SlicesNestAndCountersAreThere) {
