@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 
 #include "grtx/base/json.h"
@@ -53,6 +54,37 @@ ordered_json si_axis(const std::string& unit) {
   ordered_json axis = {{"format", "~s"}};
   if (!unit.empty()) axis["labelExpr"] = "replace(datum.label, /([a-zA-Zµ]?)$/, ' $1') + '" + unit + "'";
   return axis;
+}
+
+/// Names of values on one line of a chart, of those that would cover each other one: "8, 16". low, high: ends of the
+/// axis.
+ordered_json joined_names(const ordered_json& rows, const std::string& parameter, double low, double high) {
+  constexpr double kLetter = 0.03;  // width of a letter over that of the axis, of two charts side by side
+  struct Name {
+    double at;  ///< 0 to 1
+    std::string text;
+    double width() const { return kLetter * static_cast<double>(text.size() + 1); }
+  };
+  std::vector<Name> sorted, found;
+  for (const ordered_json& row : rows) {
+    if (row.at("parameter") != parameter) continue;
+    sorted.push_back({(row.at("factor").get<double>() - low) / (high - low), row.at("value").get<std::string>()});
+  }
+  std::ranges::stable_sort(sorted, {}, &Name::at);
+  for (Name name : sorted) {
+    while (!found.empty() && name.at - found.back().at < 0.5 * (name.width() + found.back().width())) {
+      name = {0.5 * (name.at + found.back().at), found.back().text + ", " + name.text};
+      found.pop_back();
+    }
+    found.push_back(name);
+  }
+  ordered_json names = ordered_json::array();
+  for (const Name& name : found) {
+    const char* side = name.at < 0.5 * name.width() ? "left" : name.at > 1.0 - 0.5 * name.width() ? "right" : "center";
+    names.push_back(
+        {{"parameter", parameter}, {"factor", low + name.at * (high - low)}, {"value", name.text}, {"side", side}});
+  }
+  return names;
 }
 
 ordered_json tooltips(const std::vector<ChartField>& fields) {
@@ -145,15 +177,17 @@ ordered_json waterfall(const ordered_json& rows, const std::string& value_title)
   ordered_json spec = base(rows);
   spec["height"] = kBarPixels * rows.size();
   spec["mark"] = {{"type", "bar"}};
+  ordered_json x = quantity("before", value_title);
+  x["axis"] = {{"labelExpr", "abs(datum.value) < 1000 ? format(datum.value, '.4~r') : format(datum.value, '.3~s')"}};
   spec["encoding"] = {
       {"y",
        {{"field", "label"}, {"type", "nominal"}, {"title", nullptr}, {"sort", {{"field", "order"}, {"op", "min"}}}}},
-      {"x", quantity("before", value_title)},
+      {"x", x},
       {"x2", {{"field", "after"}}},
       {"color",
        {{"field", "change"},
         {"type", "nominal"},
-        {"scale", {{"domain", {"whole", "gain", "loss"}}, {"range", palette()}}},
+        {"scale", {{"domain", {"whole", "gain", "loss"}}, {"range", {"var(--c8)", "var(--c3)", "var(--c4)"}}}},
         {"legend", nullptr}}},
       {"tooltip",
        {{{"field", "label"}, {"title", "change"}},
@@ -168,8 +202,20 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
   ordered_json spec = base(rows);
   spec["height"] = kRow * std::max<std::size_t>(1, parameters.size());
   const ordered_json y = {{"field", "parameter"}, {"type", "nominal"}, {"title", nullptr}, {"sort", parameters}};
+  double low = 1.0, high = 1.0;
+  for (const ordered_json& row : rows) {
+    low = std::min(low, row.at("factor").get<double>());
+    high = std::max(high, row.at("factor").get<double>());
+  }
+  const double margin = high > low ? 0.06 * (high - low) : 0.1;
+  low -= margin;
+  high += margin;
+  ordered_json names = ordered_json::array();
+  for (const std::string& parameter : parameters) {
+    for (ordered_json& name : joined_names(rows, parameter, low, high)) names.push_back(std::move(name));
+  }
   ordered_json x = quantity("factor", factor_title);
-  x["scale"] = {{"zero", false}, {"nice", true}, {"padding", 12}};
+  x["scale"] = {{"zero", false}, {"nice", false}, {"domain", {low, high}}};
   ordered_json range, points, words;
   range["mark"] = {{"type", "rule"}, {"color", "var(--muted)"}};
   range["encoding"] = {{"y", y}, {"x", x}, {"x2", {{"field", "factor"}, {"aggregate", "max"}}}};
@@ -182,7 +228,8 @@ ordered_json factor_chart(const ordered_json& rows, const std::vector<std::strin
                           {{"field", "value"}},
                           {{"field", "factor"}, {"type", "quantitative"}, {"format", ".4~f"}},
                           {{"field", "candidates"}, {"type", "quantitative"}}}}};
-  words["mark"] = {{"type", "text"}, {"dy", -10}, {"fontSize", 11}};
+  words["data"] = {{"values", names}};
+  words["mark"] = {{"type", "text"}, {"dy", -10}, {"fontSize", 11}, {"align", {{"expr", "datum.side"}}}};
   words["encoding"] = {{"y", y}, {"x", x}, {"text", {{"field", "value"}}}};
   spec["layer"] = ordered_json::array({range, points, words});
   return spec;
@@ -197,9 +244,10 @@ ordered_json correlation_chart(const ordered_json& rows) {
       high = std::max(high, row.at(std::string(side) + "_high").get<double>());
     }
   }
-  const auto axis = [](const char* field) {
+  const double margin = std::pow(high / low, 0.05);
+  const auto axis = [&](const char* field) {
     ordered_json q = quantity(field, field);
-    q["scale"] = {{"type", "log"}, {"nice", true}, {"padding", 12}};
+    q["scale"] = {{"type", "log"}, {"nice", false}, {"domain", {low / margin, high * margin}}};
     return q;
   };
   const auto rule = [&](const char* field, const char* across) {

@@ -349,8 +349,7 @@ std::string correlation_text(const Correlation& c) {
     text += wrapped(one.label) + "\n";
     text += fmt::format("  {:>22} {:>22} {:>+7.0f}%  {}{}\n", range(one.measured, one.measured_low, one.measured_high),
                         range(one.simulated, one.simulated_low, one.simulated_high), 100.0 * one.error(),
-                        one.inside() ? "yes" : "no",
-                        one.standard_error > 0.0 ? fmt::format(", {:+.1f}", one.deviations()) : "");
+                        one.inside_words(), one.standard_error > 0.0 ? fmt::format(", {:+.1f}", one.deviations()) : "");
   }
   for (const std::string& label : c.unmatched) text += wrapped("not simulated: " + label) + "\n";
   text += fmt::format("mean error {:.0f} %; simulated / measured {:.3g} in the mean, {:.0f} % beyond that\n",

@@ -47,6 +47,8 @@ struct Comparison {
   double error() const { return simulated / measured - 1.0; }
   double deviations() const;  ///< that logarithm in standard errors; NaN without one
   bool inside() const { return simulated >= measured_low && simulated <= measured_high; }
+  /// The same in words, of a figure that is a range.
+  const char* inside_words() const { return measured_low == measured_high ? "no range" : inside() ? "yes" : "no"; }
 };
 
 struct Correlation {

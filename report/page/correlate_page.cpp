@@ -30,18 +30,16 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
   body += headline(percent(c.mean_error), "mean error", "of simulated against measured");
   body += headline(times(c.factor), "common factor", percent(c.scaled_error) + " mean error beyond it");
   if (std::isfinite(c.spearman)) {
-    body += headline(number(c.spearman), "Spearman", "Kendall " + fmt::format("{:.2f}", c.kendall));
+    body += headline(fmt::format("{:.2f}", c.spearman), "Spearman", "Kendall " + fmt::format("{:.2f}", c.kendall));
   }
   body += "</dl>\n</section>\n<section id=\"scatter\"><h2>Measured and simulated</h2>\n";
   ordered_json rows = ordered_json::array();
   const std::string machines = machines_of(sweep);
-  Table table("Measured against simulated" + (machines.empty() ? "" : "; " + machines),
-              {{"figure", false},
-               {"measured"},
-               {"simulated"},
-               {"error"},
-               {"standard errors"},
-               {"in the measured range", false}});
+  const bool any_error = std::ranges::any_of(c.comparisons, [](const Comparison& o) { return o.standard_error > 0.0; });
+  std::vector<Table::Column> columns = {{"figure", false}, {"measured"}, {"simulated"}, {"error"}};
+  if (any_error) columns.push_back({"standard errors"});
+  columns.push_back({"in the measured range", false});
+  Table table("Measured against simulated" + (machines.empty() ? "" : "; " + machines), columns);
   for (const Comparison& one : c.comparisons) {
     const bool outlier = std::find(c.outliers.begin(), c.outliers.end(), one.label) != c.outliers.end();
     rows.push_back(comparison_json(one));
@@ -49,11 +47,12 @@ std::string correlation_page(const Correlation& c, const std::string& measured, 
     rows.back()["number"] = rows.size();  // at its point and in the table
     std::string name = fmt::format("{}. ", rows.size()) + escape(one.label);
     if (!one.paired) name += fmt::format(" (means of {} and {} scenes)", one.measured_scenes, one.simulated_scenes);
-    table.row({name, with_range(one.measured, one.measured_low, one.measured_high),
-               with_range(one.simulated, one.simulated_low, one.simulated_high),
-               fmt::format("{:+.0f} %", 100.0 * one.error()),
-               one.standard_error > 0.0 ? fmt::format("{:+.1f}", one.deviations()) : "",
-               std::string(one.inside() ? "yes" : "no") + (outlier ? ", outlier" : "")});
+    std::vector<std::string> cells = {name, with_range(one.measured, one.measured_low, one.measured_high),
+                                      with_range(one.simulated, one.simulated_low, one.simulated_high),
+                                      fmt::format("{:+.0f} %", 100.0 * one.error())};
+    if (any_error) cells.push_back(one.standard_error > 0.0 ? fmt::format("{:+.1f}", one.deviations()) : "");
+    cells.push_back(one.inside_words() + std::string(outlier ? ", outlier" : ""));
+    table.row(cells);
   }
   body += chart("scatter-chart", "Simulated against measured figures", "On the line both are the same.",
                 correlation_chart(rows));

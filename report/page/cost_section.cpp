@@ -20,9 +20,13 @@ std::string with_bar(const std::string& text, double share) {
                      text);
 }
 
+/// Three digits, since bands are tens of percent wide; of small parts those that mm² have in tenths of 1,000 µm².
 std::string mm2(const ordered_json& range, const char* end) {
-  return fmt::format("{:.4f}", range.at(end).get<double>());
+  const double value = range.at(end).get<double>();
+  return fmt::format("{:.{}f}", value, value < 1.0 ? 4 : value < 9.995 ? 2 : 1);
 }
+
+std::string milliwatts(double value) { return value > 0.0 && value < 0.005 ? "< 0.01" : fmt::format("{:.2f}", value); }
 
 void node_rows(Table& table, const ordered_json& node, unsigned level, double copies, double whole) {
   const double own = copies * node.at("copies").get<double>();
@@ -34,9 +38,8 @@ void node_rows(Table& table, const ordered_json& node, unsigned level, double co
   table.row({fmt::format("<span style=\"padding-left:{}em\">{}</span>", level, name),
              number(node.at("flip_flop_bits").get<double>()), number(node.at("memory_bits").get<double>()),
              number(std::round(node.at("gate_equivalents").at("central").get<double>() * 1e-2) * 0.1), mm2(area, "low"),
-             mm2(area, "central"), mm2(area, "high"),
-             with_bar(fmt::format("{:.1f} %", 100.0 * all / whole), all / whole),
-             fmt::format("{:.2f}", node.at("leakage_mw").at("central").get<double>())});
+             mm2(area, "central"), mm2(area, "high"), with_bar(share_text(all / whole), all / whole),
+             milliwatts(node.at("leakage_mw").at("central").get<double>())});
   for (const ordered_json& child : node.at("children")) node_rows(table, child, level + 1, own, whole);
 }
 

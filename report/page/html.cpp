@@ -107,6 +107,12 @@ std::vector<std::string> in_one_unit(const std::vector<double>& values, const st
 
 std::string times(double value) { return std::isfinite(value) ? fmt::format("{:.2f}×", value) : ""; }
 
+std::string share_text(double share) {
+  if (!std::isfinite(share)) return "";
+  if (share > 0.0 && share < 5e-4) return "< 0.1 %";
+  return share == 0.0 || share == 1.0 ? fmt::format("{:.0f} %", 100.0 * share) : fmt::format("{:.1f} %", 100.0 * share);
+}
+
 std::string cell(const nlohmann::ordered_json& value) {
   if (value.is_null()) return "";
   if (value.is_number()) return number(value.get<double>());
@@ -158,7 +164,7 @@ void Table::row(const std::vector<std::string>& cells, const std::string& attrib
 std::string Table::html() const {
   std::string head;
   for (const Column& column : columns_) {
-    head += fmt::format("<th scope=\"col\"{}>{}</th>", column.numeric ? " class=\"n\"" : "", escape(column.title));
+    head += fmt::format("<th scope=\"col\"{}>{}</th>", column.numeric ? " class=\"n\"" : "", breakable(column.title));
   }
   return fmt::format(
       "<div class=\"scroll\" role=\"region\" tabindex=\"0\" "

@@ -26,6 +26,8 @@ std::string with_unit(double value, const std::string& unit);
 std::vector<std::string> in_one_unit(const std::vector<double>& values, const std::string& unit);
 /// "1.75x"
 std::string times(double value);
+/// A share of the whole in percent: "12.3 %", "< 0.1 %", "100 %".
+std::string share_text(double share);
 /// Table cell for a JSON value: numbers as by number(), strings escaped, null as an empty cell.
 std::string cell(const nlohmann::ordered_json& value);
 

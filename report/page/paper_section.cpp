@@ -151,6 +151,10 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
   }
   add_costs(table, columns);
   if (table.rows() == 0) return "";
+  // Bars of machines have the colours that machines have above.
+  const bool of_machines = runs.size() > 1 && std::all_of(runs.begin() + 1, runs.end(), [&](const ReportRun& run) {
+                             return are_side_by_side(runs.front(), run);
+                           });
   const std::string mind = fmt::format("at another k than the paper's {}", paper_k());
   const std::string caption =
       "Ratios of the model (bars) and of the paper (ticks)" + suffix + (any_other_k ? "; bars " + mind : "");
@@ -167,7 +171,9 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
                             mind, paper_k())
               : "") +
          (labels.empty() ? ""
-                         : chart("paper_ratios", caption, caption, ratio_bars(bars, ticks, labels, series, "ratio"))) +
+                         : chart("paper_ratios", caption, caption,
+                                 ratio_bars(bars, ticks, labels, series, "ratio",
+                                            of_machines ? SeriesColours::machines : SeriesColours::charts))) +
          table.html() + "</section>\n";
 }
 

@@ -105,8 +105,8 @@ std::string table_of(const BarWords& words, const std::vector<Bar>& bars, const 
       const auto part = std::find_if(bar.parts.begin(), bar.parts.end(), [&](const Part& p) { return p.name == name; });
       const bool has = part != bar.parts.end() && part->value > 0.0;
       cells.push_back(!has ? ""
-                           : fmt::format("{} <span class=\"share\">{:.1f} %</span>", shown(part->value, words.unit),
-                                         100.0 * part->value / sum_of(bar)));
+                           : fmt::format("{} <span class=\"share\">{}</span>", shown(part->value, words.unit),
+                                         share_text(part->value / sum_of(bar))));
     }
     table.row(cells);
   }

@@ -128,7 +128,8 @@ std::string machines_section(const Inputs& inputs) {
       const DesignResult& design = run.results.designs[i];
       const std::string subject = design.subject.text();
       const std::string title = (subject.empty() ? run.results.label : subject) + ", " + design.name;
-      out += details("Machine of " + escape(title), cost_section(run.machines[i], title), i + 1 == run.machines.size());
+      out += details("Machine of " + escape(run.bar_label(i)), cost_section(run.machines[i], title),
+                     i + 1 == run.machines.size());
     }
   }
   for (const ReportSweep& sweep : inputs.sweeps) {

@@ -105,45 +105,51 @@ std::string speedups_html(const ReportRun& run) {
   const double reference_cycles = (reference == nullptr ? fastest(run.results) : *reference).value("gpu.cycles");
   double most = 0.0;
   for (const DesignResult& d : run.results.designs) most = std::max(most, reference_cycles / d.value("gpu.cycles"));
-  bool any_paper = false, any_picture = false, any_other_k = false;
-  for (const DesignResult& d : run.results.designs) any_picture = any_picture || d.picture.has_value();
+  // A column that no design fills is left out.
+  const auto any = [&run](const auto& has) { return std::ranges::any_of(run.results.designs, has); };
+  const auto paper_of = [&](const DesignResult& d) {
+    return reference == nullptr ? std::nan("") : paper_speedup(d.name, run.results.speedup_over);
+  };
+  const bool any_paper = any([&](const DesignResult& d) { return std::isfinite(paper_of(d)); });
+  const bool any_picture = any([](const DesignResult& d) { return d.picture.has_value(); });
+  const bool any_bound = any([](const DesignResult& d) { return !binding_text(d).empty(); });
+  bool any_other_k = false;
   const std::vector<std::string> absolute = absolute_texts(run);
   std::string rows;
   for (std::size_t i = 0; i < run.results.designs.size(); ++i) {
     const DesignResult& d = run.results.designs[i];
-    const double speedup = reference_cycles / d.value("gpu.cycles"),
-                 paper = paper_speedup(d.name, run.results.speedup_over);
+    const double speedup = reference_cycles / d.value("gpu.cycles");
     const std::string shown = reference == nullptr
                                   ? number(d.value("gpu.cycles")) + interval_html(d.cycles_interval(), number)
                                   : speedup_text(run, d);
-    const bool with_paper = reference != nullptr && std::isfinite(paper);
-    any_paper = any_paper || with_paper;
     const std::string k = d.subject.setting("k");
     const bool other_k = reference != nullptr && !k.empty() && k != reference->subject.setting("k");
     any_other_k = any_other_k || other_k;
     rows += fmt::format(
         "<tr><th scope=\"row\">{}</th><td><span class=\"speed\" style=\"--share:{:.4f};--own:{}\"></span><span "
-        "class=\"figure\">{}</span><span class=\"absolute\">{}</span></td><td class=\"n\">{}</td>{}<td>{}</td></tr>\n",
+        "class=\"figure\">{}</span><span class=\"absolute\">{}</span></td>{}{}{}</tr>\n",
         escape(d.name), most > 0.0 && std::isfinite(speedup) ? speedup / most : 0.0, design_colour(d.name),
         shown + (other_k ? " <span class=\"interval\">at k = " + escape(k) + "</span>" : ""), escape(absolute[i]),
-        with_paper ? times(paper) : "", any_picture ? picture_cells(d, run.results.speedup_over) : "",
-        escape(binding_text(d)));
+        any_paper ? "<td class=\"n\">" + times(paper_of(d)) + "</td>" : "",
+        any_picture ? picture_cells(d, run.results.speedup_over) : "",
+        any_bound ? "<td class=\"binds\">" + escape(binding_text(d)) + "</td>" : "");
   }
   const std::string column =
       reference == nullptr ? "cycles"
       : any_other_k        ? fmt::format("speed-up over {} at k = {}", reference->name, reference->subject.setting("k"))
                            : "speed-up";
-  const std::string caption = (reference == nullptr ? "Cycles" : "Speed-up over " + reference->name) +
-                              " by design, and what binds it; " + run.results.subject.machine_text();
+  const std::string caption = (reference == nullptr ? "Cycles" : "Speed-up over " + reference->name) + " by design" +
+                              (any_bound ? ", and what binds it; " : "; ") + run.results.subject.machine_text();
   return fmt::format(
       "<table class=\"speeds\"><caption><span>{}</span></caption>\n<thead><tr><th scope=\"col\">design</th><th "
-      "scope=\"col\">{}</th><th scope=\"col\" class=\"n\">{}</th>{}<th scope=\"col\">what binds it: its largest lower "
-      "bound, of its cycles</th></tr></thead>\n<tbody>\n{}</tbody></table>\n{}",
-      escape(caption), escape(column), any_paper ? fmt::format("paper's mean, k = {}", paper_k()) : "",
-      any_picture ? "<th scope=\"col\">picture against that of " + escape(run.results.speedup_over) +
-                        "</th><th scope=\"col\">picture against the reference in its order</th>"
+      "scope=\"col\">{}</th>{}{}{}</tr></thead>\n<tbody>\n{}</tbody></table>\n{}",
+      escape(caption), escape(column),
+      any_paper ? fmt::format("<th scope=\"col\" class=\"n\">paper's mean, k = {}</th>", paper_k()) : "",
+      any_picture ? "<th scope=\"col\" class=\"n\">picture against that of " + escape(run.results.speedup_over) +
+                        "</th><th scope=\"col\" class=\"n\">picture against the reference in its order</th>"
                   : "",
-      rows, pictures_note(run.results));
+      any_bound ? "<th scope=\"col\">what binds it: its largest lower bound, of its cycles</th>" : "", rows,
+      pictures_note(run.results));
 }
 
 std::string bytes_html(const ReportRun& run, std::size_t index) {

@@ -90,7 +90,7 @@ void add_times(FigureRows& rows, const ReportRun& run) {
            [&](std::size_t i) { return seconds(i) * (1.0 - traversal_share(designs[i])); });
   rows.add("rays a second", "rays/s", [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i); });
   rows.add("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
-  rows.add("rays a second and mm²", "rays/s",
+  rows.add("rays a second per mm²", "rays/s",
            [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i) / mm2(i); });
 }
 
@@ -166,12 +166,14 @@ std::string waterfall_chart(const std::string& label, const DesignResult& over, 
   double before = over.value("gpu.cycles");
   add(over.name, "whole", 0.0, before);
   for (const SpeedupTerm& term : terms) {
-    add(term.name, term.factor >= 1.0 ? "gain" : "loss", before, term.cycles);
+    add(std::string(term.name).substr(0, std::string(term.name).find(':')), term.factor >= 1.0 ? "gain" : "loss",
+        before, term.cycles);
     before = term.cycles;
   }
   add(best.name, "whole", 0.0, before);
-  const std::string caption =
-      fmt::format("{}: from the cycles of {} to those of {}, one term after the other", label, over.name, best.name);
+  const std::string caption = fmt::format(
+      "{}: from the cycles of {} to those of {}, one term after the other; green saves cycles, red adds some", label,
+      over.name, best.name);
   return chart("waterfall" + id, caption, caption, waterfall(rows, "cycles"));
 }
 
@@ -300,6 +302,7 @@ std::string over_time(const ReportRun& run, std::size_t index) {
     const ordered_json& values = entry.at("values");
     ordered_json rows = ordered_json::array();
     for (std::size_t i = 0; i < std::min(cycles.size(), values.size()); ++i) {
+      if (i == 0) rows.push_back({{"cycle", 0}, {"series", name}, {"value", values[0]}});  // the first interval's begin
       rows.push_back({{"cycle", cycles[i]}, {"series", name}, {"value", values[i]}});
     }
     const std::string caption =

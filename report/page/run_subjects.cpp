@@ -143,11 +143,13 @@ std::string apart_table(const std::vector<ReportRun>& runs) {
     designs.push_back(escape(joined_designs(run.results)));
     unknown.push_back(escape(run.results.subject.unknown()));
   }
-  table.row(designs);
+  if (std::any_of(designs.begin() + 2, designs.end(), [&](const std::string& own) { return own != designs[1]; })) {
+    table.row(designs);
+  }
   if (std::any_of(unknown.begin() + 1, unknown.end(), [](const std::string& text) { return !text.empty(); })) {
     table.row(unknown);
   }
-  return held + table.html();
+  return held + (table.rows() == 0 ? "" : table.html());
 }
 
 }  // namespace grtx::report

@@ -187,7 +187,7 @@ class SearchPage {
     return chart(sweep_.id + "_search_path", "What each change brings in " + objectives_[0],
                  objectives_[0] +
                      " over the reference, from the reference to the best design: of the changes left, the "
-                     "one that gains most comes next.",
+                     "one that gains most comes next. Green lowers it, red raises it.",
                  waterfall(rows, objectives_[0] + " / reference")) +
            table.html() +
            (idle.empty() ? "" : "<p class=\"note\">Without effect, and left out: " + escape(idle) + ".</p>\n");

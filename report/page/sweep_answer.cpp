@@ -31,19 +31,11 @@ Answer answer_of(const SweepViews& shown) {
     answer.view = view.title + (view.is_mean() ? ", geometric means" : "");
   }
   std::vector<const ShownPoint*> front;
-  const auto least = [&](const ShownPoint*& best, const ShownPoint& p, const char* value) {
-    const double own = shown.value(p, value);
-    if (!std::isfinite(own)) return;
-    const double lowest = best == nullptr ? own : shown.value(*best, value);
-    const bool is_named = p.on_front() && !(best != nullptr && best->on_front());  // above, with the front
-    if (best == nullptr || own < lowest || (own == lowest && is_named)) best = &p;
-  };
+  answer.fastest = shown.least(kTime);
+  answer.smallest = shown.least(kArea);
+  answer.leanest = shown.least(kEnergy);
   for (const ShownPoint& p : shown.points()) {
-    if (p.view != 0) continue;
-    least(answer.fastest, p, kTime);
-    least(answer.smallest, p, kArea);
-    least(answer.leanest, p, kEnergy);
-    if (p.on_area) front.push_back(&p);
+    if (p.view == 0 && p.on_area) front.push_back(&p);
   }
   const auto key = [&](const ShownPoint* p) { return std::pair(shown.value(*p, kTime), shown.value(*p, kArea)); };
   std::ranges::stable_sort(front, {}, key);

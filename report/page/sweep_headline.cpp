@@ -81,14 +81,10 @@ std::string sweep_headline(const ReportSweep& sweep) {
   const char* const values[3] = {kTime, kArea, kEnergy};
   const char* const names[3] = {"Least time", "Least area", "Least energy a ray"};
   const char* const units[3] = {" µs", " mm²", " nJ"};
-  std::size_t front = 0;
+  const auto on_front = [](const ShownPoint& p) { return p.view == 0 && p.on_area; };
+  const auto front = std::ranges::count_if(shown.points(), on_front);
   for (unsigned i = 0; i < 3; ++i) {
-    const ShownPoint* best = nullptr;
-    for (const ShownPoint& p : shown.points()) {
-      if (p.view != 0 || !std::isfinite(shown.value(p, values[i]))) continue;
-      front += i == 0 && p.on_area ? 1 : 0;
-      if (best == nullptr || shown.value(p, values[i]) < shown.value(*best, values[i])) best = &p;
-    }
+    const ShownPoint* best = shown.least(values[i]);
     if (best == nullptr) continue;
     const auto interval = i == 0 ? shown.time_interval(*best) : std::nullopt;
     cards += headline(number(shown.value(*best, values[i])) + units[i] + interval_html(interval, number), names[i],

@@ -249,6 +249,18 @@ std::string SweepViews::full_label(const ShownPoint& point) const {
   return point.label + (own.empty() ? "" : " " + own);
 }
 
+const ShownPoint* SweepViews::least(const std::string& value_name) const {
+  const ShownPoint* best = nullptr;
+  for (const ShownPoint& p : points_) {
+    const double own = value(p, value_name);
+    if (p.view != 0 || !std::isfinite(own)) continue;
+    const double lowest = best == nullptr ? own : value(*best, value_name);
+    const bool is_named = p.on_front() && !(best != nullptr && best->on_front());
+    if (best == nullptr || own < lowest || (own == lowest && is_named)) best = &p;
+  }
+  return best;
+}
+
 SpeedupOver SweepViews::reference() const {
   if (points_.empty()) return {};
   std::vector<std::string> designs;

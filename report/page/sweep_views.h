@@ -75,6 +75,9 @@ class SweepViews {
   std::string name(const ReportedPoint& point, Named named = Named::briefly) const;
   /// Label of a bar or mark: "#12 grtx, l1.bytes = 65536".
   std::string full_label(const ShownPoint& point) const;
+  /// Of the first view the point with the least of a value, of equal ones the first on a front: there it has a name;
+  /// nullptr if none has the value.
+  const ShownPoint* least(const std::string& value_name) const;
   /// Initial reference. With several designs: baseline, or else the first design. With one design: the first machine
   /// of several, or else the first point.
   SpeedupOver reference() const;

@@ -253,6 +253,46 @@ const unnamed_cells = (page) =>
     return { cells: cells.length, unnamed: cells.filter((cell) => !named(cell)).map((cell) => cell.textContent) };
   });
 
+// Texts of drawings that stand on each other, over an edge, or are cut. A text may have a halo, itself once more.
+const unreadable = (page) =>
+  page.evaluate(() => {
+    const found = [];
+    for (const svg of [...document.querySelectorAll('figure.chart svg')].filter((drawing) => drawing.checkVisibility())) {
+      const edge = svg.getBoundingClientRect();
+      const shown = (text) => text.textContent.trim() !== '' && Number(getComputedStyle(text).opacity) > 0;
+      const texts = [...svg.querySelectorAll('text')].filter(shown).map((text) => ({ words: text.textContent, box: text.getBoundingClientRect() }));
+      texts.forEach(({ words, box }, i) => {
+        if (words.endsWith('…')) found.push(`cut: ${words}`);
+        if (box.left < edge.left - 2 || box.right > edge.right + 2) found.push(`over the edge: ${words}`);
+        for (const other of texts.slice(i + 1)) {
+          const width = Math.min(box.right, other.box.right) - Math.max(box.left, other.box.left),
+            height = Math.min(box.bottom, other.box.bottom) - Math.max(box.top, other.box.top);
+          if (width > 2 && height > 4 && words !== other.words) found.push(`${words} on ${other.words}`);
+        }
+      });
+    }
+    return found;
+  });
+
+// Parts of bars that look alike in a chart, and those that have another colour in another chart.
+const odd_colours = (page) =>
+  page.evaluate(() => {
+    const found = [],
+      everywhere = new Map();
+    for (const figure of document.querySelectorAll('figure.chart')) {
+      const labels = [...figure.querySelectorAll('g.role-legend-label text')].map((text) => text.textContent);
+      const fills = [...figure.querySelectorAll('g.role-legend-symbol path')].map((path) => getComputedStyle(path).fill);
+      labels.forEach((label, i) => {
+        if (fills.indexOf(fills[i]) !== i) found.push(`${label} as ${labels[fills.indexOf(fills[i])]}`);
+        const name = label.replace(/^memory: /, '').toLowerCase();
+        if (figure.querySelector('g.mark-rect') === null) return;
+        if (everywhere.has(name) && everywhere.get(name) !== fills[i]) found.push(`${label} in two colours`);
+        everywhere.set(name, fills[i]);
+      });
+    }
+    return found;
+  });
+
 // Boxes that scroll though they hold no more than a table of a screen or two.
 const hiding_boxes = (page) =>
   page.evaluate(() =>
@@ -305,6 +345,8 @@ try {
     [...document.querySelectorAll('.card dd')].filter((d) => d.scrollHeight > d.clientHeight + 1).map((d) => d.textContent),
   );
   found.hiding_boxes = await hiding_boxes(page);
+  found.unreadable = await unreadable(page);
+  found.odd_colours = await odd_colours(page);
   if ((await page.locator('.export').count()) > 0) await take_exports(page);
   if ((await page.locator('.explorer .view').count()) === 1) await look_at_views(page);
   else if ((await page.locator('#sweep1_explore').count()) === 1) await look_at_sweep(page);
@@ -332,6 +374,7 @@ try {
   );
   found.broken_words = await broken_words(small);
   found.stacked = await unnamed_cells(small);
+  found.unreadable.push(...(await unreadable(small)));
   found.hiding_boxes.push(...(await hiding_boxes(small)));
   if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
 

@@ -34,6 +34,8 @@ class ReportInBrowser : public InBrowser {
     EXPECT_EQ(found.at("charts"), found.at("drawings"));
     EXPECT_THAT(found.at("cut"), IsEmpty()) << found.at("cut");                    // cards show all that they say
     EXPECT_THAT(found.at("broken_words"), IsEmpty()) << found.at("broken_words");  // on a phone, into letters
+    EXPECT_THAT(found.at("unreadable"), IsEmpty()) << found.at("unreadable");
+    EXPECT_THAT(found.at("odd_colours"), IsEmpty()) << found.at("odd_colours");
     EXPECT_THAT(found.at("hiding_boxes"), IsEmpty()) << found.at("hiding_boxes");
     // A row of a phone's table names the column of each figure.
     EXPECT_GT(found.at("stacked").at("cells").get<int>(), 0);
@@ -192,7 +194,7 @@ TEST_F(ReportInBrowser, PointsOfTwoScenesAreComparedWithinEach) {
 TEST_F(ReportInBrowser, ARunIsDrawn) {
   ASSERT_EQ(folder.run("synth --preset object --count 1500 --seed 7 -o s.ply --quiet").code, 0);
   const Outcome run = folder.run("run --scene s.ply --cameras s.cameras.json --view 0 --width 16 --height 8 --config " +
-                                 grtx::paths::source_dir() + "/configs/small.toml --quiet -o out");
+                                 grtx::paths::source_dir() + "/configs/small.toml --latency --quiet -o out");
   ASSERT_EQ(run.code, 0) << run.err;
   const Outcome made = folder.run("report out/results.json out/results.json -o run.html");
   ASSERT_EQ(made.code, 0) << made.err;

@@ -10,6 +10,8 @@ const grtx_explore = (() => {
     kMostRows = 200,
     kMostChips = 12;
 
+  /// A title that may go on in the next line behind a dot or an underscore.
+  const breakable = (title) => title.split(/(?<=[._])(?=\p{L})/u).flatMap((part, i) => (i === 0 ? [part] : [document.createElement('wbr'), part]));
   const element = (tag, attributes = {}, ...children) => {
     const made = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes)) {
@@ -27,7 +29,8 @@ const grtx_explore = (() => {
   const { shown, scale_of, by_size } = grtx_explore_charts;
 
   class Explorer {
-    constructor(box, embed) {
+    constructor(box, embed, stackable) {
+      this.stackable = stackable;
       this.box = box;
       this.embed = embed;
       this.id = box.dataset.group;
@@ -422,7 +425,7 @@ const grtx_explore = (() => {
       const head = element(
         'tr',
         {},
-        ...titles.map((t, i) => element('th', { scope: 'col', className: i > this.fields.length ? 'n' : '', textContent: t })),
+        ...titles.map((t, i) => element('th', { scope: 'col', className: i > this.fields.length ? 'n' : '' }, ...breakable(t))),
       );
       const body = element('tbody');
       for (const p of points.slice(0, kMostRows)) {
@@ -446,6 +449,7 @@ const grtx_explore = (() => {
           body,
         ),
       );
+      this.stackable(this.list.firstChild);
     }
 
     // Zoom and keys.
@@ -518,5 +522,6 @@ const grtx_explore = (() => {
   }
 
   Object.assign(Explorer.prototype, grtx_explore_charts.methods);
-  return (embed) => Promise.all([...document.querySelectorAll('.explorer')].map((box) => new Explorer(box, embed).redraw()));
+  return (embed, stackable) =>
+    Promise.all([...document.querySelectorAll('.explorer')].map((box) => new Explorer(box, embed, stackable).redraw()));
 })();

@@ -41,9 +41,28 @@ const grtx_explore_charts = (() => {
         const at = [place(scales[0], row.px), place(scales[1], row.py)];
         if (taken.some((other) => Math.abs(other[0] - at[0]) < 0.09 && Math.abs(other[1] - at[1]) < 0.06)) return false;
         taken.push(at);
+        row.left = at[0] > 0.75; // of its mark, not over the chart's edge
         return true;
       });
   };
+  /// Names of values on a line that would cover each other, as one: "8, 16". pixels: of the line.
+  const joined = (rows, scale, pixels) => {
+    const found = [];
+    const [low, high] = scale.domain.map(scale.type === 'log' ? Math.log : Number);
+    const width = (label) => (6.5 * (label.value.length + 1)) / pixels;
+    for (const row of [...rows].sort((a, b) => a.factor - b.factor)) {
+      const at = ((scale.type === 'log' ? Math.log(row.factor) : row.factor) - low) / (high - low);
+      let label = { key: row.key, factor: row.factor, value: row.value, at };
+      for (let last = found.at(-1); last && label.at - last.at < (width(label) + width(last)) / 2; last = found.at(-1)) {
+        label = { ...label, value: `${last.value}, ${label.value}`, factor: (last.factor + label.factor) / 2, at: (last.at + label.at) / 2 };
+        found.pop();
+      }
+      found.push(label);
+    }
+    return found.map((label) => ({ ...label, side: label.at < width(label) / 2 ? 'left' : label.at > 1 - width(label) / 2 ? 'right' : 'center' }));
+  };
+  /// Colour of a thing by its name in report.css, as in charts.cpp.
+  const named = (kind, name, otherwise) => `var(--${kind}-${String(name).replace(/[^A-Za-z0-9_]/g, '-')}, ${otherwise})`;
   const by_size = (a, b) => (typeof a === 'number' && typeof b === 'number' ? a - b : 0);
 
   /// Scale fitted to the values; how: "fitted", "zero" or "log".
@@ -89,7 +108,7 @@ const grtx_explore_charts = (() => {
 
   const methods = {
     design_colour(design) {
-      return `var(--d-${String(design).replace(/[^A-Za-z0-9_]/g, '-')}, var(--c10))`;
+      return named('d', design, 'var(--c10)');
     },
 
     colour_encoding() {
@@ -203,7 +222,7 @@ const grtx_explore_charts = (() => {
       ];
       const names = {
         data: { values: apart(rows, scales) },
-        mark: { type: 'text', align: 'left', dx: 8, dy: -8, fontSize: 11, clip: true },
+        mark: { type: 'text', align: { expr: "datum.left ? 'right' : 'left'" }, dx: { expr: 'datum.left ? -8 : 8' }, dy: -8, fontSize: 11 },
         encoding: { ...place, text: { field: 'words' } },
       };
       const layer = [
@@ -285,7 +304,7 @@ const grtx_explore_charts = (() => {
         ),
         color: { field: 'series', type: 'nominal', scale: { domain: names, range }, legend },
       };
-      const layer = [{ mark: { type: 'line', opacity: 0.22, strokeWidth: 1 }, encoding: { ...encoding, detail: { field: 'group' } } }];
+      const layer = [{ mark: { type: 'line', opacity: 0.45, strokeWidth: 1 }, encoding: { ...encoding, detail: { field: 'group' } } }];
       if (thick.length > 0) {
         const tooltip = [
           { field: 'series', title },
@@ -368,63 +387,74 @@ const grtx_explore_charts = (() => {
               ],
             },
           },
-          { mark: { type: 'text', dy: -11, fontSize: 11 }, encoding: { ...place, text: { field: 'value' } } },
+          {
+            data: { values: drawn.flatMap((key) => joined(rows.filter((row) => row.key === key), scale, this.box.clientWidth - 190)) },
+            mark: { type: 'text', dy: -11, fontSize: 11, align: { expr: 'datum.side' } },
+            encoding: { ...place, text: { field: 'value' } },
+          },
         ],
       };
     },
 
+    /// Axes stand side by side; on a phone they lie below each other.
     parallel_spec() {
       const points = this.kept(),
-        axes = this.parallel_axes(points);
+        axes = this.parallel_axes(points),
+        narrow = this.box.clientWidth < 600;
       if (points.length < 2 || axes.length < 2) return null;
       const rows = [],
         marks = [];
-      for (const { title, values, of, text, height } of axes) {
-        for (const value of values) marks.push({ axis: title, v: height(value), text: text(value) });
+      axes.forEach(({ title, values, of, text, height }, place) => {
+        values.forEach((value, i) => {
+          marks.push({ axis: title, v: height(value), text: text(value), below: values.length > 2 && i % 2 === 1 });
+        });
         for (const p of points) {
           const v = height(of(p));
-          if (Number.isFinite(v)) rows.push({ id: p.id, label: `${p.label} ${p.name}`, axis: title, v, colour: this.colour_of(p) });
+          if (Number.isFinite(v)) rows.push({ id: p.id, label: `${p.label} ${p.name}`, axis: title, v, place, colour: this.colour_of(p) });
         }
-      }
+      });
       const labels = {
         labelAngle: 0,
         labelExpr: "indexof(datum.label, '.') < 0 ? datum.label : split(datum.label, /[._]| \\/ /)",
         domain: false,
         ticks: false,
-        orient: 'bottom',
         labelOverlap: false,
       };
-      const x = {
+      const across = {
         field: 'axis',
         type: 'ordinal',
         sort: axes.map((axis) => axis.title),
         title: null,
-        scale: { type: 'point', padding: 0.75 },
-        axis: labels,
+        scale: { type: 'point', padding: narrow ? 0.5 : 0.75 },
+        axis: narrow ? labels : { ...labels, orient: 'bottom' },
       };
-      const y = { field: 'v', type: 'quantitative', axis: null, scale: { domain: [-0.03, 1.03], nice: false } };
+      const along = { field: 'v', type: 'quantitative', axis: null, scale: { domain: [-0.03, 1.03], nice: false } };
+      const place = narrow ? { x: along, y: across } : { x: across, y: along };
       const faint = Math.max(0.12, Math.min(0.7, 40 / points.length)),
         chosen = 'picked !== null && indexof(picked, datum.id) >= 0';
       const lines = {
         transform: [{ filter: 'picked === null || indexof(picked, datum.id) >= 0' }],
         mark: { type: 'line', strokeWidth: 1.3 },
         encoding: {
-          x,
-          y,
+          ...place,
+          order: { field: 'place' },
           detail: { field: 'id' },
           color: { ...this.colour_encoding(), legend: null },
           opacity: { condition: { test: chosen, value: 0.9 }, value: faint },
           tooltip: [{ field: 'label', title: 'point' }],
         },
       };
+      const at = narrow
+        ? { align: { expr: "datum.v < 0.2 ? 'left' : datum.v > 0.8 ? 'right' : 'center'" }, dy: { expr: 'datum.below ? 12 : -9' } }
+        : { align: 'left', dx: 4 };
       const words = (more) => ({
         data: { values: marks },
-        mark: { type: 'text', align: 'left', dx: 4, fontSize: 11, ...more },
-        encoding: { x, y, text: { field: 'text' } },
+        mark: { type: 'text', fontSize: 11, ...at, ...more },
+        encoding: { ...place, text: { field: 'text' } },
       });
-      const rules = { data: { values: marks }, mark: { type: 'rule', color: 'var(--muted)' }, encoding: { x } };
+      const rules = { data: { values: marks }, mark: { type: 'rule', color: 'var(--muted)' }, encoding: narrow ? { y: across } : { x: across } };
       const layer = [rules, lines, words({ stroke: 'var(--card)', strokeWidth: 3 }), words({})];
-      return { ...frame(rows, 300), params: [{ name: 'picked', value: null }], layer };
+      return { ...frame(rows, narrow ? 64 * axes.length : 300), params: [{ name: 'picked', value: null }], layer };
     },
 
     /// Axes from 0 to 1: keys by the order of their values, metrics by what they span.
@@ -478,12 +508,15 @@ const grtx_explore_charts = (() => {
         });
       });
       if (rows.length === 0) return null;
-      const range = parts.map((part, i) => `var(--c${(i % kMostColours) + 1})`);
+      const range = parts.map((part, i) => named('p', part, `var(--c${(i % kMostColours) + 1})`));
+      // On a phone a long name takes two lines.
+      const narrow = this.box.clientWidth < 600;
+      const two_lines = { labelExpr: "split(replace(datum.label, ' · ', '\\n'), '\\n')", labelLineHeight: 11 };
       return {
-        ...frame(rows, kBarPixels * new Set(rows.map((row) => row.id)).size),
+        ...frame(rows, (narrow ? 1.4 : 1) * kBarPixels * new Set(rows.map((row) => row.id)).size),
         mark: 'bar',
         encoding: {
-          y: { field: 'label', type: 'nominal', title: null, sort: { field: 'order', op: 'min' } },
+          y: { field: 'label', type: 'nominal', title: null, sort: { field: 'order', op: 'min' }, axis: narrow ? two_lines : {} },
           x: { ...axis_of('value', title, unit), stack: 'zero' },
           order: { field: 'place' },
           color: { field: 'part', type: 'nominal', scale: { domain: parts, range }, legend: { title: null, orient: 'bottom' } },

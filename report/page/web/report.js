@@ -20,10 +20,11 @@
       gridColor: line,
       domainColor: line,
       tickColor: line,
-      labelLimit: width < 600 ? 130 : 320,
+      labelLimit: Math.min(320, width / 2),
       labelOverlap: true,
       labelSeparation: 8,
     },
+    axisYDiscrete: { labelOverlap: false }, // a bar without a name says nothing
     axisX: { tickCount: Math.max(3, Math.floor(width / 110)) },
     legend: {
       ...text,
@@ -33,8 +34,9 @@
       symbolType: 'circle',
       symbolStrokeWidth: 0,
       symbolOpacity: 1,
-      labelLimit: 130,
+      labelLimit: width - 60,
       columns: Math.max(2, Math.floor(width / 150)),
+      ...(width < 600 ? { layout: { bottom: { anchor: 'end' } } } : {}), // below the axis's labels, too
     },
     text: { color: ink },
   });
@@ -74,8 +76,8 @@
     titles.forEach((title, column) => {
       const button = document.createElement('button');
       button.type = 'button';
-      button.textContent = title.textContent;
-      title.replaceChildren(button);
+      button.append(...title.childNodes);
+      title.append(button);
       button.addEventListener('click', () => {
         const down = title.getAttribute('aria-sort') === 'ascending' ? -1 : 1;
         titles.forEach((other) => other.removeAttribute('aria-sort'));
@@ -107,7 +109,7 @@
     document.querySelectorAll('section.sweep table').forEach(sortable);
     if (typeof vegaEmbed === 'function') {
       await Promise.all([...document.querySelectorAll('figure.chart')].map(draw));
-      if (typeof grtx_explore === 'function') await grtx_explore(embed);
+      if (typeof grtx_explore === 'function') await grtx_explore(embed, stackable);
     }
     document.documentElement.dataset.ready = 'yes'; // for tests and screenshots
   };

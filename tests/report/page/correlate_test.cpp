@@ -58,6 +58,8 @@ TEST_F(Correlate, ScenesOfTheSameNameAreComparedOneByOne) {
   EXPECT_DOUBLE_EQ(c.comparisons[0].simulated, 2.0);
   EXPECT_FALSE(c.comparisons[0].inside());
   EXPECT_TRUE(c.comparisons[1].inside());
+  EXPECT_STREQ(c.comparisons[0].inside_words(), "no");
+  EXPECT_STREQ(c.comparisons[1].inside_words(), "no range");  // a figure without low and high was "no", whatever it was
   EXPECT_DOUBLE_EQ(c.mean_error, 0.25 / 2);
   EXPECT_DOUBLE_EQ(c.factor, std::sqrt(1.25));
   EXPECT_DOUBLE_EQ(c.spearman, 1.0);

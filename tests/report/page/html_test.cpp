@@ -102,6 +102,14 @@ TEST(Html, PicturesBecomeDataAndNothingElseDoes) {
   EXPECT_THROW(picture_uri(path), Error);
 }
 
+// A stack unit of 0.02 % of the area had "0.0 %", and the whole "100.0 %".
+TEST(Html, AShareThatIsSmallIsNotZero) {
+  EXPECT_EQ(share_text(0.0), "0 %");
+  EXPECT_EQ(share_text(2e-4), "< 0.1 %");
+  EXPECT_EQ(share_text(0.123), "12.3 %");
+  EXPECT_EQ(share_text(1.0), "100 %");
+}
+
 TEST(Html, ATableNamesItsRowsAndColumns) {
   Table table("A & B", {{"name", false}, {"count"}}, "t");
   table.row({"x", "1"}, " data-id=\"1\"");

@@ -87,6 +87,13 @@ TEST(SweepAnswer, BeginsWithASentenceAndSaysWhatIsLeftOut) {
                     HasSubstr("the smallest, for 50.0 % more area."), HasSubstr("1 of an earlier plan left out")));
 }
 
+// The answer called #2 the smallest, the card below it #1, which is as small and slower.
+TEST(SweepAnswer, OfEquallySmallPointsTheCardNamesTheOneOfTheAnswer) {
+  const ReportSweep sweep = sweep_of({point(1, "", "grtx", 32, 1000), point(2, "", "grtx", 64, 700)});
+  EXPECT_THAT(sweep_headline(sweep), AllOf(HasSubstr("least area #2"), HasSubstr("<dt>Least area</dt><dd>1 mm²</dd>"
+                                                                                 "<dd class=\"note\">#2 ")));
+}
+
 // Points of gautracer had no speed-up: it brings an option and keys with it, and these were a difference.
 TEST(SweepSpeedUps, WhatADesignBringsWithItIsNoDifference) {
   std::vector<ReportedPoint> points = {point(1, "paper", "baseline", 32, 1000),
