@@ -36,7 +36,7 @@
       symbolOpacity: 1,
       labelLimit: width - 60,
       columns: Math.max(2, Math.floor(width / 150)),
-      ...(width < 600 ? { layout: { bottom: { anchor: 'end' } } } : {}), // below the axis's labels, too
+      ...(width < 400 ? { layout: { bottom: { anchor: 'end' } } } : {}), // below the axis's labels, too
     },
     text: { color: ink },
   });
