@@ -356,6 +356,13 @@ try {
   await page.emulateMedia({ colorScheme: 'light' });
   found.overflow[1280] = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
+  // A sheet of A4 without its margins.
+  await page.emulateMedia({ media: 'print' });
+  await page.setViewportSize({ width: 703, height: 1000 });
+  found.overflow.print = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  await page.emulateMedia({ media: 'screen' });
+  await page.setViewportSize({ width: 1280, height: 900 });
+
   const pdf = await page.pdf({ format: 'A4' });
   found.pdf = { begin: pdf.subarray(0, 5).toString('latin1'), bytes: pdf.length };
 
