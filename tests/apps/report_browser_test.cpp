@@ -36,6 +36,7 @@ class ReportInBrowser : public InBrowser {
     EXPECT_THAT(found.at("cut"), IsEmpty()) << found.at("cut");                    // cards show all that they say
     EXPECT_THAT(found.at("broken_words"), IsEmpty()) << found.at("broken_words");  // on a phone, into letters
     EXPECT_THAT(found.at("unreadable"), IsEmpty()) << found.at("unreadable");
+    EXPECT_THAT(found.at("broken_figures"), IsEmpty()) << found.at("broken_figures");
     EXPECT_THAT(found.at("odd_colours"), IsEmpty()) << found.at("odd_colours");
     EXPECT_THAT(found.at("hiding_boxes"), IsEmpty()) << found.at("hiding_boxes");
     // A row of a phone's table names the column of each figure.
@@ -202,6 +203,9 @@ TEST_F(ReportInBrowser, ARunIsDrawn) {
   const json found = look("run.html");
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
+  // "take --" ended a line on a phone, "69" another.
+  EXPECT_THAT(found.at("whole_figures"), testing::Contains(testing::MatchesRegex("--width [0-9]+")));
+  EXPECT_THAT(found.at("whole_figures"), testing::Contains(testing::EndsWith(" %")));
   EXPECT_EQ(found.at("charts"),
             11);  // twice the bytes of L2 and DRAM, and what two speed-ups are made of; ratios, stalls, energy
 }
