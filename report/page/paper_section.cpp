@@ -40,35 +40,14 @@ struct Column {
   }
 };
 
-/// Whether two runs may be averaged: they differ only in the view.
-bool shares_mean(const ReportRun& a, const ReportRun& b) {
-  const Subject &own = a.results.subject, &other = b.results.subject;
-  return own.unknown().empty() && other.unknown().empty() && own.view_text() != other.view_text() &&
-         own.differences(other, MayDiffer::views).empty();
-}
-
 std::vector<Column> columns_of(const std::vector<ReportRun>& runs) {
   std::vector<Column> columns;
   columns.reserve(runs.size());
   for (const ReportRun& run : runs) columns.push_back({run.name.empty() ? "model" : run.name, {&run}});
-  std::vector<Column> means;
-  for (const ReportRun& run : runs) {
-    const auto fits = [&](const Column& mean) {
-      return std::all_of(mean.runs.begin(), mean.runs.end(),
-                         [&](const ReportRun* one) { return shares_mean(*one, run); });
-    };
-    const auto mean = std::find_if(means.begin(), means.end(), fits);
-    if (mean == means.end()) {
-      means.push_back({"", {&run}});
-    } else {
-      mean->runs.push_back(&run);
-    }
-  }
-  for (Column& mean : means) {
-    if (mean.runs.size() < 2) continue;
-    const std::string machine = mean.runs.front()->results.subject.setting("machine");
-    mean.title = fmt::format("geometric mean of {} views{}", mean.runs.size(), machine.empty() ? "" : ", " + machine);
-    columns.push_back(std::move(mean));
+  for (Views& views : views_of_a_mean(runs)) {
+    const std::string machine = views.front()->results.subject.setting("machine");
+    columns.push_back({fmt::format("geometric mean of {} views{}", views.size(), machine.empty() ? "" : ", " + machine),
+                       std::move(views)});
   }
   return columns;
 }

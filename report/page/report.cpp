@@ -204,7 +204,8 @@ std::string pictures_section(const std::vector<std::string>& images) {
 
 std::string report_page(const ReportOptions& options) {
   const Inputs inputs = read_inputs(options.inputs);
-  std::string body = "<section id=\"headline\"><h2>The answer</h2>\n" + side_by_side_html(inputs.runs);
+  std::string body = "<section id=\"headline\"><h2>The answer</h2>\n" + several_views_html(inputs.runs) +
+                     side_by_side_html(inputs.runs);
   for (std::size_t r = 0; r < inputs.runs.size(); ++r) body += run_headline(inputs.runs[r], r + 1);
   body += apart_table(inputs.runs);
   for (const ReportSweep& sweep : inputs.sweeps) body += search_headline(sweep) + sweep_headline(sweep);

@@ -215,6 +215,11 @@ std::string run_answer(const ReportRun& run) {
                           100.0 * fraction);
     }
     text += ".";
+  } else if (std::isfinite(fraction) && fraction < 0.5 && !best.binding_bound.empty()) {
+    text += fmt::format(
+        "No resource binds {} for half of its cycles: the largest lower bound, <strong>{}</strong>, is "
+        "{:.0f} % of them.",
+        several ? escape(best.name) : "it", escape(words_of_bound(best.binding_bound)), 100.0 * fraction);
   } else if (std::isfinite(fraction) && !best.binding_bound.empty()) {
     text +=
         fmt::format("What binds {} most is <strong>{}</strong>: it alone takes {:.0f} % of the cycles.",

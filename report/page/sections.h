@@ -52,6 +52,11 @@ bool are_side_by_side(const ReportRun& a, const ReportRun& b);
 /// Times of each design on each machine, where runs differ in their machine alone, and in what machines differ; ""
 /// if no runs do.
 std::string side_by_side_html(const std::vector<ReportRun>& runs);
+/// Runs that differ in their view alone, and so have a mean; groups of two or more.
+using Views = std::vector<const ReportRun*>;
+std::vector<Views> views_of_a_mean(const std::vector<ReportRun>& runs);
+/// Of several views: which design is fastest in them, and the geometric means of speed-ups; "" if no runs share a mean.
+std::string several_views_html(const std::vector<ReportRun>& runs);
 /// Table of estimates beside the runs in cycle mode that differ from them in nothing else, and whether their intervals
 /// hold; "" if there are none.
 std::string estimates_held(const std::vector<ReportRun>& runs);

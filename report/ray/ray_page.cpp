@@ -188,6 +188,7 @@ std::string round_table(const RayPage& page) {
                          {"hits"},
                          {"blended"},
                          {"ends", false}});
+  table.stacks_when_narrow();
   for (const DrawnWarp& warp : page.warps) {
     for (const DrawnRay& ray : warp.rays) {
       for (std::size_t i = 0; i < ray.replayed.rounds.size(); ++i) {
@@ -214,6 +215,7 @@ std::string beside_table(const RayPage& page) {
                                                              {"nodes read"},
                                                              {"times the frame's median"},
                                                              {"hits looked at"}});
+  table.stacks_when_narrow();
   for (const PixelBeside& one : page.beside) {
     table.row({escape(file_name(one.trace)), escape(one.design), number(static_cast<double>(one.rounds)),
                number(static_cast<double>(one.visits)),
@@ -248,14 +250,14 @@ std::string facts(const RayPage& page) {
   }
   if (page.scene.empty()) {
     text +=
-        "<p class=\"note\" id=\"source\">This page is made from the trace alone. The trace holds every event, so the "
+        "<p class=\"note\">This page is made from the trace alone. The trace holds every event, so the "
         "tree, the "
         "stack and the checkpoint lists are exact. It holds no distances: t and t_max are missing, Gaussians are named "
         "where the trace names them (once they are processed), and of several evicted hits it is not known which comes "
         "first. With --scene and --cameras the ray is traced again, and all of it is shown.</p>\n";
   } else {
     text += fmt::format(
-        "<p class=\"note\" id=\"source\">The ray was traced again in {}: every event is that of the trace. t, t_max "
+        "<p class=\"note\">The ray was traced again in {}: every event is that of the trace. t, t_max "
         "and "
         "Gaussians are what the tracer held after each event.</p>\n",
         escape(file_name(page.scene)));

@@ -158,6 +158,15 @@ try {
   found.unfolded = await folds();
   found.elements = await page.evaluate(() => document.querySelectorAll('#player *').length);
   found.columns = await page.locator('.round').count();
+  found.repeated_ids = await page.evaluate(() => {
+    const ids = [...document.querySelectorAll('[id]')].map((e) => e.id);
+    return ids.filter((id, i) => ids.indexOf(id) !== i);
+  });
+  found.cut_rows = await page.evaluate(() =>
+    [...document.querySelectorAll('.state .row span, .round header')]
+      .filter((e) => e.offsetParent !== null && (e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 3) && e.clientWidth > 0)
+      .map((e) => e.textContent),
+  );
   found.labelled = await page.evaluate(() =>
     [...document.querySelectorAll('#player button, #player input, #player select, #player canvas, #player [tabindex="0"]')].every(
       (e) => e.getAttribute('aria-label') || e.offsetParent === null,
@@ -172,6 +181,12 @@ try {
   await press(small, 'Home');
   await press(small, 'n', 5);
   found.small = (await state(small)).where;
+  found.cut_tables = await small.evaluate(() =>
+    [...document.querySelectorAll('main > .scroll')].filter((box) => box.scrollWidth > box.clientWidth + 1).map((box) => box.ariaLabel),
+  );
+  found.cut_heads = await small.evaluate(() =>
+    [...document.querySelectorAll('.round header')].filter((e) => e.scrollHeight > e.clientHeight + 1).map((e) => e.textContent),
+  );
   found.overflow[390] = await small.evaluate(() => document.documentElement.scrollWidth - innerWidth);
   if (prefix) await small.screenshot({ path: `${prefix}_390.png`, fullPage: true });
   const background = () => small.evaluate(() => getComputedStyle(document.body).backgroundColor);

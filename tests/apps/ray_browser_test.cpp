@@ -37,6 +37,9 @@ class RayInBrowser : public InBrowser {
     EXPECT_LE(found.at("overflow").at("1280").get<int>(), 0);
     EXPECT_LE(found.at("overflow").at("390").get<int>(), 0);
     EXPECT_NE(found.at("light"), found.at("dark"));
+    for (const char* fault : {"repeated_ids", "cut_rows", "cut_tables", "cut_heads"}) {
+      EXPECT_THAT(found.at(fault), IsEmpty()) << fault << ": " << found.at(fault);
+    }
     EXPECT_TRUE(found.at("labelled").get<bool>());
     EXPECT_THAT(found.at("home").get<std::string>(), StartsWith("round 0 of"));
     EXPECT_THAT(found.at("home").get<std::string>(), HasSubstr("event –"));

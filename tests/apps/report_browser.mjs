@@ -253,6 +253,12 @@ const unnamed_cells = (page) =>
     return { cells: cells.length, unnamed: cells.filter((cell) => !named(cell)).map((cell) => cell.textContent) };
   });
 
+// Figures and options in sentences of the answer that stand on two lines.
+const broken_figures = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll('main p .whole')].filter((part) => part.getClientRects().length > 1).map((part) => part.textContent),
+  );
+
 // Texts of drawings that stand on each other, over an edge, or are cut. A text may have a halo, itself once more.
 const unreadable = (page) =>
   page.evaluate(() => {
@@ -356,6 +362,13 @@ try {
   await page.emulateMedia({ colorScheme: 'light' });
   found.overflow[1280] = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
 
+  // A sheet of A4 without its margins.
+  await page.emulateMedia({ media: 'print' });
+  await page.setViewportSize({ width: 703, height: 1000 });
+  found.overflow.print = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  await page.emulateMedia({ media: 'screen' });
+  await page.setViewportSize({ width: 1280, height: 900 });
+
   const pdf = await page.pdf({ format: 'A4' });
   found.pdf = { begin: pdf.subarray(0, 5).toString('latin1'), bytes: pdf.length };
 
@@ -373,6 +386,8 @@ try {
       .map((f) => f.id),
   );
   found.broken_words = await broken_words(small);
+  found.broken_figures = await broken_figures(small);
+  found.whole_figures = await small.evaluate(() => [...document.querySelectorAll('main p .whole')].map((part) => part.textContent));
   found.stacked = await unnamed_cells(small);
   found.unreadable.push(...(await unreadable(small)));
   found.hiding_boxes.push(...(await hiding_boxes(small)));

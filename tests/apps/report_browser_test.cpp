@@ -30,11 +30,13 @@ class ReportInBrowser : public InBrowser {
     EXPECT_THAT(found.at("requests"), IsEmpty()) << found.at("requests");
     EXPECT_LE(found.at("overflow").at("1280").get<int>(), 0);
     EXPECT_LE(found.at("overflow").at("390").get<int>(), 0);
+    EXPECT_LE(found.at("overflow").at("print").get<int>(), 0);  // the speed-ups lost what binds them
     EXPECT_THAT(found.at("wide_drawings"), IsEmpty()) << found.at("wide_drawings");
     EXPECT_EQ(found.at("charts"), found.at("drawings"));
     EXPECT_THAT(found.at("cut"), IsEmpty()) << found.at("cut");                    // cards show all that they say
     EXPECT_THAT(found.at("broken_words"), IsEmpty()) << found.at("broken_words");  // on a phone, into letters
     EXPECT_THAT(found.at("unreadable"), IsEmpty()) << found.at("unreadable");
+    EXPECT_THAT(found.at("broken_figures"), IsEmpty()) << found.at("broken_figures");
     EXPECT_THAT(found.at("odd_colours"), IsEmpty()) << found.at("odd_colours");
     EXPECT_THAT(found.at("hiding_boxes"), IsEmpty()) << found.at("hiding_boxes");
     // A row of a phone's table names the column of each figure.
@@ -201,6 +203,9 @@ TEST_F(ReportInBrowser, ARunIsDrawn) {
   const json found = look("run.html");
   ASSERT_TRUE(found.contains("plain"));
   expect_sound(found);
+  // "take --" ended a line on a phone, "69" another.
+  EXPECT_THAT(found.at("whole_figures"), testing::Contains(testing::MatchesRegex("--width [0-9]+")));
+  EXPECT_THAT(found.at("whole_figures"), testing::Contains(testing::EndsWith(" %")));
   EXPECT_EQ(found.at("charts"),
             11);  // twice the bytes of L2 and DRAM, and what two speed-ups are made of; ratios, stalls, energy
 }

@@ -36,7 +36,7 @@
       symbolOpacity: 1,
       labelLimit: width - 60,
       columns: Math.max(2, Math.floor(width / 150)),
-      ...(width < 600 ? { layout: { bottom: { anchor: 'end' } } } : {}), // below the axis's labels, too
+      ...(width < 400 ? { layout: { bottom: { anchor: 'end' } } } : {}), // below the axis's labels, too
     },
     text: { color: ink },
   });
@@ -104,7 +104,22 @@
       });
   };
 
+  /** A figure stays on the line of its unit, and an option of a command is not broken behind its dashes. */
+  const keep_whole = (box) => {
+    const whole = /(--[a-z-]+(?: \d+)?|\d[\d.,]* (?:%|dB|mm²|[mµnp]?[sJ]|[kMG]?B|[kMG]?rays\/s)(?!\p{L}))/u;
+    const walker = document.createTreeWalker(box, NodeFilter.SHOW_TEXT),
+      texts = [];
+    while (walker.nextNode()) texts.push(walker.currentNode);
+    for (const text of texts) {
+      const parts = text.textContent.split(whole);
+      if (parts.length < 2) continue;
+      const spans = parts.map((part, i) => (i % 2 === 0 ? part : Object.assign(document.createElement('span'), { className: 'whole', textContent: part })));
+      text.replaceWith(...spans);
+    }
+  };
+
   const begin = async () => {
+    document.querySelectorAll('main p, .speeds td').forEach(keep_whole);
     document.querySelectorAll('.scroll table').forEach(stackable);
     document.querySelectorAll('section.sweep table').forEach(sortable);
     if (typeof vegaEmbed === 'function') {

@@ -80,5 +80,5 @@ export const view_tools = (canvas) => {
     pen.lineTo(limit(to[0]), limit(to[1]));
     pen.stroke();
   };
-  return { pen, style, place, on_ray, line };
+  return { pen, style, width, place, on_ray, line, labels: [] };
 };

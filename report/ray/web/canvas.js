@@ -17,6 +17,21 @@ export const fit = (canvas) => {
   pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
   return { pen, width, height };
 };
+// Words beside a place, to its right where they fit.
+export const write_beside = (pen, words, x, y, width) =>
+  pen.fillText(words, x + 4 + pen.measureText(words).width > width ? Math.max(0, x - 4 - pen.measureText(words).width) : x + 4, y);
+// Labels, the first ones first; those that would stand on another are left out.
+export const write_apart = (pen, labels) => {
+  const kHeight = 12,
+    taken = [];
+  for (const { words, x, y, colour } of labels) {
+    const right = x + pen.measureText(words).width;
+    if (taken.some((other) => x < other.right + 3 && other.x < right + 3 && Math.abs(y - other.y) < kHeight)) continue;
+    taken.push({ x, right, y });
+    pen.fillStyle = colour;
+    pen.fillText(words, x, y);
+  }
+};
 // Round numbers between two, at most so many.
 export const ticks = (low, high, most) => {
   const rough = (high - low) / most,

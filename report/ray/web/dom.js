@@ -15,6 +15,8 @@ export const button = (text, title, action) =>
 
 export const safe = (text) => String(text).replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 export const count = (n) => n.toLocaleString('en');
+// "1 hit", "2,000 hits".
+export const counted = (n, what) => `${count(n)} ${what}${n === 1 ? '' : 's'}`;
 export const time = (t) => (t === undefined || Number.isNaN(t) ? '?' : t === Infinity ? '∞' : String(Number(t.toPrecision(5))));
 export const hex = (n) => `0x${n.toString(16)}`;
 

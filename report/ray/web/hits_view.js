@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hits along the ray: stems at t, as high as their share; rounds are bands; the dashed line is the light that is left.
-import { colours, fit, ticks } from './canvas.js';
+import { colours, fit, ticks, write_beside } from './canvas.js';
 import { element, time } from './dom.js';
 import { hits } from './hits.js';
 import { ray_number, rgb, shape } from './nodes.js';
@@ -92,7 +92,7 @@ const draw_scale = (pen, style, x, { width, height, low, high }) => {
   if (!Number.isFinite(t_max) || t_max < low || t_max > high) return;
   pen.fillStyle = style.getPropertyValue('--bad');
   pen.fillRect(x(t_max) - 1, 0, 2, height - kFoot);
-  pen.fillText('t_max', Math.min(width - 34, x(t_max) + 4), 30);
+  write_beside(pen, 't_max', x(t_max), 30, width);
 };
 export const draw_hits = () => {
   hits_box.hidden = hits().length === 0;

@@ -33,7 +33,7 @@ const outline = (place, s) => {
   const radii = [middle + spread, middle - spread].map((v) => Math.min(1e5, Math.sqrt(Math.max(0, v))));
   return { zero, radii, angle: Math.atan2(2 * xy, xx - yy) / 2, height: Math.sqrt(yy) };
 };
-export const draw_ellipsoid = ({ pen, style, place }, gaussian, colour, filled, label) => {
+export const draw_ellipsoid = ({ pen, style, place, labels }, gaussian, colour, filled, label) => {
   const s = shape(gaussian);
   if (s === null) return;
   const { zero, radii, angle, height } = outline(place, s);
@@ -49,6 +49,5 @@ export const draw_ellipsoid = ({ pen, style, place }, gaussian, colour, filled, 
   pen.lineWidth = filled ? 1.6 : 1;
   pen.stroke();
   if (!label) return;
-  pen.fillStyle = style.getPropertyValue('--ink');
-  pen.fillText(String(gaussian), limit(zero[0]) + 3, limit(zero[1] - height) - 3);
+  labels.unshift({ words: String(gaussian), x: limit(zero[0]) + 3, y: limit(zero[1] - height) - 3, colour: style.getPropertyValue('--ink') });
 };

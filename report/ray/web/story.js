@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A paragraph: what the ray did. And its pixel in the picture of the view.
-import { count, element, time } from './dom.js';
+import { count, counted, element, time } from './dom.js';
 import { hits } from './hits.js';
 import { ray } from './nodes.js';
 import { page } from './page.js';
@@ -17,7 +17,7 @@ const rounds_words = (all, read) => {
 };
 const end_words = (last) => {
   if (last && last.terminated) return ['It ended because it was opaque.'];
-  return last && ray().values ? [`It left the scene with ${time(100 * last.transmittance)} % of its light.`] : [];
+  return last && ray().values ? [`It left the scene with ${Number((100 * last.transmittance).toPrecision(3))} % of its light.`] : [];
 };
 const most_words = () => {
   const most = hits().reduce((best, hit) => (best === null || hit.share > best.share ? hit : best), null);
@@ -30,8 +30,9 @@ export const tell_story = () => {
   const sum = (what) => all.reduce((total_of, s) => total_of + s[what], 0);
   const read = sum('read');
   const slow = page.median > 0 ? ` (${(read / page.median).toFixed(1)} times the frame's median)` : '';
-  const took = `took ${count(all.length)} round${all.length === 1 ? '' : 's'}, read ${count(read)} nodes${slow}`;
-  const met = `looked at ${count(sum('processed'))} hits, of which ${count(sum('blended'))} were blended`;
+  const took = `took ${counted(all.length, 'round')}, read ${counted(read, 'node')}${slow}`;
+  const blended = sum('blended');
+  const met = `looked at ${counted(sum('processed'), 'hit')}, of which ${count(blended)} ${blended === 1 ? 'was' : 'were'} blended`;
   const words = [`The ray of ${name} ${took} and ${met}.`];
   story.textContent = [...words, ...rounds_words(all, read), ...end_words(all[all.length - 1]), ...most_words()].join(' ');
 };

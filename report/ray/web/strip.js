@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rounds side by side, each a column with its events; only those in sight are elements.
-import { count, element, safe, time } from './dom.js';
+import { count, counted, element, safe, time } from './dom.js';
 import { List } from './list.js';
 import { nodes, ray, ray_number } from './nodes.js';
 import { page } from './page.js';
@@ -18,8 +18,8 @@ const column_width = () =>
 const head_text = (r) => {
   const s = summary(r);
   const parts = [
-    `${count(s.events)} events, ${count(s.read)} nodes read`,
-    `k-buffer ${s.preloaded > 0 ? `${s.preloaded} preloaded, ` : ''}${s.hits} hits, ${s.blended} blended`,
+    `${counted(s.events, 'event')}, ${counted(s.read, 'node')} read`,
+    `k-buffer ${s.preloaded > 0 ? `${s.preloaded} preloaded, ` : ''}${counted(s.hits, 'hit')}, ${s.blended} blended`,
   ];
   if (page.checkpoint) parts.push(`checkpoints ${s.taken} taken, ${s.forwarded} forwarded, ${s.written} written; ${s.evicted} evicted`);
   if (s.transmittance !== undefined) parts.push(`light let through ${time(s.transmittance)}`);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // View of the boxes and Gaussians that the ray met.
 import { limit, move_camera, reset_camera, step_of_key, view_now, view_tools } from './camera.js';
-import { ticks } from './canvas.js';
+import { ticks, write_apart } from './canvas.js';
 import { button, element, time, until } from './dom.js';
 import { in_blas, nodes, ray } from './nodes.js';
 import { page } from './page.js';
@@ -74,21 +74,22 @@ const draw_gaussians = (tools) => {
     pen.fillRect(limit(px) - 1, limit(py) - 4, 2, 8);
   }
 };
-const draw_ray = ({ pen, style, on_ray, line }) => {
+const draw_ray = ({ pen, style, width, on_ray, line, labels }) => {
   const { centre, reach, zoom } = view_now();
   for (const t of ticks(Math.max(0, centre - reach / zoom), centre + reach / zoom, 8)) {
     const [px, py] = on_ray(t);
     line([px, py - 4], [px, py + 4], '--muted', 1);
-    pen.fillStyle = style.getPropertyValue('--ink');
-    pen.fillText(`t ${time(t)}`, limit(px) - 12, limit(py) + 18);
+    labels.unshift({ words: `t ${time(t)}`, x: Math.max(0, limit(px) - 12), y: limit(py) + 18, colour: style.getPropertyValue('--ink') });
   }
   const { round, i } = shown,
     t_max = i < 0 ? round.first_t_max : round.t_max[i];
   if (!Number.isFinite(t_max)) return;
   const [px, py] = on_ray(t_max);
   line([px, py - 26], [px, py + 26], '--bad', 2);
-  pen.fillStyle = style.getPropertyValue('--bad');
-  pen.fillText(`t_max ${time(t_max)}`, limit(px) + 4, limit(py) + 34);
+  const words = `t_max ${time(t_max)}`,
+    over = px > 0 && px < width && px + 4 + pen.measureText(words).width > width;
+  const x = over ? px - 4 - pen.measureText(words).width : px + 4;
+  labels.unshift({ words, x: limit(x), y: limit(py) + 34, colour: style.getPropertyValue('--bad') });
 };
 export const draw_view = () => {
   if (view_box.hidden || shown === null || !ray().values) return;
@@ -99,6 +100,7 @@ export const draw_view = () => {
   draw_boxes(tools_of_view);
   draw_gaussians(tools_of_view);
   draw_ray(tools_of_view);
+  write_apart(tools_of_view.pen, tools_of_view.labels); // t_max, the axis, the hit of the event, hits, evictions
 };
 
 what_boxes.onchange = draw_view;

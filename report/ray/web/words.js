@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an event did, in words.
-import { hex, time } from './dom.js';
+import { counted, hex, time } from './dom.js';
 import { gaussian_name, is_wide, node_name, nodes } from './nodes.js';
 import { page } from './page.js';
 import { summary } from './position.js';
@@ -94,5 +94,5 @@ export const end_text = (r) => {
   const s = summary(r);
   const light = s.transmittance === undefined ? '' : `; light let through ${time(s.transmittance)}`;
   const end = s.terminated ? '. The ray is opaque and ends' : s.overflow ? '. The checkpoint list ran full: it is dropped' : '';
-  return `The round is over: ${s.hits} hits in the k-buffer, ${s.processed} looked at, ${s.blended} blended${light}${end}.`;
+  return `The round is over: ${counted(s.hits, 'hit')} in the k-buffer, ${s.processed} looked at, ${s.blended} blended${light}${end}.`;
 };

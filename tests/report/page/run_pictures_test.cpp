@@ -186,6 +186,15 @@ TEST_F(RunPictures, AnImageThatDoesNotFillTheMachineIsSaidInTheAnswer) {
   EXPECT_THAT(page(document), Not(HasSubstr("too small")));
 }
 
+// "What binds walk most is the ports of the L2: it alone takes 11 % of the cycles."
+TEST_F(RunPictures, ASmallBoundIsNotSaidToBind) {
+  ordered_json document = results();
+  document["designs"]["walk"]["gpu.rt.warp_latency_max"] = count(100);
+  EXPECT_THAT(page(document), AllOf(HasSubstr("No resource binds walk for half of its cycles: the largest lower bound, "
+                                              "<strong>the ports of the L2</strong>, is 27 % of them."),
+                                    Not(HasSubstr("What binds walk"))));
+}
+
 TEST_F(RunPictures, APartHasOneColourInAllCharts) {
   const auto colour = [](const std::vector<std::string>& parts, std::size_t of) {
     return stacked_bars(ordered_json::array(), parts, "", "", "")

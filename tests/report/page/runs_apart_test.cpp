@@ -130,6 +130,11 @@ TEST_F(RunsApart, ScenesOfOneMachineHaveAGeometricMean) {
                                  write("b.json", results("paper", "room", 2000, 1000)),
                                  write("c.json", results("modern", "room", 9000, 1000))});
   EXPECT_THAT(html, HasSubstr(">geometric mean of 2 views, paper</th>"));
+  // The first screen had an answer per view, and none over both.
+  EXPECT_THAT(html, AllOf(HasSubstr("<h3>Both views</h3>"),
+                          HasSubstr("<strong>grtx is fastest in both views</strong>: <strong>4.00 times as fast as "
+                                    "baseline</strong> in the geometric mean (2.00× to 8.00×)."),
+                          Not(HasSubstr("All 3 views"))));
   EXPECT_THAT(html, HasSubstr("4.00× <span class=\"share\">0.92</span>"));  // of 8 and 2
 }
 
