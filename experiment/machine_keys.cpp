@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
 
 #include "grtx/experiment/machine.h"
 #include "grtx/explore/sweep/designs.h"
+#include "grtx/rtl_tlm/gpu/machine_use.h"
 #include "grtx/rtl_tlm/gpu/unset_key.h"
 
 namespace grtx::experiment {
@@ -23,7 +25,19 @@ void put_place(MachineKey& key, const sim::KeyPlaces& places) {
   key.confidence.clear();
 }
 
-std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {
+/// Rate of the unit that tests the leaves of a design, which has no other; without one that of triangles.
+MachineFigure leaf_tests(const modules::RtUnitConfig& rt, const std::string& design,
+                         const std::function<double(const modules::IntersectionConfig&)>& rate) {
+  const auto figure = [&](const std::string& leaf, const modules::IntersectionConfig& unit) {
+    return MachineFigure{leaf + " tests", rate(unit), "G/s", "gpu.sms, gpu.rt_units, rt." + leaf + ", gpu.core_mhz"};
+  };
+  const bool triangles =
+      design.empty() || sim::leaf_test_of(explore::design_of(design).accel) == sim::LeafTest::triangles;
+  if (triangles) return figure("triangle", rt.ray_triangle);
+  return rt.gaussian_unit ? figure("gaussian", rt.ray_gaussian) : figure("sphere", rt.ray_sphere);
+}
+
+std::vector<MachineFigure> figures_of(const sim::GpuConfig& c, const std::string& design) {
   constexpr double kSector = modules::kSectorBytes;
   const double ghz = 1e-3 * c.core_mhz, rt_units = static_cast<double>(c.sms) * c.rt_units;
   const auto tests = [&](const modules::IntersectionConfig& unit) {
@@ -38,7 +52,7 @@ std::vector<MachineFigure> figures_of(const sim::GpuConfig& c) {
       {"L2 bandwidth", c.interleave.slices * kSector * ghz, "GB/s", "l2.slices, gpu.core_mhz"},
       {"L2 of a slice", 1e-6 * static_cast<double>(c.l2_bytes) / c.interleave.slices, "MB", "l2.bytes, l2.slices"},
       {"box tests", tests(c.rt.ray_box), "G/s", "gpu.sms, gpu.rt_units, rt.box, gpu.core_mhz"},
-      {"triangle tests", tests(c.rt.ray_triangle), "G/s", "gpu.sms, gpu.rt_units, rt.triangle, gpu.core_mhz"}};
+      leaf_tests(c.rt, design, tests)};
   if (c.dram_model != sim::kBuiltInMemory) return figures;
   const sim::GpuConfig real = c.at_bandwidth();
   const modules::DramTiming& t = real.dram.channel.timing;
@@ -81,7 +95,7 @@ MachineKeys machine_keys(const MachineChoice& choice) {
     }
     all.keys.push_back(std::move(key));
   }
-  all.figures = figures_of(chosen.config);
+  all.figures = figures_of(chosen.config, choice.design);
   return all;
 }
 

@@ -84,7 +84,7 @@ std::string energies_text(const ordered_json& runs) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (rows[i].find_first_not_of(' ') != std::string::npos) out += fmt::format("{:<20}{}\n", parts[i], rows[i]);
     }
-    out += fmt::format("{:<20}{}\n", "frame", sums);
+    out += fmt::format("{:<20}{}\n", "run", sums);
   }
   return out;
 }

@@ -69,6 +69,8 @@ void print_table(const ordered_json& results, const experiment::DesignComparison
   }
   if (!other_k.empty()) {
     say("speed-ups are over {} at k = {}; {} (--k sets one for all)", over, k_of(results, over), other_k);
+  } else if (over != explore::design_names().front() && !comparison.others().empty()) {
+    say("speed-ups are over {}", over);
   }
 }
 
@@ -154,8 +156,10 @@ void print_between(const ordered_json& results, const experiment::DesignComparis
       longest = std::max(longest, statistic_value(machines[m].at("designs").at(design), "gpu.time_us"));
     }
   }
+  const std::size_t frames = report::frames_of(machines.front().at("designs").at(comparison.reference()));
   const auto [unit, scale] = longest < 1e3 ? std::pair("us", 1.0) : std::pair("ms", 1e-3);
-  fmt::print("\ntimes in {}, in brackets how many times as fast as on {}\n{:<9}", unit, names.front(), "design");
+  fmt::print("\ntimes{} in {}, in brackets how many times as fast as on {}\n{:<9}",
+             frames == 1 ? "" : fmt::format(" of all {} frames", frames), unit, names.front(), "design");
   for (const std::string& name : names) fmt::print(" {:>{}}", name, kColumn);
   fmt::print("\n");
   for (const std::string& design : comparison.names()) {
@@ -224,9 +228,6 @@ void print_summary(const RunArguments& options, const experiment::DesignResults&
   }
   if (machines.size() > 1) print_between(results, comparison, names);
   say("{}", experiment::describe_end(run.counters));
-  if (comparison.reference() != explore::design_names().front()) {
-    fmt::print("speed-up over {}\n", comparison.reference());
-  }
   print_images(run);
   for (std::size_t m = 0; m < machines.size(); ++m) {
     if (machines[m].config.rt.checkpoint.traffic != modules::TrafficCharging::uncharged) continue;

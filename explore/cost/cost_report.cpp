@@ -20,21 +20,29 @@ std::string label(const CostNode& node) {
   return node.copies == 1 ? node.name : fmt::format("{} x{}", node.name, node.copies);
 }
 
-// Number formats of at most eight characters each.
+// Numbers that leave a blank before them in their columns, however large.
+std::string fitting(double value, int decimals, std::size_t most = 6) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  while (text.size() > most && decimals > 0) text = fmt::format("{:.{}f}", value, --decimals);
+  return text;
+}
+
 std::string bits_text(std::uint64_t bits) {
   return bits < 100'000'000 ? fmt::format("{}", bits) : fmt::format("{:.1f}M", static_cast<double>(bits) * 1e-6);
 }
-std::string kilo_gates_text(double gates) { return fmt::format("{:.{}f}", gates * 1e-3, gates < 1e6 ? 1 : 0); }
-std::string area_text(double mm2) { return fmt::format("{:.{}f}", mm2, mm2 < 1.0 ? 4 : mm2 < 10.0 ? 3 : 2); }
+std::string kilo_gates_text(double gates) {
+  return gates < 1e9 ? fmt::format("{:.{}f}", gates * 1e-3, gates < 1e6 ? 1 : 0) : fmt::format("{:.2f}M", gates * 1e-9);
+}
+std::string area_text(double mm2) { return fitting(mm2, mm2 < 1.0 ? 4 : mm2 < 10.0 ? 3 : 2); }
 
 // A row of 80 columns; a name that is too long has a line of its own.
 std::string row(const std::string& name, const std::string& flip_flops, const std::string& memory, const Range& gates,
                 const Range& area, const Range& leakage, double delay) {
   constexpr std::size_t kName = 21;
-  return fmt::format("{:<21}{:>9}{:>9}{:>7}{:>7}{:>7}{:>7}{:>7.2f}{:>6.2f}\n",
+  return fmt::format("{:<21}{:>9}{:>9}{:>7}{:>7}{:>7}{:>7}{:>7}{:>6}\n",
                      name.size() > kName ? name + "\n" + std::string(kName, ' ') : name, flip_flops, memory,
                      kilo_gates_text(gates.central), area_text(area.low), area_text(area.central), area_text(area.high),
-                     leakage.central, delay);
+                     fitting(leakage.central, 2), fitting(delay, 2, 5));
 }
 
 void print_node(std::string& out, const CostNode& node, unsigned level, unsigned depth, bool items) {
@@ -212,7 +220,7 @@ std::string energy_text(const std::vector<EnergyPart>& parts) {
                        100.0 * part.nanojoules.central / sum.central);
     actions += fmt::format("  {:<20}{}\n", part.name + ' ', part.basis);
   }
-  out += fmt::format("{:<26}{:>14}{:>10.2f}{:>10.2f}{:>11.2f}\n", "frame", "", sum.low * 1e-3, sum.central * 1e-3,
+  out += fmt::format("{:<26}{:>14}{:>10.2f}{:>10.2f}{:>11.2f}\n", "run", "", sum.low * 1e-3, sum.central * 1e-3,
                      sum.high * 1e-3);
   return out + actions;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
 #include <numbers>
 
 #include "grtx/base/error.h"
@@ -14,7 +15,11 @@ namespace {
 constexpr unsigned kMaxSide = 65536;  // pixels
 constexpr double kTolerance = 1e-3;   // on each entry of R^T R; single-precision files stay far below
 
-bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+/// In fp32, as rays have it.
+bool is_finite(const glm::dvec3& v) {
+  const glm::vec3 rounded(v);
+  return std::isfinite(rounded.x) && std::isfinite(rounded.y) && std::isfinite(rounded.z);
+}
 
 }  // namespace
 
@@ -24,7 +29,7 @@ void check_camera(const Camera& camera, const std::string& file, const std::stri
   };
   require(camera.width >= 1 && camera.width <= kMaxSide && camera.height >= 1 && camera.height <= kMaxSide,
           "width and height must be 1 to 65536 pixels");
-  require(is_finite(camera.position), "the position must be finite");
+  require(is_finite(camera.position), "the position must be finite in fp32");
   require(std::isfinite(camera.fx) && std::isfinite(camera.fy) && camera.fx > 0.0 && camera.fy > 0.0,
           "the focal lengths must be positive and finite");
   require(std::isfinite(camera.cx) && std::isfinite(camera.cy), "the principal point must be finite");

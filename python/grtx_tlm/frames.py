@@ -136,7 +136,8 @@ class Results:
     - ``notes``: {design: [{"id", "text"}]}, what limits the figures' meaning.
     - ``machine``, ``config``, ``images_identical``, ``violations``: as in the file.
     - ``machines``: {machine: Results} where ``grtx run`` had several, this one (the first) included; else empty.
-    - ``times``: frame of one row per design, one column per machine: time of the frame in µs (``attrs["units"]``).
+    - ``times``: frame of one row per design, one column per machine: simulated time in µs (``attrs["units"]``), of a sequence
+      that of all its frames.
     - ``keys``: frame of one row per configuration key or option of the tracer ("tracer.NAME") in which the machines differ, one
       column per machine; empty for one machine.
     """

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "grtx/base/atomic_file.h"
@@ -184,8 +185,9 @@ void summarise(Correlation& c) {
   for (const double factor : factors) left.push_back(std::abs(factor / c.factor - 1.0));
   c.scaled_error = std::accumulate(left.begin(), left.end(), 0.0) / count;
   const std::vector<double> measured = column(c, &Comparison::measured), simulated = column(c, &Comparison::simulated);
-  c.spearman = spearman_rho(measured, simulated);
-  c.kendall = kendall_tau(measured, simulated);
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  c.spearman = c.several_units ? none : spearman_rho(measured, simulated);
+  c.kendall = c.several_units ? none : kendall_tau(measured, simulated);
   std::vector<double> sorted = left;
   std::sort(sorted.begin(), sorted.end());
   const double bound = std::max(0.1, 2.0 * sorted[sorted.size() / 2]);
@@ -300,6 +302,7 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
     group.push_back(&m);
   }
   const Matcher matcher(sweep, path);
+  std::set<std::string> units;
   for (const std::string& label : order) {
     const std::vector<const Measured*>& group = groups[label];
     if (!group.front()->why.empty()) {
@@ -311,6 +314,7 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
       c.unmatched.push_back(label);
       continue;
     }
+    units.insert(group.front()->over.empty() ? group.front()->quantity : "");  // "": a ratio
     bool paired = false;
     for (const Measured* m : group) {
       const auto same = simulated.find(m->scene);
@@ -335,6 +339,7 @@ Correlation correlate(const std::vector<Measured>& measured, const SweepResults&
   if (c.comparisons.empty()) {
     throw Error(path, "", "has no point that a measured figure fits: first of them " + c.unmatched.front());
   }
+  c.several_units = units.size() > 1;
   summarise(c);
   return c;
 }
@@ -356,7 +361,8 @@ std::string correlation_text(const Correlation& c) {
                       100.0 * c.mean_error, c.factor, 100.0 * c.scaled_error);
   text += std::isfinite(c.spearman)
               ? fmt::format("rank correlation: Spearman {:.2f}, Kendall {:.2f}\n", c.spearman, c.kendall)
-              : "rank correlation: none, one side ranks nothing\n";
+          : c.several_units ? "rank correlation: none, the figures are of several quantities\n"
+                            : "rank correlation: none, one side ranks nothing\n";
   for (const std::string& label : c.outliers) text += wrapped("outlier: " + label) + "\n";
   return text;
 }

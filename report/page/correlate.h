@@ -57,7 +57,8 @@ struct Correlation {
   double mean_error = 0.0;               ///< mean of |simulated / measured - 1|
   double factor = 1.0;                   ///< geometric mean of simulated / measured
   double scaled_error = 0.0;             ///< mean error after dividing all simulated values by `factor`
-  double spearman = 0.0, kendall = 0.0;  ///< rank correlation; NaN if fewer than two values, or one side all equal
+  bool several_units = false;            ///< times and ratios, or several quantities: they have no common order
+  double spearman = 0.0, kendall = 0.0;  ///< rank correlation; NaN if fewer than two values, one side all equal, or so
   std::vector<std::string> outliers;     ///< labels; scaled error above 10 % and above twice the median
 };
 

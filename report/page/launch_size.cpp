@@ -50,16 +50,16 @@ double LaunchSize::warps_to_fill() const {
 LaunchSize launch_size(const ordered_json& statistics, const ordered_json& config, const ordered_json& inputs) {
   const auto groups = statistics.find("gpu.distributor.groups");
   if (groups == statistics.end() || !groups->at("value").is_number()) return {};
-  std::size_t frames = 0;
-  while (statistics.contains(fmt::format("gpu.frame{}.cycles", frames))) ++frames;
-  const double launches = static_cast<double>(std::max<std::size_t>(1, frames));
-  const auto value = [&statistics](const char* name) {
+  const std::size_t frames = frames_of(statistics);
+  const auto value = [&statistics](const std::string& name) {
     const auto found = statistics.find(name);
     return found != statistics.end() && found->at("value").is_number() ? found->at("value").get<double>() : 0.0;
   };
-  const double cycles = value("gpu.cycles"), tail = value("gpu.distributor.tail_cycles");
-  return {groups->at("value").get<double>() / launches, slots_of(config), pixels(inputs, "width"),
-          pixels(inputs, "height"), cycles > 0.0 && frames == 0 ? tail / cycles : 0.0};
+  // The tail is that of the last launch, of a sequence its last frame's.
+  const double cycles = value(frames == 1 ? "gpu.cycles" : fmt::format("gpu.frame{}.cycles", frames - 1)),
+               tail = value("gpu.distributor.tail_cycles");
+  return {groups->at("value").get<double>() / static_cast<double>(frames), slots_of(config), pixels(inputs, "width"),
+          pixels(inputs, "height"), cycles > 0.0 ? tail / cycles : 0.0};
 }
 
 std::vector<LaunchSize> launch_sizes(const RunResults& run) {

@@ -73,7 +73,7 @@ std::string pictures_note(const RunResults& run) {
 }
 
 /// "4.1 ms, 12 Mrays/s, 5.6 mm², 2.1 Mrays/s per mm², 0.9 mJ", for each design: what a ratio does not say. A figure has
-/// one unit for all.
+/// one unit for all; those of a sequence are means of its frames.
 std::vector<std::string> absolute_texts(const ReportRun& run) {
   std::vector<double> seconds, rays, speed, joules;
   std::vector<std::string> area;
@@ -81,17 +81,23 @@ std::vector<std::string> absolute_texts(const ReportRun& run) {
     const DesignResult& design = run.results.designs[i];
     const MachineFigures machine = i < run.machines.size() ? run.machines[i] : MachineFigures();
     const double mm2 = chip_mm2(machine);
-    seconds.push_back(design.value("gpu.time_us") * 1e-6);
-    rays.push_back(design.value("tracer.rays") / seconds.back());
+    const auto frames = static_cast<double>(design.frames());
+    seconds.push_back(design.frame_seconds());
+    rays.push_back(design.value("tracer.rays") / frames / seconds.back());
     area.push_back(std::isfinite(mm2) ? number(mm2) + " mm²" : "");
     speed.push_back(rays.back() / mm2);
-    joules.push_back(energy_nj(design, machine) * 1e-9);
+    joules.push_back(energy_nj(design, machine) * 1e-9 / frames);
   }
   std::vector<std::string> per_mm2 = in_one_unit(speed, "rays/s");
   for (std::string& text : per_mm2) text += text.empty() ? "" : " per mm²";
+  const bool sequence = run.results.designs.front().frames() > 1;
+  const auto of_a_frame = [sequence](std::vector<std::string> figures) {
+    for (std::string& text : figures) text += sequence && !text.empty() ? " a frame" : "";
+    return figures;
+  };
   std::vector<std::string> texts(seconds.size());
-  for (const std::vector<std::string>& figures :
-       {in_one_unit(seconds, "s"), in_one_unit(rays, "rays/s"), area, per_mm2, in_one_unit(joules, "J")}) {
+  for (const std::vector<std::string>& figures : {of_a_frame(in_one_unit(seconds, "s")), in_one_unit(rays, "rays/s"),
+                                                  area, per_mm2, of_a_frame(in_one_unit(joules, "J"))}) {
     for (std::size_t i = 0; i < texts.size(); ++i) {
       if (!figures[i].empty()) texts[i] += (texts[i].empty() ? "" : ", ") + figures[i];
     }

@@ -186,11 +186,23 @@ void read_simulation(const ordered_json& document, const std::string& path, RunR
 
 }  // namespace
 
+std::size_t frames_of(const ordered_json& statistics) {
+  std::size_t frames = 0;
+  while (statistics.contains(fmt::format("gpu.frame{}.cycles", frames))) ++frames;
+  return std::max<std::size_t>(1, frames);
+}
+
+std::string frame_text(std::size_t frames) {
+  return frames == 1 ? "the frame" : fmt::format("a frame, mean of {}", frames);
+}
+
 double DesignResult::value(const std::string& statistic) const {
   const auto found = statistics.find(statistic);
   if (found == statistics.end() || !found->at("value").is_number()) return std::numeric_limits<double>::quiet_NaN();
   return found->at("value").get<double>();
 }
+
+double DesignResult::frame_seconds() const { return value("gpu.time_us") * 1e-6 / static_cast<double>(frames()); }
 
 std::optional<Interval> DesignResult::cycles_interval() const {
   return grtx::report::cycles_interval([this](const char* statistic) { return value(statistic); });

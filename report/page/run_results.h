@@ -37,6 +37,11 @@ struct PictureResult {
   std::vector<double> reference;  ///< against the reference in the design's own order
 };
 
+/// Frames of a simulation, by its statistics (name -> {value, ...}); 1, but of a sequence.
+std::size_t frames_of(const nlohmann::ordered_json& statistics);
+/// "the frame", or of a sequence "a frame, mean of 8": whose time or energy a figure is.
+std::string frame_text(std::size_t frames);
+
 struct DesignResult {
   std::string name;                   ///< as design_name()
   nlohmann::ordered_json statistics;  ///< name -> {value, unit, description}; without host.*
@@ -51,6 +56,10 @@ struct DesignResult {
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
   std::optional<Interval> cycles_interval() const;
+  /// Frames whose sums its statistics are: 1, but of a sequence.
+  std::size_t frames() const { return frames_of(statistics); }
+  /// Time of a frame in s, of a sequence the mean; NaN if not recorded.
+  double frame_seconds() const;
 };
 
 struct RunResults {

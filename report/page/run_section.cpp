@@ -81,17 +81,19 @@ struct FigureRows {
 
 void add_times(FigureRows& rows, const ReportRun& run) {
   const std::vector<DesignResult>& designs = run.results.designs;
-  const auto seconds = [&](std::size_t i) { return designs[i].value("gpu.time_us") * 1e-6; };
+  const auto seconds = [&](std::size_t i) { return designs[i].frame_seconds(); };
+  const auto rays = [&](std::size_t i) {
+    return designs[i].value("tracer.rays") / static_cast<double>(designs[i].frames()) / seconds(i);
+  };
   const auto mm2 = [&](std::size_t i) { return chip_mm2(run.machines[i]); };
-  rows.add("time of the frame", "s", seconds);
+  rows.add("time of " + frame_text(designs.front().frames()), "s", seconds);
   rows.add("of it traversal: warps in the RT units", "s",
            [&](std::size_t i) { return seconds(i) * traversal_share(designs[i]); });
   rows.add("of it shading: warps in shaders", "s",
            [&](std::size_t i) { return seconds(i) * (1.0 - traversal_share(designs[i])); });
-  rows.add("rays a second", "rays/s", [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i); });
+  rows.add("rays a second", "rays/s", rays);
   rows.add("area, mm²", [&](std::size_t i) { return number(mm2(i)); });
-  rows.add("rays a second per mm²", "rays/s",
-           [&](std::size_t i) { return designs[i].value("tracer.rays") / seconds(i) / mm2(i); });
+  rows.add("rays a second per mm²", "rays/s", [&](std::size_t i) { return rays(i) / mm2(i); });
 }
 
 void add_reads(FigureRows& rows, const std::vector<DesignResult>& designs) {
@@ -139,9 +141,14 @@ std::string designs_table(const ReportRun& run) {
     return bound.empty() ? bound : "<span class=\"words\">" + escape(bound) + "</span>";
   });
   add_reads(rows, designs);
-  rows.add("energy", "J", [&](std::size_t i) { return energy_nj(designs[i], run.machines[i]) * 1e-9; });
+  const std::size_t frames = designs.front().frames();
+  rows.add(frames == 1 ? "energy" : "energy of " + frame_text(frames), "J", [&](std::size_t i) {
+    return energy_nj(designs[i], run.machines[i]) * 1e-9 / static_cast<double>(designs[i].frames());
+  });
   rows.add("energy a ray", "J", [&](std::size_t i) { return designs[i].value("gpu.energy_nj_per_ray") * 1e-9; });
-  return table.html();
+  if (frames == 1) return table.html();
+  return table.html() +
+         fmt::format("<p class=\"note\">Cycles, visits, fetches and bytes are of all {} frames.</p>\n", frames);
 }
 
 /// What each of them is; "" of runs without designs.

@@ -67,9 +67,15 @@ std::pair<std::string, double> largest_stall(const DesignResult& design) {
 /// "3.0", "112": a factor in plain digits.
 std::string factor(double ratio) { return ratio < 9.95 ? fmt::format("{:.1f}", ratio) : number(std::round(ratio)); }
 
-/// Share of the run in which the slowest traceRay call of a warp was under way; NaN if not recorded.
+/// Share of the run in which the slowest traceRay call of a warp was under way; NaN if not recorded. Of a sequence at
+/// least that of the frame of the call: it is over the longest.
 double longest_call_share(const DesignResult& design) {
-  return design.value("gpu.rt.warp_latency_max") / design.value("gpu.cycles");
+  const std::size_t frames = design.frames();
+  double cycles = frames == 1 ? design.value("gpu.cycles") : 0.0;
+  for (std::size_t i = 0; frames > 1 && i < frames; ++i) {
+    cycles = std::max(cycles, design.value(fmt::format("gpu.frame{}.cycles", i)));
+  }
+  return design.value("gpu.rt.warp_latency_max") / cycles;
 }
 
 /// Whether a single warp takes most of the run, and more than any bound explains: then latency binds, and no resource.
@@ -77,6 +83,11 @@ bool latency_binds(const DesignResult& design) {
   constexpr double kMost = 0.5;
   const double share = longest_call_share(design), bound = design.value("gpu.bound.fraction");
   return share >= kMost && share <= 1.0 && !(bound >= share);
+}
+
+std::string latency_text(const DesignResult& design) {
+  return fmt::format("latency: the slowest call of a warp is {:.0f} % of {}", 100.0 * longest_call_share(design),
+                     design.frames() == 1 ? "the run" : "its frame or more");
 }
 
 /// ", most of it by waits of shaders for memory (26.36×) and visits (1.42×)": the largest terms of a speed-up; "" if
@@ -97,13 +108,14 @@ std::string largest_terms(const DesignResult& over, const DesignResult& design) 
 /// "Of the 3.22 ms of baseline shading takes 2.10 ms and traversal 1.12 ms, of the 0.135 ms of walk 0.02 and 0.11. ":
 /// in what part of the time a speed-up lies, and where each design has its hits.
 std::string parts_of_time(const DesignResult& over, const DesignResult& design) {
-  const double all = over.value("gpu.time_us") * 1e-6, own = design.value("gpu.time_us") * 1e-6;
+  const double all = over.frame_seconds(), own = design.frame_seconds();
   const double before = traversal_share(over), after = traversal_share(design);
   if (!std::isfinite(all * own * before * after)) return "";
   const std::vector<std::string> ms =
       in_one_unit({all, all * (1.0 - before), all * before, own, own * (1.0 - after), own * after}, "s");
-  std::string text = fmt::format("Of the {} of {} shading takes {} and traversal {}; of the {} of {}, {} and {}. ",
-                                 ms[0], over.name, ms[1], ms[2], ms[3], design.name, ms[4], ms[5]);
+  std::string text =
+      fmt::format("Of the {}{} of {} shading takes {} and traversal {}; of the {} of {}, {} and {}. ", ms[0],
+                  over.frames() == 1 ? "" : " a frame", over.name, ms[1], ms[2], ms[3], design.name, ms[4], ms[5]);
   const auto in_registers = [](const DesignResult& one) {
     const auto unit = one.config.find("rt.any_hit_unit.enabled");
     return unit != one.config.end() && (*unit == true || *unit == "true");
@@ -155,9 +167,7 @@ std::string decibels_text(const std::vector<double>& frames) {
 
 std::string binding_text(const DesignResult& design) {
   const double fraction = design.value("gpu.bound.fraction");
-  if (latency_binds(design))
-    return fmt::format("latency: the slowest call of a warp is {:.0f} % of the run",
-                       100.0 * longest_call_share(design));
+  if (latency_binds(design)) return latency_text(design);
   if (design.binding_bound.empty() || !std::isfinite(fraction)) return "";
   return fmt::format("{}, {:.0f} %", words_of_bound(design.binding_bound), 100.0 * fraction);
 }
@@ -207,9 +217,8 @@ std::string run_answer(const ReportRun& run) {
   }
   const double fraction = best.value("gpu.bound.fraction");
   if (latency_binds(best)) {
-    text +=
-        fmt::format("What binds {} most is <strong>latency: the slowest call of a warp is {:.0f} % of the run</strong>",
-                    several ? escape(best.name) : "it", 100.0 * longest_call_share(best));
+    text += fmt::format("What binds {} most is <strong>{}</strong>", several ? escape(best.name) : "it",
+                        latency_text(best));
     if (std::isfinite(fraction) && !best.binding_bound.empty()) {
       text += fmt::format("; of its resources {}, at {:.0f} %", escape(words_of_bound(best.binding_bound)),
                           100.0 * fraction);

@@ -31,8 +31,12 @@ std::vector<std::string> designs_of(const Machines& machines) {
 
 double time_of(const ReportRun& run, const std::string& design) {
   const DesignResult& own = *run.results.design(design);
-  const double us = own.value("gpu.time_us"), mhz = run.results.config.value("gpu.core_mhz", std::nan(""));
-  return 1e-6 * (std::isfinite(us) ? us : own.value("gpu.cycles") / mhz);
+  const double seconds = own.frame_seconds(), mhz = run.results.config.value("gpu.core_mhz", std::nan(""));
+  return std::isfinite(seconds) ? seconds : 1e-6 * own.value("gpu.cycles") / mhz / static_cast<double>(own.frames());
+}
+
+std::string frame_text_of(const Machines& machines) {
+  return frame_text(machines.front()->results.designs.front().frames());
 }
 
 /// How many times as fast a design is on a machine as on the first.
@@ -90,7 +94,8 @@ std::string times_table(const Machines& machines, const std::vector<std::string>
   }
   columns.push_back({"what binds it", false});
   const std::vector<std::string> shown = in_one_unit(seconds, "s");
-  Table table("Machines side by side: time of the frame, against " + first + ", and speed-ups on each machine",
+  Table table("Machines side by side: time of " + frame_text_of(machines) + ", against " + first +
+                  ", and speed-ups on each machine",
               columns);
   table.stacks_when_narrow();
   for (std::size_t d = 0; d < designs.size(); ++d) {
@@ -122,7 +127,7 @@ std::string times_chart(const Machines& machines, const std::vector<std::string>
       if (std::isfinite(value)) rows.push_back({{"label", design}, {"series", names.back()}, {"value", value}});
     }
   }
-  const std::string caption = "Time of the frame by design and machine; shorter is better.";
+  const std::string caption = "Time of " + frame_text_of(machines) + " by design and machine; shorter is better.";
   return chart(fmt::format("machines{}_times", group), caption, caption,
                ratio_bars(rows, ordered_json::array(), designs, names, in_ms ? "time, ms" : "time, µs",
                           SeriesColours::machines));

@@ -168,7 +168,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   if (several) titles.push_back({"view", false});
   for (const char* title : {"time, µs", "speed-up", "mm²", "nJ per ray"}) titles.push_back({title});
   titles.push_back({"on the front of", false});
-  for (const char* title : {"cycles", "L1 hit rate", "DRAM MB", "mm², low – high"}) titles.push_back({title});
+  for (const char* title : {"cycles", "L1 hit rate of nodes", "DRAM MB", "mm², low – high"}) titles.push_back({title});
   for (const Describing& column : columns) titles.push_back({column.title});
   const auto noted = [&](const ShownPoint& point) { return !note_ids(sweep.results, point).empty(); };
   const bool any_notes = std::any_of(shown.points().begin(), shown.points().end(), noted);
@@ -295,12 +295,11 @@ std::string sweep_section(const ReportSweep& sweep) {
   std::string out = fmt::format("<section id=\"{}\" class=\"sweep\"><h2>Sweep {}</h2>\n{}", sweep.id,
                                 escape(results.file), subject_html(results, sweep.id));
   if (shown.views().size() > 1) {
-    out +=
-        shown.views().front().is_mean()
-            ? "<p>Points are compared within a view of a scene. \"All views\" has geometric means of the points that "
-              "were simulated in each of them.</p>\n"
-            : "<p>Points are compared within a view of a scene. No point was simulated in all of them, so there is "
-              "no mean.</p>\n";
+    out += shown.views().front().is_mean()
+               ? "<p>Points are compared within a view of a scene. \"All views\" has geometric means, of hit rates and "
+                 "other shares arithmetic ones, of the points that were simulated in each of them.</p>\n"
+               : "<p>Points are compared within a view of a scene. No point was simulated in all of them, so there is "
+                 "no mean.</p>\n";
   }
   if (!shown.points().empty()) out += explorer_html(sweep, shown, columns);
   out += points_table(sweep, shown, columns);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 #include <string_view>
 
@@ -93,6 +94,12 @@ std::size_t position_in(std::vector<T>& list, const T& value) {
   if (found != list.end()) return static_cast<std::size_t>(found - list.begin());
   list.push_back(value);
   return list.size() - 1;
+}
+
+/// Whether a statistic is a share of a whole, which may be 0.
+bool is_share(const std::string& statistic) {
+  constexpr std::array<std::string_view, 4> kEnds = {"hit_rate", "_utilisation", "_efficiency", ".fraction"};
+  return std::ranges::any_of(kEnds, [&](std::string_view end) { return statistic.ends_with(end); });
 }
 
 }  // namespace
@@ -210,6 +217,7 @@ double SweepViews::value(const ShownPoint& point, const std::string& name) const
   if (point.points.size() == 1) return first(point).value(name);
   std::vector<double> values;
   for (const std::size_t i : point.points) values.push_back(results_.points[i].value(name));
+  if (is_share(name)) return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   return geometric_mean(values);
 }
 

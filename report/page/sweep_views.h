@@ -64,7 +64,7 @@ class SweepViews {
   /// Coordinates with more than one value, except the view.
   const std::vector<std::string>& varying() const { return varying_; }
 
-  /// Value of a point, or geometric mean; NaN if missing.
+  /// Value of a point, or geometric mean, of a share the arithmetic one; NaN if missing.
   double value(const ShownPoint& point, const std::string& name) const;
   /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;

@@ -29,22 +29,25 @@ void add_partial_launch(const GpuConfig& config, const traces::Header& header, s
   const std::uint64_t slots = std::uint64_t{config.sms} * config.resident();
   const auto& frames = header.frame_groups;
   const std::uint64_t launch = frames.empty() ? groups : *std::max_element(frames.begin(), frames.end());
-  const double cycles = value_of(statistics, "gpu.cycles").value_or(0.0);
+  // The tail is that of the last launch, of a sequence its last frame's.
+  const std::string timed = frames.empty() ? "gpu" : fmt::format("gpu.frame{}", frames.size() - 1);
+  const char* const of = frames.empty() ? "run" : "last frame";
+  const double cycles = value_of(statistics, timed + ".cycles").value_or(0.0);
   const double tail = value_of(statistics, "gpu.distributor.tail_cycles").value_or(0.0);
   if (launch >= slots && tail <= kMostTail * cycles) return;
   if (launch >= slots) {
     notes.push_back(
         {"partial-launch",
          fmt::format("a launch of {} warps fills {} warp slots for a short time only; after the last warp has "
-                     "started, {:.0f} % of the run is tail",
-                     launch, slots, 100.0 * tail / cycles)});
+                     "started, {:.0f} % of the {} is tail",
+                     launch, slots, 100.0 * tail / cycles, of)});
     return;
   }
   notes.push_back(
       {"partial-launch",
        fmt::format("a launch of {} warps does not fill {} warp slots, the machine is never full; after the last "
-                   "warp has started, {:.0f} % of the run is tail",
-                   launch, slots, cycles == 0.0 ? 100.0 : 100.0 * tail / cycles)});
+                   "warp has started, {:.0f} % of the {} is tail",
+                   launch, slots, cycles == 0.0 ? 100.0 : 100.0 * tail / cycles, of)});
 }
 
 /// Only for an L1 that counts dropped fills.

@@ -80,6 +80,15 @@ TEST_F(MachineCommand, TheBandwidthKeyIsAFasterClockWhoseTimesStay) {
   EXPECT_EQ(cycles("--set dram.bandwidth_gb_s=112"), cycles("")) << "what it is already";
 }
 
+// walk's machine tests no triangles.
+TEST_F(MachineCommand, ListedTheRateOfAUnitThatADesignHasNot) {
+  const json walk = resolved("paper --design walk").at("figures"), none = resolved("paper").at("figures");
+  EXPECT_FALSE(walk.contains("triangle tests"));
+  EXPECT_DOUBLE_EQ(walk.at("gaussian tests").at("value"), none.at("triangle tests").at("value"));  // four each
+  EXPECT_FALSE(none.contains("gaussian tests"));
+  EXPECT_EQ(resolved("paper --design grtx").at("figures"), none);
+}
+
 // `k = 0` was shown as a machine, and a bandwidth that nobody sets as 0.0 GB/s.
 TEST_F(MachineCommand, ShowedWhatNoTracerTakesAndZeroForWhatIsNotSet) {
   folder_.write("zero.toml", "[tracer]\nk = 0\n");

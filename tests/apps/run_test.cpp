@@ -217,6 +217,19 @@ TEST_F(RunTest, TheTextOfMachinesSaysThatTheImageIsTooSmallWhoLosesMostAndWhatAK
   EXPECT_EQ(help.output.find("--k UINT:1 to 2048=8"), std::string::npos);
 }
 
+// "speed-up over gautracer", and nothing behind it.
+TEST_F(RunTest, ALineSaidSpeedUpOverAndNothingBehindIt) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  const std::string designs = "run " + scene_arguments() + config() + "--designs gautracer,walk -o " + folder + "/out ";
+  for (const auto& [k, line] : {std::pair("", "\nspeed-ups are over gautracer at k = 48; walk at 64"),
+                                std::pair("--k 16", "\nspeed-ups are over gautracer\n")}) {
+    const Outcome run = grtx(designs + k);
+    ASSERT_EQ(run.code, 0) << run.output;
+    EXPECT_NE(run.output.find(line), std::string::npos) << run.output;
+    EXPECT_EQ(run.output.find("\nspeed-up over gautracer\n"), std::string::npos) << run.output;
+  }
+}
+
 // Windows have no statistics of caches and DRAM: both texts ended with an internal error.
 TEST_F(RunTest, TextsOfWindowsShowADashAndTheInterval) {
   must("synth --preset object --count 40 --seed 7 -o " + folder + "/s.ply --quiet");

@@ -13,7 +13,7 @@ const CounterTable<WarpBufferCounters>& WarpBufferCounters::table() {
   using C = WarpBufferCounters;
   static const CounterTable<C> table =
       CounterTable<C>()
-          .sum(&C::calls, "calls", "calls", "traceRay calls that entered the warp buffer")
+          .exact(&C::calls, "calls", "calls", "traceRay calls that entered the warp buffer")
           .sum(&C::occupancy_integral, "occupancy_integral", "warp cycles",
                "warps in the warp buffer, summed over cycles")
           .by_name<WarpWait>(&C::warp_cycles, "warp_cycles", "warp cycles",

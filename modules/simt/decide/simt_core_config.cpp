@@ -23,7 +23,7 @@ void count_work(CounterTable<SimtCounters>& table) {
   using C = SimtCounters;
   using S = ShaderCounters;
   table.exact(&C::warps, "warps", "warps", "warps (ray groups) that ran to their end")
-      .sum(of_shader(&S::warp_rounds), "rounds", "rounds", "traceRay calls of warps")
+      .exact(of_shader(&S::warp_rounds), "rounds", "rounds", "traceRay calls of warps")
       .exact(of_shader(&S::ray_rounds), "ray_rounds", "rounds", "rounds of rays executed")
       .sum(of_shader(&S::any_hit_batches), "any_hit.batches", "batches", "any-hit shader invocations of warps")
       .sum(of_shader(&S::any_hit_calls), "any_hit.calls", "calls", "any-hit shader calls of lanes")

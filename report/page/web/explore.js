@@ -304,7 +304,7 @@ const grtx_explore = (() => {
       this.figure(
         'lines',
         selects,
-        'Thin: points that differ in this key alone. Thick: the geometric mean of those thin lines that have all of its values.',
+        'Thin: points that differ in this key alone. Thick: the geometric mean (of shares the arithmetic one) of those thin lines that have all of its values.',
       );
       this.figure(
         'effects',

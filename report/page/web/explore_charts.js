@@ -28,6 +28,7 @@ const grtx_explore_charts = (() => {
     return "abs(datum.value) < 1000 ? format(datum.value, '.4~r') : format(datum.value, '.3~s')";
   };
   const mean = (values) => Math.exp(values.reduce((sum, v) => sum + Math.log(v), 0) / values.length);
+  const average = (values) => values.reduce((sum, v) => sum + v, 0) / values.length;
   /// Labels of the front that do not cover each other: the first of points that are equal stands for all of them.
   const apart = (rows, scales) => {
     const place = (scale, value) => {
@@ -317,18 +318,20 @@ const grtx_explore_charts = (() => {
       return { ...frame(thin, 280), layer };
     },
 
-    /// thin: a line a group; thick: the geometric mean of those groups of a series that have all wanted values.
+    /// thin: a line a group; thick: the geometric mean of those groups of a series that have all wanted values; of
+    /// shares, which may be 0, the arithmetic one.
     line_rows(key, y, series_of, wanted) {
+      const share = y.unit === '%';
       const thin = [],
         means = new Map();
       this.groups(key).forEach((group, place) => {
         const series = series_of([...group.values()][0]);
         for (const [value, p] of group) if (Number.isFinite(y.of(p))) thin.push({ key: value, value: y.of(p), series, group: place });
-        if (wanted.every((v) => group.has(v) && y.of(group.get(v)) > 0)) means.set(series, [...(means.get(series) || []), group]);
+        if (wanted.every((v) => group.has(v) && (y.of(group.get(v)) > 0 || (share && y.of(group.get(v)) === 0)))) means.set(series, [...(means.get(series) || []), group]);
       });
       const thick = [...means].flatMap(([series, groups]) =>
         wanted.map((v) => {
-          const value = mean(groups.map((group) => y.of(group.get(v))));
+          const value = (share ? average : mean)(groups.map((group) => y.of(group.get(v))));
           return { key: v, series, value, text: `${shown(value, y.unit)}, mean of ${groups.length}` };
         }),
       );

@@ -107,7 +107,7 @@ std::unique_ptr<ChildProcess> start_group_run(const std::string& trace_path, con
     json["launched"] = launches.launches;
     json["ended"] = launches.ends;
     json["work"] = nlohmann::ordered_json::array();
-    for (const GroupWork& w : launches.work) json["work"].push_back({w.sectors, w.distinct, w.steps});
+    for (const GroupWork& w : launches.work) json["work"].push_back({w.sectors, w.distinct, w.steps, w.calls});
     json["statistics"] = list_json(result.statistics);
     json["at_launches"] = nlohmann::ordered_json::array();
     for (const modules::StatisticList& so_far : result.at_launches) json["at_launches"].push_back(numbers_json(so_far));
@@ -124,7 +124,7 @@ void finish_group_run(ChildProcess& child, GroupRun& run) {
   run.times.launched = json.at("launched").get<std::vector<double>>();
   run.times.ended = json.at("ended").get<std::vector<double>>();
   run.work.clear();
-  for (const auto& w : json.at("work")) run.work.push_back({w.at(0), w.at(1), w.at(2)});
+  for (const auto& w : json.at("work")) run.work.push_back({w.at(0), w.at(1), w.at(2), w.at(3)});
   run.statistics = list_from_json(json.at("statistics"));
   run.at_launches.clear();
   for (const auto& so_far : json.at("at_launches")) run.at_launches.push_back(numbers_from_json(so_far));

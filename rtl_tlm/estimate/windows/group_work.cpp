@@ -40,6 +40,7 @@ GroupWork WorkCounter::count(const traces::RayGroup& group, const modules::Memor
     reads(map.pixel(ray.pixel), modules::MemoryMap::kPixelBytes, read);
   }
   for (const std::uint32_t events : longest) work.steps += events;
+  work.calls = static_cast<double>(longest.size());
   work.distinct = distinct_;
   return work;
 }

@@ -20,6 +20,7 @@ struct GroupWork {
   double sectors = 0.0;   ///< node sectors that its rays ask for
   double distinct = 0.0;  ///< sectors of nodes and records, each counted about once
   double steps = 0.0;     ///< of the longest ray of each traceRay call, summed over the calls
+  double calls = 0.0;     ///< traceRay calls of its warp
 };
 
 class WorkCounter {

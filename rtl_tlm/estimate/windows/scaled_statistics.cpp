@@ -20,9 +20,14 @@ using modules::Statistic;
 using modules::StatisticKind;
 
 /// The statistics of kind exact: all of them, which whole_statistics() holds.
-std::map<std::string, std::uint64_t> exact_counts(const WholeRun& whole) {
+std::map<std::string, std::uint64_t> exact_counts(const GroupRun& run, const WholeRun& whole) {
   const traces::Totals& t = whole.totals;
+  const double calls = std::accumulate(run.work.begin(), run.work.end(), 0.0,
+                                       [](double sum, const GroupWork& work) { return sum + work.calls; });
+  const auto all_calls = static_cast<std::uint64_t>(calls);
   return {{"gpu.distributor.groups", whole.groups},
+          {"gpu.rt.calls", all_calls},
+          {"gpu.simt.rounds", all_calls},
           {"gpu.rt.node_visits", t.visits()},
           {"gpu.rt.visits_internal", t.visits_internal},
           {"gpu.rt.visits_instance", t.visits_instance},
@@ -251,7 +256,7 @@ std::vector<std::uint64_t> launches_to_read(const std::vector<Window>& windows) 
 WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>& windows,
                                  const std::vector<GroupCosts>& costs, const WholeRun& whole) {
   const Scaling scaling(run, windows, costs);
-  const std::map<std::string, std::uint64_t> exact = exact_counts(whole);
+  const std::map<std::string, std::uint64_t> exact = exact_counts(run, whole);
   const ConfidenceInterval& cycles = whole.cycles;
   WholeStatistics result;
   Estimator estimator(scaling, result);

@@ -32,11 +32,11 @@ struct WholeStatistics {
   std::string binding_bound;                           ///< name of the largest lower bound
 };
 
-/// run: of the windows. costs: by group of the trace. Totals of the trace are exact. Of the others, what happened up to
-/// the first measured launch and after the last launch happens once in the whole run, too; the rest is scaled by node
-/// sectors. Means and ratios are made from counts that are scaled so. Intervals follow from how the windows differ, as
-/// that of the cycles does. Left out are largest values, states, and statistics of single SMs and channels; energy is
-/// added by WindowReport::add_energy().
+/// run: of the windows. costs: by group of the trace. Totals of the trace are exact, traceRay calls among them. Of the
+/// others, what happened up to the first measured launch and after the last launch happens once in the whole run, too;
+/// the rest is scaled by node sectors. Means and ratios are made from counts that are scaled so. Intervals follow from
+/// how the windows differ, as that of the cycles does. Left out are largest values, states, and statistics of single
+/// SMs and channels; energy is added by WindowReport::add_energy().
 WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>& windows,
                                  const std::vector<GroupCosts>& costs, const WholeRun& whole);
 

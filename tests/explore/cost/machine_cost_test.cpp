@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "grtx/base/child_process.h"
 #include "grtx/explore/cost/cost_report.h"
@@ -100,6 +101,29 @@ TEST(MachineCost, FromSixtyFourRowsOnAMemoryIsAnSram) {
   };
   EXPECT_EQ(kind("rt.checkpoint.write_queue=63"), "flip-flops");
   EXPECT_EQ(kind("rt.checkpoint.write_queue=64"), "SRAM");
+}
+
+// "209.091161.18": area and leakage of 1,000 and more filled their columns.
+TEST(MachineCost, ColumnsOfALargeChipRanTogether) {
+  ChildProcess child("cost", [] {
+    const sim::GpuConfig config = sim::load_config("", {"gpu.sms=128"});
+    return cost_text(machine_cost(config, "grtx", sim::machine_inventory(config, {.design = "grtx"}), {.nm = 45}), 2,
+                     false);
+  });
+  std::istringstream lines(child.result());
+  std::string line;
+  while (std::getline(lines, line) && !line.starts_with("module")) continue;
+  ASSERT_TRUE(lines);
+  unsigned large = 0;
+  for (std::getline(lines, line); !line.empty(); std::getline(lines, line)) {
+    if (line.size() < 40) continue;  // a name of its own line
+    const std::string numbers = line.substr(21);
+    for (std::size_t end = 9; end <= numbers.size(); end += end < 18 ? 9 : 7) {
+      EXPECT_TRUE(end == numbers.size() || numbers[end] == ' ') << line;
+    }
+    large += numbers.find('.') != std::string::npos && std::stod(numbers.substr(32, 7)) >= 1000.0 ? 1U : 0U;
+  }
+  EXPECT_GT(large, 0U);
 }
 
 TEST(MachineCost, WhatADesignDoesNotUseIsNotThere) {

@@ -110,6 +110,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadCase{"500.5", "0", "focal lengths must be positive"},
                     BadCase{"500.5", "-3", "focal lengths must be positive"},
                     BadCase{"[1,2,3]", "[1,2]", "\"position\" must be an array of 3 numbers"},
+                    BadCase{"[1,2,3]", "[1,2,1e300]", "the position must be finite in fp32"},
                     BadCase{"[1,2,3]", "[1,2,null]", "\"position\" must be an array of 3 numbers"},
                     BadCase{"[0,0,1]", "[0,0,1.01]", "orthonormal"}, BadCase{"[0,0,1]", "[0,0,-1]", "mirror"},
                     BadCase{"[0,0,1]", "[0,0]", "\"rotation\" must be 3 arrays of 3 numbers"},

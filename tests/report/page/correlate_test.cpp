@@ -83,6 +83,18 @@ TEST_F(Correlate, OtherScenesAreComparedByMeansAndRanges) {
   EXPECT_THAT(correlation_text(c), HasSubstr("rank correlation: none"));
 }
 
+// Times in µs and speed-ups were ranked as one list: Spearman 1.00.
+TEST_F(Correlate, TimesAndSpeedUpsHadOneRank) {
+  const Correlation c = correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\n"
+                                                    "room,sw,,2,60\ngarden,sw,,2,190\nroom,sw,baseline,2,1.6\n")),
+                                  database(), "sweep.sqlite");
+  ASSERT_EQ(c.comparisons.size(), 3u);
+  EXPECT_TRUE(std::isnan(c.spearman));
+  EXPECT_TRUE(std::isnan(c.kendall));
+  EXPECT_THAT(correlation_text(c), HasSubstr("rank correlation: none, the figures are of several quantities"));
+  EXPECT_TRUE(correlation_json(c).at("kendall").is_null());
+}
+
 TEST_F(Correlate, WhatStandsOutIsNamed) {
   const std::string path = file("many.sqlite");
   std::filesystem::remove(path);

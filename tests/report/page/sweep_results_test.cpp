@@ -80,6 +80,19 @@ TEST_F(SweepResultsTest, PointsOfDifferentScenesShareNoFront) {
   EXPECT_DOUBLE_EQ(shown.speedup(shown.points()[4], shown.reference()), 2.25);
 }
 
+// The geometric mean of 0 and 40 % was 0.0 %.
+TEST_F(SweepResultsTest, AViewWithoutHitsMadeTheMeanHitRateNone) {
+  testing_sweep::make_points(path, nlohmann::json::parse(R"([
+    {"id": 1, "scene": "room", "values": {"gpu.time_us": 1, "gpu.l1.node.hit_rate": 0.0, "gpu.bound.fraction": 0.2}},
+    {"id": 2, "scene": "hall", "values": {"gpu.time_us": 9, "gpu.l1.node.hit_rate": 0.4, "gpu.bound.fraction": 0.8}}])"));
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  ASSERT_TRUE(shown.views().front().is_mean());
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.l1.node.hit_rate"), 0.2);
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.bound.fraction"), 0.5);
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.time_us"), 3.0);
+}
+
 // The column "speed-up" did not say over what: the first point, the baseline, the first machine.
 TEST_F(SweepResultsTest, TheAnswerDidNotSayWhatItsSpeedUpsAreOver) {
   const auto ends = [&](const char* second, const char* over) {

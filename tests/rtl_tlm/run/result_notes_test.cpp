@@ -66,6 +66,22 @@ TEST(ResultNotes, FramesAreLaunchedOneAfterTheOther) {
   ASSERT_EQ(run_notes({}, header, 384, counted(200, 50, 0, 0)).size(), 1u);
 }
 
+// The tail of the last frame was held against the cycles of all: alone it had the note, twice it had none.
+TEST(ResultNotes, ASecondFrameHidThatALaunchIsMostlyTail) {
+  traces::Header header;
+  header.frame_groups = {kAllSlots + 10, kAllSlots + 10};
+  modules::StatisticList list = counted(400, 150, 0, 0);
+  for (const char* frame : {"gpu.frame0.cycles", "gpu.frame1.cycles"}) {
+    list.add(frame, 200.0, "cycles", "", modules::StatisticKind::largest);
+  }
+  const ResultNotes notes = run_notes({}, header, 2 * (kAllSlots + 10), list);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_EQ(notes.front(),
+            (ResultNote{"partial-launch",
+                        "a launch of 266 warps fills 256 warp slots for a short time only; after the last warp has "
+                        "started, 75 % of the last frame is tail"}));
+}
+
 TEST(ResultNotes, RegistersLeaveFewerSlotsThanTheKeySays) {
   GpuConfig config = load_config("", {"simt.registers=24576", "simt.registers_per_thread=96"});
   ASSERT_EQ(config.resident(), 8u);

@@ -81,6 +81,15 @@ TEST_F(WindowSimulation, EstimatesTheRunAndCoversIt) {
   EXPECT_GE(covered, 3U);
 }
 
+// They were scaled: 5,356 calls of 5,400 warps.
+TEST_F(WindowSimulation, FewerCallsThanWarps) {
+  const ordered_json full = cycle_mode().at("stats");
+  const ordered_json stats = simulate_windows(file_.path(), config_, windows()).result.document.at("stats");
+  for (const char* calls : {"gpu.rt.calls", "gpu.simt.rounds"}) {
+    EXPECT_EQ(stats.at(calls).at("value"), full.at(calls).at("value")) << calls;
+  }
+}
+
 TEST_F(WindowSimulation, GivesTheSameEachTime) {
   const ordered_json first = simulate_windows(file_.path(), config_, windows()).result.document;
   const ordered_json second = simulate_windows(file_.path(), config_, windows()).result.document;
