@@ -81,6 +81,25 @@ void add_costs(Table& table, const std::vector<Column>& columns) {
   }
 }
 
+/// other_k: said of the bars at another k; empty if there are none.
+std::string introduction(const std::string& other_k) {
+  std::string html =
+      "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
+      "are "
+      "compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over views "
+      "that "
+      "have machine, options, mode and resolution in common; there are none over others. Storage and buffers are of "
+      "the "
+      "run's own machine, buffers for as many SMs as their row says; the paper's has 8 warps per RT core and 32 "
+      "resident "
+      "warps per SM.</p>\n";
+  if (other_k.empty()) return html;
+  return html + fmt::format(
+                    "<p class=\"limit\">Figures {0} say so and have no quotient to the paper's: a run with --k "
+                    "{1} has.</p>\n",
+                    other_k, paper_k());
+}
+
 }  // namespace
 
 std::optional<Interval> interval_of(const RunTarget& target, const RunResults& run) {
@@ -138,17 +157,7 @@ std::string paper_section(const std::vector<ReportRun>& runs) {
   const std::string caption =
       "Ratios of the model (bars) and of the paper (ticks)" + suffix + (any_other_k ? "; bars " + mind : "");
   return "<section id=\"paper\"><h2>The paper and the model</h2>\n" + subjects_html(runs) +
-         "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
-         "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over "
-         "views that have machine, options, mode and resolution in common; there are none over others. Storage and "
-         "buffers are of the run's own machine, buffers for as many SMs as their row says; the paper's has 8 warps per "
-         "RT core and 32 resident warps per "
-         "SM.</p>\n" +
-         (any_other_k
-              ? fmt::format("<p class=\"limit\">Figures {0} say so and have no quotient to the paper's: a run with "
-                            "--k {1} has.</p>\n",
-                            mind, paper_k())
-              : "") +
+         introduction(any_other_k ? mind : "") +
          (labels.empty() ? ""
                          : chart("paper_ratios", caption, caption,
                                  ratio_bars(bars, ticks, labels, series, "ratio",
