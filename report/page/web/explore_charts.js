@@ -327,7 +327,8 @@ const grtx_explore_charts = (() => {
       this.groups(key).forEach((group, place) => {
         const series = series_of([...group.values()][0]);
         for (const [value, p] of group) if (Number.isFinite(y.of(p))) thin.push({ key: value, value: y.of(p), series, group: place });
-        if (wanted.every((v) => group.has(v) && (y.of(group.get(v)) > 0 || (share && y.of(group.get(v)) === 0)))) means.set(series, [...(means.get(series) || []), group]);
+        const counts = (value) => value > 0 || (share && value === 0);
+        if (wanted.every((v) => group.has(v) && counts(y.of(group.get(v))))) means.set(series, [...(means.get(series) || []), group]);
       });
       const thick = [...means].flatMap(([series, groups]) =>
         wanted.map((v) => {
