@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `grtx` with three policies of its own, each a value of its key (docs/guide/use-the-libraries.md):
-//   own_policy sim TRACE.grtx --set rt.scheduler.policy=fullest --set l2.replacement=keep_nodes
-//     --set gpu.distribution=blocks
+//   own_policy sim TRACE.grtx --set l2.replacement=keep_nodes --set gpu.distribution=blocks --set gpu.blocks.groups=4
 #include <algorithm>
 #include <bit>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "grtx/modules/cache/decide/replacement.h"
 #include "grtx/modules/rt_unit/scheduler/decide/warp_selection.h"
 #include "grtx/modules/simt/decide/work_distribution.h"
+#include "grtx/rtl_tlm/gpu/gpu_config.h"
 
 using namespace grtx;
 using namespace grtx::modules;
@@ -62,12 +62,17 @@ class KeepNodes final : public CacheReplacement {
   std::vector<Line> lines_;
 };
 
-/// Eight groups in a row, which are neighbours in the picture, go to one SM; where it has no room, to the one with
-/// most.
+/// The keys of the GPU that was built last.
+struct BlocksKeys {
+  unsigned groups = 8;
+  void parameters(ParameterList& list) { list.add("groups", groups, {1, 1e6}, "groups", "in a row to an SM", kOurs); }
+} blocks;
+
+/// Some groups in a row, neighbours in the picture, go to one SM; where it has no room, to the one with most.
 class Blocks final : public WorkDistribution {
  public:
   unsigned choose(const traces::RayGroup& group, const std::vector<unsigned>& room) override {
-    const std::size_t sm = group.index / 8 % room.size();
+    const std::size_t sm = group.index / blocks.groups % room.size();
     if (room[sm] != 0) return static_cast<unsigned>(sm);
     return static_cast<unsigned>(std::max_element(room.begin(), room.end()) - room.begin());
   }
@@ -80,5 +85,7 @@ int sc_main(int argc, char** argv) {
   register_cache_replacement("keep_nodes",
                              [](std::uint64_t sets, unsigned ways) { return std::make_unique<KeepNodes>(sets, ways); });
   register_work_distribution("blocks", [](unsigned) { return std::make_unique<Blocks>(); });
+  OwnKeys::add<BlocksKeys>("gpu.blocks");
+  sim::register_parts([](const sim::GpuConfig& gpu, sim::GpuParts&) { blocks = gpu.own.get<BlocksKeys>(); });
   return grtx::program(argc, argv, grtx::kMachinesFolder);
 }

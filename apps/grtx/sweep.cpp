@@ -244,7 +244,7 @@ int sweep(const SweepArguments& options, const CommonOptions& common) {
   if (!plan.confirm.empty() && plan.confirm != plan.mode) {
     explore::SweepPoints front;
     front.traces = all.traces;
-    for (const explore::SweepPoint& point : explore::pareto_front(all.points, session.database())) {
+    for (const explore::SweepPoint& point : explore::pareto_front(all.points, session.database(), plan.area)) {
       front.points.push_back(explore::in_mode(point, plan.confirm, explore::program_version()));
     }
     if (!quiet) fmt::print(stderr, "confirming {} points of the front with {}\n", front.points.size(), plan.confirm);

@@ -62,10 +62,23 @@ class SearchPlanReader {
     if (in_.sets_design) in_.plan.designs.clear();
     for (const PlanScene& scene : in_.plan.scenes) check_screening(scene);
     plan_.common = in_.plan;
+    plan_.common.area = area();
     return plan_;
   }
 
  private:
+  /// The area that the search is about: the first among its objectives, then constraints.
+  std::string area() const {
+    const auto is_area = [](const std::string& value) { return value == kChipArea || value == kRtUnitArea; };
+    for (const SearchObjective& objective : plan_.objectives) {
+      if (is_area(objective.value)) return objective.value;
+    }
+    for (const SearchConstraint& constraint : plan_.constraints) {
+      if (is_area(constraint.value)) return constraint.value;
+    }
+    return kChipArea;
+  }
+
   [[noreturn]] void missing(const std::string& what, const std::string& rule) const {
     throw Error(in_.plan.path, what, rule);
   }

@@ -113,6 +113,7 @@ void SweepDatabase::begin(const SweepPlan& plan, const std::string& program, con
   std::string machines;
   for (const auto& [text, machine] : plan.machines) machines += (machines.empty() ? "" : ", ") + machine.name;
   set_meta("machine", machines.empty() ? plan.machine.name : machines);
+  set_meta("area", plan.area);
   set_meta("program", program);
   if (meta("build").empty()) set_meta("build", build);
   database_.execute("UPDATE point SET status = 'pending', reason = NULL WHERE status = 'running'");

@@ -194,6 +194,8 @@ class PlanReader {
       read_designs(node);
     } else if (name == "confirm") {
       in_.plan.confirm = in_.text(node, name);
+    } else if (name == "area") {
+      in_.plan.area = in_.one_of(node, name, {kChipArea, kRtUnitArea});
     } else if (name == "grid") {
       read_grid(node);
     } else if (name == "point") {
@@ -202,7 +204,7 @@ class PlanReader {
       read_sampled(name, node);
     } else {
       std::vector<std::string> known = PlanSections::names();
-      known.insert(known.end(), {"designs", "confirm", "grid", "point", "random", "latin"});
+      known.insert(known.end(), {"designs", "confirm", "area", "grid", "point", "random", "latin"});
       in_.unknown(node, name, known);
     }
   }

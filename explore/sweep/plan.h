@@ -48,6 +48,10 @@ struct VariedMachine {
   std::string place;   ///< "line N" of the plan
 };
 
+// Areas that a front may be over: values of the database.
+inline constexpr const char* kChipArea = "cost.mm2";
+inline constexpr const char* kRtUnitArea = "cost.rt_unit_mm2";
+
 /// Name of the machine among the parameters that plans vary, and for the base of all points.
 inline constexpr const char* kMachine = "machine";
 
@@ -66,6 +70,7 @@ struct SweepPlan {
   Coordinates settings;  ///< [set] and [tracer], for all points; tracer options as "tracer.NAME"
   std::vector<Coordinates> points;
   PlanLimits limits;
+  std::string area = kChipArea;  ///< that the front is over: kChipArea or kRtUnitArea
 };
 
 /// Input files of a scene.

@@ -141,7 +141,8 @@ TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& 
   return scheduler.work();
 }
 
-std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database) {
+std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database,
+                                     const std::string& area) {
   std::map<std::string, std::vector<std::size_t>> groups;  // by scene and view
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (database.status_of_point(points[i].key) != "done") continue;
@@ -153,7 +154,7 @@ std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, Swee
   for (const auto& [name, members] : groups) {
     std::vector<std::vector<double>> costs;
     for (const std::size_t i : members) {
-      costs.push_back({database.value(points[i].key, "gpu.time_us"), database.value(points[i].key, "cost.mm2")});
+      costs.push_back({database.value(points[i].key, "gpu.time_us"), database.value(points[i].key, area)});
     }
     const std::vector<bool> on_front = non_dominated(costs);
     for (std::size_t m = 0; m < members.size(); ++m) chosen[members[m]] = on_front[m];

@@ -34,7 +34,9 @@ struct TraceWork {
 TraceWork run_points(const SweepPoints& all, SweepDatabase& database, Launcher& launcher, const WorkFolder& work,
                      const SweepSetting& setting, std::set<std::string>& sound_traces);
 
-/// The finished points on the Pareto front of gpu.time_us and cost.mm2 of their scene and view, in the given order.
-std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database);
+/// The finished points on the Pareto front of gpu.time_us and the plan's area of their scene and view, in the given
+/// order.
+std::vector<SweepPoint> pareto_front(const std::vector<SweepPoint>& points, SweepDatabase& database,
+                                     const std::string& area);
 
 }  // namespace grtx::explore

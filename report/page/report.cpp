@@ -84,7 +84,7 @@ void price_machines(ReportSweep& sweep) {
                                               sweep.results.file)});
   };
   add(kTime, "fastest of the front");
-  add(kArea, "smallest of the front");
+  add(sweep.results.area().c_str(), "smallest of the front");
 }
 
 Inputs read_inputs(const std::vector<std::string>& paths) {

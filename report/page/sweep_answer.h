@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answer of a sweep, as text and at the top of its page: the front of time against area in its first view, each
-// entry the fastest of its area or less, and the points of least time, area and energy.
+// The answer of a sweep, as text and at the top of its page: the front of time against the plan's area in its first
+// view, each entry the fastest of its area or less, and the points of least time, area and energy.
 #pragma once
 
 #include <string>

@@ -78,8 +78,9 @@ std::string sweep_headline(const ReportSweep& sweep) {
     other += fmt::format("{}{} of an earlier plan left out", other.empty() ? "" : ", ", results.earlier.size());
   }
   std::string cards = headline(fmt::format("{} / {}", states["done"], results.points.size()), "Points done", other);
-  const char* const values[3] = {kTime, kArea, kEnergy};
-  const char* const names[3] = {"Least time", "Least area", "Least energy a ray"};
+  const std::string values[3] = {kTime, results.area(), kEnergy};
+  const std::string owner = owner_of(results.area());
+  const std::string names[3] = {"Least time", "Least area of " + owner, "Least energy a ray"};
   const char* const units[3] = {" µs", " mm²", " nJ"};
   const auto on_front = [](const ShownPoint& p) { return p.view == 0 && p.on_area; };
   const auto front = std::ranges::count_if(shown.points(), on_front);
@@ -91,7 +92,7 @@ std::string sweep_headline(const ReportSweep& sweep) {
                       shown.full_label(*best));
     if (i == 0) cards += largest_speedup(shown);
   }
-  cards += headline(number(static_cast<double>(front)), "Points on the front", "of mm² against time");
+  cards += headline(number(static_cast<double>(front)), "Points on the front", "of time against the area of " + owner);
   const bool mean = !shown.views().empty() && shown.views().front().is_mean();
   const std::string views = mean ? fmt::format(": {}, geometric means", shown.views().front().title)
                             : shown.views().size() > 1 ? ": " + shown.views().front().title

@@ -37,6 +37,11 @@ bool SweepResults::several(std::string ReportedPoint::*field) const {
                      [&](const ReportedPoint& p) { return p.*field != points.front().*field; });
 }
 
+std::string SweepResults::area() const {
+  const auto given = meta.find("area");
+  return given == meta.end() ? explore::kChipArea : given->second;
+}
+
 bool is_database(const std::string& path) {
   check_regular_file(path);
   constexpr std::string_view kMagic("SQLite format 3\0", 16);

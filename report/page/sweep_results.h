@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grtx/explore/sweep/plan.h"
 #include "grtx/explore/sweep/stored_points.h"
 
 namespace grtx::report {
@@ -36,6 +37,8 @@ struct SweepResults {
 
   /// Whether `points` have more than one value of a field, e.g. scene, design or mode.
   bool several(std::string ReportedPoint::*field) const;
+  /// The area that fronts are over: explore::kChipArea or kRtUnitArea.
+  std::string area() const;
 };
 
 /// Whether the file has the header of an SQLite database.

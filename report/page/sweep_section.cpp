@@ -70,6 +70,7 @@ struct Metric {
   double scale;      ///< from the database's unit
   bool more;         ///< more is better
 };
+constexpr std::size_t kChipMetric = 1, kRtUnitMetric = 12;  ///< the page draws the second over the first
 constexpr std::array<Metric, 13> kMetrics = {
     {{kTime, "time", "s", 1e-6, false},
      {kArea, "area", "mm²", 1.0, false},
@@ -83,7 +84,14 @@ constexpr std::array<Metric, 13> kMetrics = {
      {"gpu.dram.bytes", "DRAM bytes", "B", 1.0, false},
      {"gpu.dram.bandwidth_utilisation", "DRAM bandwidth used", "%", 100.0, true},
      {"gpu.bound.fraction", "largest bound, of the cycles", "%", 100.0, true},
-     {"cost.rt_unit_mm2", "area of an RT unit", "mm²", 1.0, false}}};
+     {explore::kRtUnitArea, "area of an RT unit", "mm²", 1.0, false}}};
+
+/// With the area that the front is over in the second place.
+std::array<Metric, 13> metrics_of(const SweepResults& results) {
+  std::array<Metric, 13> metrics = kMetrics;
+  if (results.area() != kArea) std::swap(metrics[kChipMetric], metrics[kRtUnitMetric]);
+  return metrics;
+}
 
 /// Names directly below a prefix that any finished point has: parts of a stacked bar.
 std::vector<std::string> parts_below(const SweepResults& results, const std::string& prefix) {
@@ -121,7 +129,8 @@ ordered_json explored_point(const ReportSweep& sweep, const SweepViews& shown, c
     const ordered_json value = column.value(p);
     fields.push_back(value.is_structured() ? ordered_json(json_text(value)) : value);
   }
-  for (const Metric& metric : kMetrics) metrics.push_back(rounded(metric.scale * shown.value(point, metric.name)));
+  for (const Metric& metric : metrics_of(sweep.results))
+    metrics.push_back(rounded(metric.scale * shown.value(point, metric.name)));
   row["fields"] = std::move(fields);
   row["metrics"] = std::move(metrics);
   if (const auto interval = shown.time_interval(point)) row["interval"] = {interval->low * 1e-6, interval->high * 1e-6};
@@ -141,7 +150,7 @@ std::string explorer_html(const ReportSweep& sweep, const SweepViews& shown, con
   }
   data["fields"] = ordered_json::array();
   for (const Describing& column : columns) data["fields"].push_back(column.title);
-  for (const Metric& metric : kMetrics) {
+  for (const Metric& metric : metrics_of(sweep.results)) {
     data["metrics"].push_back({{"title", metric.title}, {"unit", metric.unit}, {"more", metric.more}});
   }
   const std::vector<std::string> stalls = parts_below(sweep.results, "gpu.rt.stall.");
@@ -166,9 +175,11 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
   const bool several = shown.views().size() > 1;
   std::vector<Table::Column> titles = {{"point"}};
   if (several) titles.push_back({"view", false});
-  for (const char* title : {"time, µs", "speed-up", "mm²", "nJ per ray"}) titles.push_back({title});
+  for (const char* title : {"time, µs", "speed-up", "chip, mm²", "RT unit, mm²", "nJ per ray"})
+    titles.push_back({title});
   titles.push_back({"on the front of", false});
-  for (const char* title : {"cycles", "L1 hit rate of nodes", "DRAM MB", "mm², low – high"}) titles.push_back({title});
+  for (const char* title : {"cycles", "L1 hit rate of nodes", "DRAM MB", "chip, mm², low – high"})
+    titles.push_back({title});
   for (const Describing& column : columns) titles.push_back({column.title});
   const auto noted = [&](const ShownPoint& point) { return !note_ids(sweep.results, point).empty(); };
   const bool any_notes = std::any_of(shown.points().begin(), shown.points().end(), noted);
@@ -185,6 +196,7 @@ std::string points_table(const ReportSweep& sweep, const SweepViews& shown, cons
     cells.push_back("<span class=\"speedup\">" + times(shown.speedup(point, reference)) +
                     interval_html(interval, times) + "</span>");
     cells.push_back(number(value(kArea)));
+    cells.push_back(number(value(explore::kRtUnitArea)));
     cells.push_back(number(value(kEnergy)));
     cells.push_back(point.on_area ? (point.on_energy ? "mm², nJ" : "mm²") : point.on_energy ? "nJ" : "");
     cells.push_back(number(value("gpu.cycles")));
@@ -223,14 +235,15 @@ std::string effects_table(const SweepResults& results, const SweepViews& shown,
                           const std::vector<Describing>& columns) {
   if (shown.points().empty()) return "";
   const std::string view = shown.views().size() > 1 ? shown.views().front().title + ", " : "";
-  Table table(results.file + ": what each value does, " + view + machines_of(results), {{"machine and design", false},
-                                                                                        {"coordinate", false},
-                                                                                        {"value"},
-                                                                                        {"points"},
-                                                                                        {"least time, µs"},
-                                                                                        {"median time, µs"},
-                                                                                        {"median mm²"},
-                                                                                        {"median nJ per ray"}});
+  Table table(results.file + ": what each value does, " + view + machines_of(results),
+              {{"machine and design", false},
+               {"coordinate", false},
+               {"value"},
+               {"points"},
+               {"least time, µs"},
+               {"median time, µs"},
+               {"median mm² of " + owner_of(results.area())},
+               {"median nJ per ray"}});
   std::map<std::pair<std::string, std::string>, std::vector<const ShownPoint*>> alike;  // by machine and design
   for (const ShownPoint& point : shown.points()) {
     if (point.view == 0) alike[{shown.first(point).machine, shown.first(point).design}].push_back(&point);
@@ -245,7 +258,7 @@ std::string effects_table(const SweepResults& results, const SweepViews& shown,
         std::vector<double> time, area, energy;
         for (const ShownPoint* point : having) {
           time.push_back(shown.value(*point, kTime));
-          area.push_back(shown.value(*point, kArea));
+          area.push_back(shown.area(*point));
           energy.push_back(shown.value(*point, kEnergy));
         }
         table.row({escape(name), escape(column.title), cell(value), number(static_cast<double>(time.size())),

@@ -104,6 +104,8 @@ bool is_share(const std::string& statistic) {
 
 }  // namespace
 
+std::string owner_of(const std::string& area) { return area == explore::kRtUnitArea ? "an RT unit" : "the chip"; }
+
 Subject subject_of(const SweepResults& results, const ReportedPoint& point) {
   const auto version = results.meta.find("model_version");
   return {point.inputs,
@@ -196,21 +198,25 @@ void SweepViews::find_varying() {
 
 void SweepViews::find_fronts() {
   for (std::size_t view = 0; view < views_.size(); ++view) {
-    std::vector<std::size_t> members;
-    std::vector<std::vector<double>> area, energy;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (points_[i].view != view) continue;
-      members.push_back(i);
-      const double time = value(points_[i], kTime);
-      area.push_back({time, value(points_[i], kArea)});
-      energy.push_back({time, value(points_[i], kEnergy)});
-    }
-    const std::vector<bool> on_area = explore::non_dominated(area), on_energy = explore::non_dominated(energy);
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      points_[members[m]].on_area = on_area[m];
-      points_[members[m]].on_energy = on_energy[m];
-    }
+    for (const std::size_t i : front(view, results_.area())) points_[i].on_area = true;
+    for (const std::size_t i : front(view, kEnergy)) points_[i].on_energy = true;
   }
+}
+
+std::vector<std::size_t> SweepViews::front(std::size_t view, const std::string& cost) const {
+  std::vector<std::size_t> members;
+  std::vector<std::vector<double>> costs;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].view != view) continue;
+    members.push_back(i);
+    costs.push_back({value(points_[i], kTime), value(points_[i], cost)});
+  }
+  const std::vector<bool> chosen = explore::non_dominated(costs);
+  std::vector<std::size_t> front;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    if (chosen[m]) front.push_back(members[m]);
+  }
+  return front;
 }
 
 double SweepViews::value(const ShownPoint& point, const std::string& name) const {

@@ -15,7 +15,7 @@ namespace grtx::report {
 
 // Names of values in a sweep database.
 inline constexpr const char* kTime = "gpu.time_us";
-inline constexpr const char* kArea = "cost.mm2";
+inline constexpr const char* kArea = explore::kChipArea;
 inline constexpr const char* kEnergy = "gpu.energy_nj_per_ray";
 
 /// A finished point of the database, or the mean over all views for one machine, design and coordinates.
@@ -27,7 +27,7 @@ struct ShownPoint {
   std::size_t machine = 0;  ///< number of the combination of `setting` and design
   std::size_t varied = 0;   ///< number of the combination of design and coordinates; the same on all machines
   std::vector<std::size_t> points;  ///< indices in SweepResults::points: one, or one per view for a mean
-  bool on_area = false;             ///< on its view's Pareto front of area and time
+  bool on_area = false;             ///< on its view's Pareto front of the sweep's area and time
   bool on_energy = false;           ///< on its view's Pareto front of energy and time
 
   bool on_front() const { return on_area || on_energy; }
@@ -42,6 +42,9 @@ struct SpeedupOver {
 
   bool operator==(const SpeedupOver&) const = default;
 };
+
+/// "the chip" or "an RT unit", for the area that a front is over.
+std::string owner_of(const std::string& area);
 
 /// Subject of a point, without names of scene and design.
 Subject subject_of(const SweepResults& results, const ReportedPoint& point);
@@ -66,6 +69,10 @@ class SweepViews {
 
   /// Value of a point, or geometric mean, of a share the arithmetic one; NaN if missing.
   double value(const ShownPoint& point, const std::string& name) const;
+  /// The area that the front is over, SweepResults::area.
+  double area(const ShownPoint& point) const { return value(point, results_.area()); }
+  /// The view's Pareto front of time and another value, as indices in points().
+  std::vector<std::size_t> front(std::size_t view, const std::string& cost) const;
   /// Sum over the points of a mean; missing values count as 0.
   double sum(const ShownPoint& point, const std::string& name) const;
   const ReportedPoint& first(const ShownPoint& point) const { return results_.points[point.points.front()]; }

@@ -209,7 +209,7 @@ class Tables(unittest.TestCase):
     def test_5_sweeps(self):
         text, document = self.both("sweep plan.toml -o s.sqlite")
         self.assertTrue(text.startswith(f"{document['points']} points: {document['status']['done']} done; s.sqlite\n"
-                                        "2 traces made, 1 structure built for them\n\nfront of time against area\n"), text)
+                                        "2 traces made, 1 structure built for them\n\nfront of time against the area of the chip\n"), text)
         self.assertRegex(text, r"least time #\d+, least area #\d+, least\s+energy a ray #\d+")
         self.assertEqual((document["traces_made"], document["structures_built"]), (0, 0))  # all was there
         self.assertEqual(document["points"], 4)

@@ -94,6 +94,7 @@ l1.latency = 30
   EXPECT_FALSE(plan.parameters[2].ordered);
   EXPECT_FALSE(plan.parameters[3].ordered);
   EXPECT_EQ(plan.objectives[1].value, "cost.mm2");
+  EXPECT_EQ(plan.common.area, kChipArea);  // an objective comes before a constraint
   EXPECT_EQ(plan.constraints[0].value, "cost.rt_unit_mm2");
   EXPECT_TRUE(plan.constraints[0].at_most && plan.constraints[0].relative);
   EXPECT_EQ(plan.constraints[0].bound, 1.1);

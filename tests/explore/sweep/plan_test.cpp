@@ -102,6 +102,7 @@ TEST_F(SweepPlanTest, AWrongPlanGetsOneLineWithPlaceAndRule) {
   } cases[] = {
       {"", "scene", "at least one [[scene]] is needed"},
       {"x = = 1\n", "line 1", ""},
+      {"area = 'cost.rt_mm2'\n" + scene, "line 1", "area: unknown 'cost.rt_mm2', the nearest is 'cost.mm2'"},
       {scene + "[gird]\n", "line 4", "unknown key 'gird', the nearest is 'grid'"},
       {scene + "[grid]\nl1.byts = [1]\n", "line 5", "unknown key 'l1.byts', the nearest is 'l1.bytes'"},
       {scene + "[grid]\nl1.bytes = [1]\n", "line 5", "l1.bytes: must be 32 to 67108864, not 1"},

@@ -77,13 +77,15 @@ TEST_F(Sweep, ItEndsWithTheFrontAndTheNextCommand) {
   EXPECT_EQ(rows("a.sqlite", "SELECT machine || count(*) FROM point GROUP BY machine"),
             (Texts{"paper8", "paper-charged8"}));
   EXPECT_EQ(rows("a.sqlite", "SELECT count(*) FROM trace"), (Texts{"2"}));  // which both machines share
-  const std::size_t front = outcome.output.find("\nfront of time against area\n");
+  const std::size_t front = outcome.output.find("\nfront of time against the area of the chip\n");
   ASSERT_NE(front, std::string::npos) << outcome.output;
   const std::string end = outcome.output.substr(front);
   EXPECT_THAT(
-      end, testing::AllOf(HasSubstr(" mm2 "), HasSubstr("rt.warp_buffer.entries = "),
+      end, testing::AllOf(HasSubstr(" RT unit, mm2 "), HasSubstr("rt.warp_buffer.entries = "),
                           HasSubstr("each is the fastest of its area or less; least time #"),
                           testing::EndsWith("next: grtx report " + folder + "/a.sqlite -o " + folder + "/a.html\n")));
+  write_file(folder + "/plan.toml", "area = 'cost.rt_unit_mm2'\n" + read_file(folder + "/plan.toml"));
+  EXPECT_THAT(sweep("a.sqlite", "2>/dev/null").output, HasSubstr("\nfront of time against the area of an RT unit\n"));
 }
 
 TEST_F(Sweep, KilledTwiceAndResumedEqualsAnUndisturbedOne) {

@@ -112,6 +112,31 @@ TEST_F(SweepResultsTest, TheAnswerDidNotSayWhatItsSpeedUpsAreOver) {
   ends(R"("coordinates": {"k": 4}, "machine": "own")", "speed-up over the same on paper");
 }
 
+// #1 is slow, with the smallest RT unit on a large chip: the front over the chip's area leaves it out.
+TEST_F(SweepResultsTest, TheFrontWasOverTheAreaOfTheChipAlone) {
+  testing_sweep::make_points(path, nlohmann::json::parse(R"([
+    {"id": 1, "coordinates": {"k": 4}, "values": {"gpu.time_us": 3, "cost.mm2": 30, "cost.rt_unit_mm2": 0.5}},
+    {"id": 2, "coordinates": {"k": 8}, "values": {"gpu.time_us": 2, "cost.mm2": 20, "cost.rt_unit_mm2": 0.75}},
+    {"id": 3, "coordinates": {"k": 16}, "values": {"gpu.time_us": 1, "cost.mm2": 40, "cost.rt_unit_mm2": 1}}])"));
+  const auto answer = [&] {
+    const SweepResults results = read_sweep_results(path);
+    EXPECT_THAT(sweep_answer_html(results), testing::HasSubstr(">RT unit, mm²</th>"));
+    std::string text = sweep_answer_text(results);
+    for (std::size_t at = 0; (at = text.find("\n  ", at)) != std::string::npos;) text.replace(at, 3, " ");
+    return text;
+  };
+  using testing::AllOf, testing::HasSubstr, testing::Not;
+  EXPECT_THAT(answer(), AllOf(HasSubstr("\nfront of time against the area of the chip "), HasSubstr("  #3 "),
+                              Not(HasSubstr("  #1 ")), HasSubstr("least area #2"),
+                              HasSubstr("; over the area of an RT unit (area = \"cost.rt_unit_mm2\" in the plan) the "
+                                        "front is #1, #2, #3\n")));
+  testing_sweep::execute(path, "INSERT INTO meta VALUES('area', 'cost.rt_unit_mm2')");
+  EXPECT_THAT(answer(), AllOf(HasSubstr("\nfront of time against the area of an RT unit "), HasSubstr("  #1 "),
+                              HasSubstr("least area #1"),
+                              HasSubstr("over the area of the chip (area = \"cost.mm2\" in the plan) "
+                                        "the front is #2, #3\n")));
+}
+
 TEST_F(SweepResultsTest, APointIsCalledByWhatSetsItApart) {
   nlohmann::json points = nlohmann::json::array();
   for (int id = 1; id <= 8; ++id) {  // one change at a time; view and g never set a point apart

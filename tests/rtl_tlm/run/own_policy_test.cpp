@@ -45,6 +45,15 @@ TEST_F(OwnPolicy, EachMovesWhatItDecides) {
             test::statistic(plain.at("stats"), "gpu.distributor.groups"));
 }
 
+// A factory is told sizes alone, and each value of a parameter took a name: srrip1, srrip2, srrip3.
+TEST_F(OwnPolicy, AParameterTookANamePerValue) {
+  const auto eights = simulated("--set gpu.distribution=blocks");
+  const auto pairs = simulated("--set gpu.distribution=blocks --set gpu.blocks.groups=2");
+  EXPECT_EQ(eights.at("config").at("gpu.blocks.groups"), 8);
+  EXPECT_EQ(pairs.at("config").at("gpu.blocks.groups"), 2);
+  EXPECT_NE(test::statistic(pairs.at("stats"), "gpu.cycles"), test::statistic(eights.at("stats"), "gpu.cycles"));
+}
+
 TEST_F(OwnPolicy, NodesStayInTheL2WhereThePolicySeesThem) {
   const auto misses = [](const auto& run) {
     std::uint64_t all = 0;
