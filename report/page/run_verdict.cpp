@@ -214,6 +214,11 @@ std::string run_answer(const ReportRun& run) {
                           escape(largest_terms(*next, best)));
     }
     text += ". ";
+  } else {
+    const double seconds = best.value("gpu.time_us") * 1e-6;
+    text += fmt::format("{} takes <strong>{}{} cycles</strong>{}. ", escape(best.name),
+                        std::isfinite(seconds) ? with_unit(seconds, "s") + ", " : "", number(best.value("gpu.cycles")),
+                        interval_html(best.cycles_interval(), number));
   }
   const double fraction = best.value("gpu.bound.fraction");
   if (latency_binds(best)) {

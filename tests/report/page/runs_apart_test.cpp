@@ -118,6 +118,11 @@ TEST_F(RunsApart, NothingSaidWhetherAnEstimateHolds) {
   }
 }
 
+// The answer of a single simulation was its warning, or nothing.
+TEST_F(RunsApart, ASingleSimulationIsAnsweredToo) {
+  EXPECT_THAT(page({write("g.json", statistics("grtx", 1000))}), HasSubstr("<p class=\"answer\">grtx takes <strong>"));
+}
+
 // The table of what differs had a row of designs, which were the same.
 TEST_F(RunsApart, EqualDesignsAreNoDifference) {
   const std::string html = page(
