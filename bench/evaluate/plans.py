@@ -11,6 +11,7 @@ SET = "configs/scenes/evaluation.toml"
 HOURS = 8  # of two cores that all parts may take
 LIMITS = {"seconds": 3600, "memory_mb": 9000}
 QUARTER = {"gpu.sms": 2, "l2.bytes": 1048576, "l2.slices": 1}  # of the paper's GPU
+FREE_CALLS = {"simt.cost.call_per_lane": 0}  # of shaders, as in Vulkan-Sim, which GauTracer's figures are of
 SMALL = {"tracer.accel": "tlas-tri20", "tracer.checkpoint": "on", "tracer.k": 8, "tracer.checkpoint_capacity": 1024, "rt.checkpoint.entry_bytes": 8,
          "rt.checkpoint.write_combine": True, "rt.checkpoint.read_buffer": True}
 LEAN = {"small entries": {}, "finished": {"tracer.below_instance": "finish"}, "bins": {"tracer.checkpoint_bins": 4}}  # machine paper-lean has all
@@ -50,7 +51,7 @@ PARTS = (
     Part("secondary", "secondary", ("paper-charged",), "cycle", 48, 128, 25, {**QUARTER, "tracer.secondary": "both"}),
     Part("cards", "shares", CARDS, "cycle", 32, 128, 10, designs="cards"),
     Part("l2", "cards", ("paper-charged",), "cycle", 48, 128, 10, {key: value for key, value in QUARTER.items() if key != "l2.bytes"}),
-    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, designs="steps"),
+    Part("steps", "cards", ("rtx2060-share",), "cycle", 64, 128, 40, FREE_CALLS, designs="steps"),
     Part("paper-128", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, 128, 25, QUARTER),
     Part("paper-full", "paper", ("paper", "paper-charged", "paper-lean"), "cycle", 64, FULL, 12, QUARTER),
     Part("lean", "paper", ("paper-charged",), "cycle", 64, 128, 25, QUARTER))
