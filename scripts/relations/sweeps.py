@@ -148,7 +148,7 @@ def python_frame(case, database, names):
     raise Broken(f"read_sweep: {done.errors.decode(errors='replace').strip().splitlines()[-1]}")
 
 
-FIGURES = {"gpu.time_us": "time, µs", "gpu.cycles": "cycles", "cost.mm2": "mm²", "gpu.energy_nj_per_ray": "nJ per ray"}
+FIGURES = {"gpu.time_us": "time, µs", "gpu.cycles": "cycles", "cost.mm2": "chip, mm²", "gpu.energy_nj_per_ray": "nJ per ray"}
 
 
 @relation(each=3)
