@@ -68,8 +68,8 @@ TEST(LowerBounds, HeapLogicsBindAsPipelinesDo) {
   config.rt.any_hit_unit.enabled = true;
   config.rt.any_hit_unit.count = 8;
   GpuCounters c = two_sms();
-  c.rt_of[0].any_hit.unit.busy_cycles = 700;
-  c.rt_of[1].any_hit.unit.busy_cycles = 801;
+  c.rt_of[0].any_hit.unit = {.hits = 90, .busy_cycles = 700};
+  c.rt_of[1].any_hit.unit = {.hits = 80, .busy_cycles = 801};
   EXPECT_EQ(bounds_of(c, {}, config).at("unit.heap"), 101U);  // ceil(801 / 8 logics)
 }
 
