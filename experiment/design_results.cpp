@@ -103,6 +103,7 @@ void add_design(DesignResults& run, ordered_json& results, const std::string& na
     throw Error(own.path, "", "was replaced by another trace while the run was under way");
   }
   results["binding_bound"][name] = document.at("binding_bound");
+  if (document.contains("over_time")) results["over_time"][name] = document.at("over_time");  // not of windows
   for (const auto& violation : document.at("violations")) {
     run.violations.push_back(fmt::format("{}: {}", whose, violation.get<std::string>()));
   }

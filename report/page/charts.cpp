@@ -286,20 +286,31 @@ ordered_json correlation_chart(const ordered_json& rows) {
   return spec;
 }
 
-ordered_json series_lines(const ordered_json& rows, const std::string& value_title) {
+ordered_json series_lines(const ordered_json& rows, const std::string& value_title,
+                          const std::vector<std::string>& designs) {
+  const bool several = designs.size() > 1;
   ordered_json spec = base(rows);
   spec["height"] = 160;
   spec["mark"] = {{"type", "line"}, {"interpolate", "step-before"}};
-  ordered_json x = quantity("cycle", "core cycle");
-  x["axis"] = {{"format", "~s"}};
-  spec["encoding"] = {
-      {"x", x},
-      {"y", quantity("value", value_title)},
-      {"color", {{"field", "series"}, {"type", "nominal"}, {"scale", {{"range", palette()}}}, {"legend", nullptr}}},
-      {"tooltip",
-       {{{"field", "series"}},
-        {{"field", "cycle"}, {"type", "quantitative"}},
-        {{"field", "value"}, {"type", "quantitative"}}}}};
+  ordered_json x = several ? quantity("part", "of the design's cycles") : quantity("cycle", "core cycle");
+  x["axis"] = {{"format", several ? "%" : "~s"}};
+  ordered_json range = ordered_json::array();
+  for (const std::string& design : designs) range.push_back(design_colour(design));
+  spec["encoding"] = {{"x", x},
+                      {"y", quantity("value", value_title)},
+                      {"color",
+                       {{"field", "series"},
+                        {"type", "nominal"},
+                        {"scale", {{"domain", designs}, {"range", range}}},
+                        {"legend", several ? ordered_json{{"title", nullptr},
+                                                          {"orient", "bottom"},
+                                                          {"symbolType", "stroke"},
+                                                          {"symbolStrokeWidth", 3}}
+                                           : ordered_json(nullptr)}}},
+                      {"tooltip",
+                       {{{"field", "series"}},
+                        {{"field", "cycle"}, {"type", "quantitative"}},
+                        {{"field", "value"}, {"type", "quantitative"}}}}};
   return spec;
 }
 

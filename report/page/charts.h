@@ -47,7 +47,9 @@ nlohmann::ordered_json factor_chart(const nlohmann::ordered_json& rows, const st
 /// measured_low, measured_high, simulated, ...}; kind: "figure" or "outlier".
 nlohmann::ordered_json correlation_chart(const nlohmann::ordered_json& rows);
 
-/// Line chart over time. rows: {cycle, series, value}.
-nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title);
+/// Line chart over time, a line per design. rows: {cycle, part, series, value}; part: of the design's cycles, which is
+/// the axis if there are several designs, since one may take a hundredth of another's.
+nlohmann::ordered_json series_lines(const nlohmann::ordered_json& rows, const std::string& value_title,
+                                    const std::vector<std::string>& designs);
 
 }  // namespace grtx::report

@@ -63,7 +63,6 @@ void join(RunResults& run, RunResults other) {
   run.hash += ", " + other.hash;
   run.bytes += other.bytes;
   run.label = label_of(run);
-  run.over_time = ordered_json();  // dropped: it would not be clear which design the lines belong to
 }
 
 void price_machines(ReportSweep& sweep) {

@@ -108,6 +108,20 @@ std::vector<double> frame_speedups(const ordered_json& document, const std::stri
   return list;
 }
 
+/// Values over time by name; null if the simulation recorded none.
+ordered_json over_time_of(const ordered_json& document, const std::string& path) {
+  if (!document.contains("over_time")) return {};
+  const ordered_json& all = object(document, "over_time", path);
+  for (const auto& [name, series] : all.items()) {
+    const auto holds = [&](const char* key, auto is) { return !series.contains(key) || (series.at(key).*is)(); };
+    if (!series.is_object() || !series.contains("values") || !holds("values", &ordered_json::is_array) ||
+        !holds("unit", &ordered_json::is_string) || !holds("description", &ordered_json::is_string)) {
+      throw Error(path, "over_time." + name, "must have a list of values, and unit and description as texts");
+    }
+  }
+  return all;
+}
+
 /// Whether a schema is that of results.json: grtx.run/1 had no machines beside each other.
 bool is_of_run(const std::string& schema) { return schema == "grtx.run/2" || schema == "grtx.run/1"; }
 
@@ -138,6 +152,9 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
     if (brought.contains(name)) run.designs.back().config.update(object(brought, name.c_str(), path));
     run.designs.back().picture = picture_of(document, name, path);
     run.designs.back().frame_speedups = frame_speedups(document, name);
+    if (const auto all = document.find("over_time"); all != document.end() && all->contains(name)) {
+      run.designs.back().over_time = over_time_of({{"over_time", all->at(name)}}, path);
+    }
     if (document.contains("binding_bound")) run.designs.back().binding_bound = text(document.at("binding_bound"), name);
     if (const auto notes = document.find("notes"); notes != document.end() && notes->contains(name)) {
       run.designs.back().notes = sim::notes_from(notes->at(name), path);
@@ -159,20 +176,6 @@ void read_run(const ordered_json& document, const std::string& path, RunResults&
   find_picture(document, path, run);  // the first frame of a sequence
 }
 
-/// Values over time by name; null if the simulation recorded none.
-ordered_json over_time_of(const ordered_json& document, const std::string& path) {
-  if (!document.contains("over_time")) return {};
-  const ordered_json& all = object(document, "over_time", path);
-  for (const auto& [name, series] : all.items()) {
-    const auto holds = [&](const char* key, auto is) { return !series.contains(key) || (series.at(key).*is)(); };
-    if (!series.is_object() || !series.contains("values") || !holds("values", &ordered_json::is_array) ||
-        !holds("unit", &ordered_json::is_string) || !holds("description", &ordered_json::is_string)) {
-      throw Error(path, "over_time." + name, "must have a list of values, and unit and description as texts");
-    }
-  }
-  return all;
-}
-
 void read_simulation(const ordered_json& document, const std::string& path, RunResults& run) {
   const ordered_json& inputs = object(document, "inputs", path);
   std::string name = design_name(inputs, run.config);
@@ -180,7 +183,7 @@ void read_simulation(const ordered_json& document, const std::string& path, RunR
   run.designs.push_back(design_result(name, object(document, "stats", path), inputs, path));
   run.designs.back().config = run.config;
   if (document.contains("notes")) run.designs.back().notes = sim::notes_from(document.at("notes"), path);
-  run.over_time = over_time_of(document, path);
+  run.designs.back().over_time = over_time_of(document, path);
   run.program = text(inputs, "program");
 }
 

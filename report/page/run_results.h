@@ -52,6 +52,7 @@ struct DesignResult {
   sim::ResultNotes notes;                ///< limitations of its results
   std::optional<PictureResult> picture;  ///< not of a single simulation, nor of older runs
   std::vector<double> frame_speedups;    ///< of a sequence
+  nlohmann::ordered_json over_time;      ///< name -> {values, unit, description} by interval; null if not recorded
 
   /// Value of a statistic; NaN if there is no such number.
   double value(const std::string& statistic) const;
@@ -71,7 +72,6 @@ struct RunResults {
   std::string program;
   nlohmann::ordered_json config;  ///< without keys that a design brings, if it is of grtx run
   std::vector<DesignResult> designs;
-  nlohmann::ordered_json over_time;       ///< of a single simulation, if recorded
   std::string picture;                    ///< path of the picture named in results.json; "" if there is none
   std::string picture_problem;            ///< why that picture is not shown
   std::string speedup_over = "baseline";  ///< design that speed-ups are relative to

@@ -299,23 +299,43 @@ std::string all_statistics(const ReportRun& run) {
                  table.html() + fmt::format("<p class=\"note\">{} more are 0 in each design.</p>\n", zero));
 }
 
+/// Adds the course of a value of a design.
+void add_course(ordered_json& rows, const DesignResult& design, const std::string& name) {
+  const ordered_json& cycles = design.over_time.at("end_of_interval").at("values");
+  const ordered_json& values = design.over_time.at(name).at("values");
+  const double end = cycles.empty() || !cycles.back().is_number() ? 0.0 : cycles.back().get<double>();
+  for (std::size_t i = 0; i < std::min(cycles.size(), values.size()); ++i) {
+    const auto add = [&](const ordered_json& cycle) {
+      const double part = end > 0.0 && cycle.is_number() ? cycle.get<double>() / end : 0.0;
+      rows.push_back({{"cycle", cycle}, {"part", part}, {"series", design.name}, {"value", values[i]}});
+    };
+    if (i == 0) add(0);  // the first interval's begin
+    add(cycles[i]);
+  }
+}
+
 std::string over_time(const ReportRun& run, std::size_t index) {
-  const ordered_json& series = run.results.over_time;
-  if (!series.is_object() || !series.contains("end_of_interval")) return "";
+  std::vector<std::string> designs;
+  std::vector<std::string> names;  // of the first design's values, which all have
+  for (const DesignResult& design : run.results.designs) {
+    if (!design.over_time.is_object() || !design.over_time.contains("end_of_interval")) continue;
+    designs.push_back(design.name);
+    for (const auto& [name, entry] : design.over_time.items()) {
+      if (designs.size() == 1 && name != "end_of_interval") names.push_back(name);
+    }
+  }
   std::string out;
-  for (const auto& [name, entry] : series.items()) {
-    if (name == "end_of_interval") continue;
-    const ordered_json& cycles = series.at("end_of_interval").at("values");
-    const ordered_json& values = entry.at("values");
-    ordered_json rows = ordered_json::array();
-    for (std::size_t i = 0; i < std::min(cycles.size(), values.size()); ++i) {
-      if (i == 0) rows.push_back({{"cycle", 0}, {"series", name}, {"value", values[0]}});  // the first interval's begin
-      rows.push_back({{"cycle", cycles[i]}, {"series", name}, {"value", values[i]}});
+  for (const std::string& name : names) {
+    ordered_json rows = ordered_json::array(), entry;
+    for (const DesignResult& design : run.results.designs) {
+      if (!design.over_time.is_object() || !design.over_time.contains(name)) continue;
+      if (entry.is_null()) entry = design.over_time.at(name);
+      add_course(rows, design, name);
     }
     const std::string caption =
         run.results.label + ": " + entry.value("description", name) + ", " + entry.value("unit", "");
     out += chart(fmt::format("time{}_{}", index, out.size()), caption, caption,
-                 series_lines(rows, entry.value("unit", "")));
+                 series_lines(rows, entry.value("unit", ""), designs));
   }
   return out;
 }

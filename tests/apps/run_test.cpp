@@ -282,6 +282,27 @@ TEST_F(RunTest, ADesignThatRefusesAnOptionIsLeftOutAndSaysWhy) {
   EXPECT_EQ(grtx(run + "--designs baseline,walk").code, 2);  // named, it is what was asked for
 }
 
+// Only a single simulation had its course on a page.
+TEST_F(RunTest, EachDesignHasItsOccupancyOverTime) {
+  must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
+  must("run " + scene_arguments() + config() + "--designs baseline,walk --quiet -o " + folder + "/out");
+  const nlohmann::json results = json("out/results.json");
+  for (const char* design : {"baseline", "walk"}) {
+    const nlohmann::json& course = results.at("over_time").at(design);
+    const nlohmann::json& ends = course.at("end_of_interval").at("values");
+    EXPECT_EQ(ends.back(), results.at("designs").at(design).at("gpu.cycles").at("value")) << design;
+    double integral = 0.0, begin = 0.0;
+    for (std::size_t i = 0; i < ends.size(); begin = ends[i++].get<double>()) {
+      integral += course.at("rt.occupancy").at("values")[i].get<double>() * (ends[i].get<double>() - begin);
+    }
+    const double whole = results.at("designs").at(design).at("gpu.rt.occupancy").at("value").get<double>();
+    EXPECT_NEAR(integral / begin, whole, 1e-6 * whole) << design;
+  }
+  const std::string page = read_file(folder + "/out/report.html");
+  EXPECT_NE(page.find("mean warps in the warp buffer of an RT unit, warps"), std::string::npos);
+  EXPECT_NE(page.find("of the design's cycles"), std::string::npos);
+}
+
 // What a speed-up is made of stood nowhere.
 TEST_F(RunTest, AWaterfallMultipliesToEachSpeedUpAndLevelsOfLatencyAreOnThePage) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
