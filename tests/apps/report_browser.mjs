@@ -285,9 +285,10 @@ const odd_colours = (page) =>
   page.evaluate(() => {
     const found = [],
       everywhere = new Map();
+    const colour = ({ fill, stroke }) => (['none', 'transparent', 'rgba(0, 0, 0, 0)'].includes(fill) ? stroke : fill); // of lines
     for (const figure of document.querySelectorAll('figure.chart')) {
       const labels = [...figure.querySelectorAll('g.role-legend-label text')].map((text) => text.textContent);
-      const fills = [...figure.querySelectorAll('g.role-legend-symbol path')].map((path) => getComputedStyle(path).fill);
+      const fills = [...figure.querySelectorAll('g.role-legend-symbol path')].map((path) => colour(getComputedStyle(path)));
       labels.forEach((label, i) => {
         if (fills.indexOf(fills[i]) !== i) found.push(`${label} as ${labels[fills.indexOf(fills[i])]}`);
         const name = label.replace(/^memory: /, '').toLowerCase();
