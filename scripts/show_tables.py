@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of docs/results/designs-show.md from designs-show.csv in docs/results/data, and what README.md says of them; readme_tables.py puts
-the tables into the page, and checks both."""
+"""Tables of docs/results/designs-show.md from designs-show.csv and designs-show-memory.csv in docs/results/data, and what README.md says of
+them; readme_tables.py puts the tables into the page, and checks both."""
 import csv
 import os
 
@@ -9,6 +9,7 @@ from evaluation_tables import mean, shown, table
 
 PAGE = os.path.join("docs", "results", "designs-show.md")
 DATA = os.path.join("docs", "results", "data", "designs-show.csv")
+MEMORY = os.path.join("docs", "results", "data", "designs-show-memory.csv")
 ROOMS, OBJECTS = ("graffiti_roof", "vr_lab", "lookout"), ("le_poeme", "la_vestale")
 GRTX, GAUTRACER, ENTRY = ("grtx", 16), ("gautracer", 48), ("gautracer, by entry", 64)
 MIXES = [(name, k) for name in ("by entry, near", "by entry, near, checkpoints") for k in (64, 48)]
@@ -71,7 +72,7 @@ def speeds(top, lines):
     rows = []
     for design in ROWS + ([] if area else MORE_MIXES + MORE_OWN):
         cells = [cell for views in (ROOMS, OBJECTS) for cell in
-                 of.cells(views, lambda view, design=design: of.speed(design, view), bold=design in OWN and design == of.best(OWN, views))]  # of 8 heap logics, as in README
+                 of.cells(views, lambda view, design=design: of.speed(design, view), bold=design in OWN and design == of.best(OWN, views))]
         name = LINKED.get(design[0], design[0]) if area else design[0]
         rows.append([name, str(design[1]), *cells, *([shown(float(of.at[*design, ROOMS[0]]["rt_unit_mm2"]), 3)] if area else [])])
     for name, own, rivals in (("walk over by entry, both without near", OWN[0], [ENTRY]),
@@ -91,7 +92,7 @@ def faults(top):
     if None in both or not os.path.exists(os.path.join(top, "README.md")):
         return
     columns = [(of, views) for of in both for views in (ROOMS, OBJECTS)]
-    text = model_version.read(top, "README.md").replace("*", "")
+    text = " ".join(model_version.read(top, "README.md").replace("*", "").split())
     row = lambda value, digits: " | ".join(shown(value(of, views), digits) for of, views in columns) + " |"
     expected = [row(lambda of, views, design=design: of.mean(design, views), digits) for design, digits in ((GRTX, 2), (GAUTRACER, 1), (OWN[1], 1))]
     expected.append(row(lambda of, views: of.mean(of.best(MIXES, views), views), 1))
@@ -106,4 +107,25 @@ def faults(top):
             yield f"README.md:1: does not have '{words}', which {DATA} gives"
 
 
-MADE = {"show-128": lambda top, _page: speeds(top, "128"), "show-1080": lambda top, _page: speeds(top, "1080")}
+def memories(top):
+    """The walk over the best mix for each class, by L2 slices and bandwidth of the DRAM."""
+    path = os.path.join(top, MEMORY)
+    if not os.path.exists(path):
+        return None
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    at = {tuple(row[name] for name in ("l2_slices", "dram_gb_s", "lines")) + (row["view"].split("-")[0], row["design"], row["k"], row["checkpoints"]):
+          float(row["cycles"]) for row in rows}
+    rivals = sorted({key[4:] for key in at if not key[4].startswith("walk")})
+
+    def lead(slices, bandwidth, lines, views):
+        return min(mean(at[slices, bandwidth, lines, view, *rival] / at[slices, bandwidth, lines, view, "walk, near", "64", "off"] for view in views)
+                   for rival in rivals)
+    machines = sorted({key[:2] for key in at}, key=lambda machine: tuple(map(int, machine)))
+    return table(["L2 slices", "DRAM, GB/s", "128 lines: rooms, objects", "1,080 lines: rooms, objects"],
+                 [[*machine, *(", ".join(shown(lead(*machine, lines, views)) for views in (ROOMS, OBJECTS)) for lines in ("128", "1080"))]
+                  for machine in machines])
+
+
+MADE = {"show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
+        "show-1080": lambda top, _page: speeds(top, "1080")}
