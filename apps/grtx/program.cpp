@@ -63,6 +63,7 @@ Commands: grtx --help. Options of a command: grtx COMMAND --help.
 )";
 
 int run(int argc, char** argv, const std::vector<std::string>& arguments) {
+  grtx::end_tidily_by_signals();  // before parsing, which tries output files
   CLI::App app("Hardware model of GRTX: ray tracing of 3D Gaussians. A command's options: grtx COMMAND --help", "grtx");
   app.formatter(std::make_shared<grtx::apps::HelpFormat>());
   app.set_version_flag("--version", fmt::format("grtx {}, model version {}, commit {}, {}", GRTX_VERSION,
@@ -106,7 +107,6 @@ int run(int argc, char** argv, const std::vector<std::string>& arguments) {
     std::fputs(kFirstSession, stderr);
     return kBadInput;
   }
-  grtx::end_tidily_by_signals();
   return common.action();
 }
 

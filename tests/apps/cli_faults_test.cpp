@@ -415,14 +415,16 @@ TEST_F(CliFaults, AProgramAwayFromItsSourcesKnowsMachinesOfNoName) {
 
 TEST_F(CliFaults, CtrlCLeavesHalfATrace) {
   make_scene();
-  for (const auto& [signal, name, code] :
-       {std::tuple("INT", "SIGINT", 130), {"TERM", "SIGTERM", 143}, {"HUP", "SIGHUP", 129}}) {
+  // -e: the file exists while options are parsed, too; -s: it is being written.
+  for (const auto& [signal, name, code, when] :
+       {std::tuple("INT", "SIGINT", 130, "-e"), {"INT", "SIGINT", 130, "-s"}, {"TERM", "SIGTERM", 143, "-e"},
+        {"TERM", "SIGTERM", 143, "-s"}, {"HUP", "SIGHUP", 129, "-e"}, {"HUP", "SIGHUP", 129, "-s"}}) {
     const std::string large =
         "trace --scene s.ply --cameras s.cameras.json --width 4096 --height 4096 --accel tlas-tri20 -o l.grtx --quiet";
     // bash, whose background jobs do not ignore SIGINT with job control.
     const std::string script = "set -m; '" + grtx::paths::program() + "' " + large +
-                               " & for i in $(seq 3000); do test -e l.grtx.partial && break; sleep 0.01; done; kill -" +
-                               signal + " $!; wait $!";
+                               " & while kill -0 $! 2>/dev/null; do test " + when +
+                               " l.grtx.partial && break; done; kill -" + signal + " $!; wait $!";
     folder_.write("script", script);
     EXPECT_EQ(shell("bash script >out 2>err"), code);
     EXPECT_THAT(folder_.read("err"),
