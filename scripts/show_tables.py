@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of docs/results/designs-show.md from designs-show.csv and designs-show-memory.csv in docs/results/data, and what README.md says of
+"""Tables of docs/results/designs-show.md from designs-show.csv and designs-show-memory.csv in docs/results/data, that of heap logics
+in rivals.md, and what README.md says of
 them; readme_tables.py puts the tables into the page, and checks both."""
 import csv
 import os
@@ -10,6 +11,7 @@ from evaluation_tables import mean, shown, table
 PAGE = os.path.join("docs", "results", "designs-show.md")
 DATA = os.path.join("docs", "results", "data", "designs-show.csv")
 MEMORY = os.path.join("docs", "results", "data", "designs-show-memory.csv")
+LOGICS = os.path.join("docs", "results", "data", "heap-logics.csv")
 ROOMS, OBJECTS = ("graffiti_roof", "vr_lab", "lookout"), ("le_poeme", "la_vestale")
 GRTX, GAUTRACER, ENTRY = ("grtx", 16), ("gautracer", 48), ("gautracer, by entry", 64)
 MIXES = [(name, k) for name in ("by entry, near", "by entry, near, checkpoints") for k in (64, 48)]
@@ -127,5 +129,22 @@ def memories(top):
                   for machine in machines])
 
 
-MADE = {"show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
+def heap_logics(top):
+    """Speed with 16 and 32 heap logics over that with eight, means of the views of role choose, by density."""
+    path = os.path.join(top, LOGICS)
+    if not os.path.exists(path):
+        return None
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    at = {(row["design"], row["k"], row["lines"], row["heap_logics"], row["view"]): float(row["cycles"]) for row in rows}
+    views = dict.fromkeys(row["view"] for row in rows)
+
+    def over_eight(design, k, lines, logics):
+        return shown(mean(at[design, k, lines, "8", view] / at[design, k, lines, logics, view] for view in views))
+    return table(["speed over 8 heap logics", "k", "128 lines: 16", "32", "1,080 lines: 16", "32"],
+                 [[design, k, *(over_eight(design, k, lines, logics) for lines in ("128", "1080") for logics in ("16", "32"))]
+                  for design, k in dict.fromkeys((row["design"], row["k"]) for row in rows)])
+
+
+MADE = {"heap-logics": lambda top, _page: heap_logics(top), "show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
         "show-1080": lambda top, _page: speeds(top, "1080")}

@@ -101,8 +101,7 @@ def points(part, machine, quick):
             continue
         if not {part.rows, part.name} & set(design["tables"]):
             continue
-        few = [k for k in design["k"] if k in (1, 16, 48)]
-        sizes = design["on_cards"] if part.rows == "cards" else design["k"] if part.rows in ("who", "steps") else few
+        sizes = design["on_cards" if part.rows == "cards" else "k"]
         if part.role == "show":
             sizes = design.get("shown", sizes)
         for k in sizes[:2 if part.name == "who-128" else 1] if quick else sizes:
