@@ -63,7 +63,7 @@ def call(program, *arguments):
 
 
 def look_at_entries(program, trace):
-    """Checkpoint entries written, of those inside a BLAS, read, and of those only copied, in a sample of the warps."""
+    """Checkpoint entries written, of those inside a BLAS, read, and of those forwarded, in a sample of the warps."""
     header = json.loads(call(program, "trace-dump", trace, "--warp", 0, "--lane", 0).split("header ", 1)[1].split("\n", 1)[0])
     found = dict.fromkeys(("written", "blas", "read", "forwarded"), 0)
     for warp in sorted({number * header["groups"] // SAMPLE for number in range(SAMPLE)}):

@@ -114,12 +114,12 @@ def checkpoint_lists():
     f.box("source", 405, 215, 150, 70, "source", "the same buffer,", "read in order", kind="mem")
     f.arrow("dest:b", "source:t", "becomes", dx=8, anchor="start", dy=0)
     f.box("take", 25, 200, 190, 44, "take: t ≤ t_max", "push, fetch, traverse", kind="unit")
-    f.box("next", 25, 266, 190, 44, "copy: t > t_max", "no fetch", kind="mark")
+    f.box("next", 25, 266, 190, 44, "forward: t > t_max", "no fetch", kind="mark")
     f.arrow("source:l.3", "take:r", "", bend=0.4)
     f.arrow("source:l.7", "next:r", "", bend=0.4)
     f.box("dest2", 600, 215, 140, 70, "destination", "buffer (r + 1)", "mod 2", kind="mem")
     f.arrow("next:b", "dest2:b", "", bend=6)
-    f.text(310, 309, "copied")
+    f.text(310, 309, "forwarded")
     return f
 
 

@@ -135,7 +135,7 @@ TEST_F(CliSim, AStateThatIsDamagedOrOfAnotherMachineIsRefusedInOneLine) {
 }
 
 // Equal addresses are other bytes there: DRAM reads fell from 7,016 to 1,619.
-TEST_F(CliSim, AWarmTraceOfAnotherSceneHitsWhereNothingWasRead) {
+TEST_F(CliSim, AWarmTraceOfAnotherSceneIsRefused) {
   const auto trace = [&](const std::string& scene, const std::string& options, const std::string& file) {
     ASSERT_EQ(folder_
                   .run("trace --quiet --scene " + scene + ".ply --cameras " + scene +

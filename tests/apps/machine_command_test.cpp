@@ -81,7 +81,7 @@ TEST_F(MachineCommand, TheBandwidthKeyIsAFasterClockWhoseTimesStay) {
 }
 
 // walk's machine tests no triangles.
-TEST_F(MachineCommand, ListedTheRateOfAUnitThatADesignHasNot) {
+TEST_F(MachineCommand, ListsNoRateOfAUnitThatADesignHasNot) {
   const json walk = resolved("paper --design walk").at("figures"), none = resolved("paper").at("figures");
   EXPECT_FALSE(walk.contains("triangle tests"));
   EXPECT_DOUBLE_EQ(walk.at("gaussian tests").at("value"), none.at("triangle tests").at("value"));  // four each
@@ -90,7 +90,7 @@ TEST_F(MachineCommand, ListedTheRateOfAUnitThatADesignHasNot) {
 }
 
 // `k = 0` was shown as a machine, and a bandwidth that nobody sets as 0.0 GB/s.
-TEST_F(MachineCommand, ShowedWhatNoTracerTakesAndZeroForWhatIsNotSet) {
+TEST_F(MachineCommand, RefusesWhatNoTracerTakesAndSaysWhatIsNotSet) {
   folder_.write("zero.toml", "[tracer]\nk = 0\n");
   for (const char* command : {"machine zero.toml", "machine --config zero.toml", "cost --machine zero.toml"}) {
     const Outcome outcome = folder_.run(command);

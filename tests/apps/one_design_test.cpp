@@ -112,7 +112,7 @@ TEST_F(OneDesign, IsOneConfigurationForRunSweepAndSearch) {
 }
 
 // A baseline trace with --design grtx gave the baseline's cycles.
-TEST_F(OneDesign, SimTookATraceOfAnotherDesign) {
+TEST_F(OneDesign, SimRefusesATraceOfAnotherDesign) {
   must(std::string("run") + kView + "--designs baseline,sw,hw,grtx,gautracer,walk -o out");
   const std::map<std::pair<std::string, std::string>, std::string> why = {
       {{"baseline", "grtx"}, "accel is tri20, not tlas-tri20"},
@@ -144,7 +144,7 @@ TEST_F(OneDesign, SimTookATraceOfAnotherDesign) {
 }
 
 // Six --set had to be copied before `cost` took a run of walk.
-TEST_F(OneDesign, CostRefusedItsOwnRun) {
+TEST_F(OneDesign, CostTakesARunByTheNameOfItsDesign) {
   must(std::string("run") + kView + "--designs gautracer,walk -o out");
   for (const std::string design : {"gautracer", "walk"}) {
     must("sim out/" + design + ".grtx --quiet --stats s.json --design " + design);
@@ -157,16 +157,16 @@ TEST_F(OneDesign, CostRefusedItsOwnRun) {
   }
 }
 
-// 0.8847 mm2 alone, 0.8961 in the report: nodes of six and leaves of 32 B, as the design has them.
-TEST_F(OneDesign, CostAlonePricedOtherNodesThanTheRunHas) {
+// It was 0.8847 mm2 alone, 0.8961 in the report: nodes of six and leaves of 32 B, as the design has them.
+TEST_F(OneDesign, CostAlonePricesTheNodesThatTheRunHas) {
   const std::string text = must("cost --design walk");
   EXPECT_THAT(text, HasSubstr(" 0.8961 "));
   EXPECT_EQ(must("cost --design walk --layout quantised --bvh-width 6 --sort-key entry"), text);
   EXPECT_THAT(must("cost --design walk --layout vulkan_sim"), HasSubstr(" 0.8847 "));
 }
 
-// "simt.payload_registers: needs simt.registers_per_thread", which the design brings.
-TEST_F(OneDesign, AKeyThatNeedsTheDesignsOwnWasRefusedBesideIt) {
+// It was refused: "simt.payload_registers: needs simt.registers_per_thread", which the design brings.
+TEST_F(OneDesign, AKeyThatNeedsTheDesignsOwnIsTakenBesideIt) {
   must(std::string("run") + kView + "--designs gautracer --set simt.payload_registers=60 -o out");
   const std::string set = " --design gautracer --set simt.payload_registers=60";
   must("sim out/gautracer.grtx --quiet --stats s.json" + set);
@@ -186,7 +186,7 @@ TEST_F(OneDesign, AKeyThatNeedsTheDesignsOwnWasRefusedBesideIt) {
 }
 
 // "rt.traversal: warp needs rt.warp_buffer.spill", then "--bvh-width: 8: must be at most 6": the design brings both.
-TEST_F(OneDesign, WalkWasRefusedOnMachinesWithoutSpills) {
+TEST_F(OneDesign, WalkRunsOnMachinesWithoutSpills) {
   const Outcome run = folder_.run(std::string("run") + kView + "--designs walk -o out --machine rdna4-share");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, ::testing::Not(HasSubstr("tracer options of machine")));
@@ -194,7 +194,7 @@ TEST_F(OneDesign, WalkWasRefusedOnMachinesWithoutSpills) {
 }
 
 // Statistics were written over a file that the machine includes; a machine's file itself was safe.
-TEST_F(OneDesign, AnOutputWentOverAFileThatTheMachineIncludes) {
+TEST_F(OneDesign, NoOutputGoesOverAFileThatTheMachineIncludes) {
   const std::string inner = "[l1]\nlatency = 30\n";
   folder_.write("inner.toml", inner);
   folder_.write("inc.toml", "include = 'inner.toml'\n");

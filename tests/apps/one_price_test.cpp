@@ -68,28 +68,28 @@ class OnePrice : public testing::Test {
   Folder folder_;
 };
 
-// On rdna4-share, 109,852 nJ by `sim` and 108,549 by `cost`.
-TEST_F(OnePrice, EnergyDiffersBetweenCommandsWithTheWidthOfTheNodes) {
+// On rdna4-share it was 109,852 nJ by `sim` and 108,549 by `cost`.
+TEST_F(OnePrice, EnergyIsOneInAllCommandsForEachWidthOfTheNodes) {
   for (unsigned width = 2; width <= 8; ++width) {
     expect_one_price("--accel tlas-tri20 --checkpoint on --bvh-width " + std::to_string(width));
   }
   expect_one_price("--accel tri20");  // of rdna4-share eight
 }
 
-TEST_F(OnePrice, EnergyDiffersBetweenCommandsWithTheLayout) {
+TEST_F(OnePrice, EnergyIsOneInAllCommandsForEachLayout) {
   for (const char* options : {"--layout compact", "--layout compressed", "--layout compact --bvh-width 5"}) {
     expect_one_price(std::string("--accel tlas-tri20 --checkpoint on ") + options);
   }
 }
 
-TEST_F(OnePrice, EnergyDiffersBetweenCommandsWithAnObjectList) {
+TEST_F(OnePrice, EnergyIsOneInAllCommandsForAnObjectList) {
   expect_one_price("--accel tlas-tri20", "objects.json");
   expect_one_price("--accel tlas-sphere --checkpoint on --bvh-width 4", "objects.json");
 }
 
-// 329,995 nJ of walk by `run` and 329,370 by `cost` and on the page: without the square root that finds the entry. What
-// hits wait in, and the sums of opacities, had no price either.
-TEST_F(OnePrice, EnergyDiffersBetweenCommandsInDesignWalk) {
+// That of walk was 329,995 nJ by `run` and 329,370 by `cost` and on the page: without the square root that finds the
+// entry. What hits wait in, and the sums of opacities, had no price either.
+TEST_F(OnePrice, EnergyIsOneInRunAndCostForEachDesign) {
   const std::string view = "run --quiet --scene s.ply --cameras s.cameras.json --width 8 --height 8 -o out ";
   for (const std::string options :
        {"", "--machine paper-charged --designs gautracer,walk --sort-key peak", "--designs gautracer --sort-key entry",
@@ -109,16 +109,16 @@ TEST_F(OnePrice, EnergyDiffersBetweenCommandsInDesignWalk) {
   }
 }
 
-// Six boxes, 0.092 in place of 0.122 mm2.
-TEST_F(OnePrice, AMachinesNodesArePricedWithSixBoxes) {
+// They were priced with six: 0.092 in place of 0.122 mm2.
+TEST_F(OnePrice, AMachinesNodesArePricedWithTheirOwnBoxes) {
   const double of_rdna4 = ray_box("--machine rdna4"), of_six = ray_box("--machine rdna4 --bvh-width 6");
   EXPECT_NEAR(of_rdna4, 0.122, 0.001);
   EXPECT_NEAR(of_six, 0.092, 0.001);
   EXPECT_EQ(ray_box("--machine rdna4 --bvh-width 8"), of_rdna4);
 }
 
-// One area for widths 2 to 8; 23.737 mm2 for an object list whose machine has 23.848.
-TEST_F(OnePrice, ASweepHasOneAreaForAllWidthsAndForAnObjectList) {
+// There was one area for widths 2 to 8, and 23.737 mm2 for an object list whose machine has 23.848.
+TEST_F(OnePrice, ASweepHasTheAreaOfEachWidthAndOfAnObjectList) {
   const std::string view = "cameras = 's.cameras.json'\nwidth = 8\nheight = 8\n";
   folder_.write("plan.toml", "[[scene]]\nname = 'one'\nfile = 's.ply'\n" + view +
                                  "[[scene]]\nname = 'list'\nfile = 'objects.json'\n" + view +

@@ -68,7 +68,7 @@ TEST_F(Regress, EqualStatisticsAreNoDifferenceAndAreNotRecordedAgain) {
 }
 
 // A trace of walk was recorded on shaders, 14 times slower, without a word.
-TEST_F(Regress, ATraceOfWalkRanWithoutItsUnits) {
+TEST_F(Regress, ATraceOfWalkWithoutItsUnitsIsNoted) {
   ASSERT_EQ(
       folder_.run("run --scene s.ply --cameras s.cameras.json --width 8 --height 8 --designs walk -o out --quiet").code,
       0);
@@ -240,7 +240,7 @@ TEST_F(Regress, BadInputIsOneLineAndSpoilsNoOtherCase) {
 }
 
 // It simulated each case before it said that there was nothing to compare with, and named two options of no command.
-TEST_F(Regress, TheFirstCallOfAFolderRanEveryCaseForNothing) {
+TEST_F(Regress, TheFirstCallOfAFolderRunsNoCase) {
   write_case("a", "", "../none.grtx");  // that would fail, if it were run
   const Outcome first = folder_.run("regress d --cases 'a*'");
   EXPECT_EQ(first.code, 2);
@@ -252,7 +252,7 @@ TEST_F(Regress, TheFirstCallOfAFolderRanEveryCaseForNothing) {
   EXPECT_EQ(folder_.run("regress d --cases 'a*'").code, 0);
 }
 
-TEST_F(Regress, ANameWithATabOrALineBreakMakesARecordThatCannotBeRead) {
+TEST_F(Regress, ANameWithATabOrALineBreakIsRefused) {
   for (const char* name : {"a\tb", "a\nb"}) {
     write_case(name);
     const Outcome outcome = record();
@@ -264,7 +264,7 @@ TEST_F(Regress, ANameWithATabOrALineBreakMakesARecordThatCannotBeRead) {
   }
 }
 
-TEST_F(Regress, AnEmptyRecordIsEqual) {
+TEST_F(Regress, AnEmptyRecordIsRefused) {
   write_case("a");
   ASSERT_EQ(record().code, 0);
   std::string table;
@@ -280,7 +280,7 @@ TEST_F(Regress, AnEmptyRecordIsEqual) {
   EXPECT_EQ(folder_.run("regress d").code, 0);
 }
 
-TEST_F(Regress, AMistypedToleranceIsNone) {
+TEST_F(Regress, AMistypedToleranceIsRefused) {
   write_case("a");
   ASSERT_EQ(record().code, 0);
   write_case("a", "statistics = ['gpu.l1.*']\n[tolerance]\n'gpu.l1.*' = 0.1\n'gpu.l3.*' = 0.1\n");

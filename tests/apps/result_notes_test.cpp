@@ -66,7 +66,7 @@ TEST_F(ResultNotes, ARunThatMeansWhatItSaysHasNone) {
   EXPECT_EQ(outcome.err, "");
 }
 
-TEST_F(ResultNotes, CamerasOfAnotherSceneGiveSpeedUpsOfOneWithoutAWord) {
+TEST_F(ResultNotes, CamerasOfAnotherSceneAreNoted) {
   look_elsewhere();
   trace("");
   EXPECT_EQ(of_sim(kFilled), std::set<std::string>{"no-hits"});
@@ -88,12 +88,12 @@ TEST_F(ResultNotes, ATailThatIsTheWholeRun) {
               HasSubstr("a launch of 8 warps does not fill 256 warp slots, "));
 }
 
-TEST_F(ResultNotes, ListsOfOneCheckpointOverflowWithoutAWord) {
+TEST_F(ResultNotes, ListsOfOneCheckpointThatOverflowAreNoted) {
   trace("--checkpoint on --checkpoint-capacity 1");
   EXPECT_EQ(of_sim(std::string(kFilled) + "--machine ''"), std::set<std::string>{"overflow"});
 }
 
-TEST_F(ResultNotes, ClampedRowsAreAnotherScene) {
+TEST_F(ResultNotes, ClampedRowsAreNoted) {
   must("synth --preset stress-params --count 400 --seed 1 -o p.ply");
   trace("", "p");
   EXPECT_TRUE(of_sim(kFilled).contains("clamped"));
@@ -110,8 +110,8 @@ TEST_F(ResultNotes, ASweepKeepsThemWithThePoint) {
   EXPECT_EQ(notes.at(0).at("id"), "partial-launch");
 }
 
-// +11 % cycles on paper-lean against its own trace, without a word.
-TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
+// It took 11 % more cycles on paper-lean against its own trace, without a word.
+TEST_F(ResultNotes, ATraceOfAnotherMachineIsNoted) {
   trace("--checkpoint on");
   for (const std::string machine : {"paper", "paper-charged"}) {
     EXPECT_FALSE(of_sim("--machine " + machine).contains("tracer-options")) << machine;
@@ -138,8 +138,8 @@ TEST_F(ResultNotes, ATraceOfAnotherMachineIsRunWithoutAWord) {
   }
 }
 
-// Twelve times the cycles of the run, without a word.
-TEST_F(ResultNotes, ATraceOfADesignRunsWithoutItsUnits) {
+// It took twelve times the cycles of the run, without a word.
+TEST_F(ResultNotes, ATraceOfADesignWithoutItsUnitsIsNoted) {
   must("run --scene s.ply --cameras s.cameras.json --width 16 --height 16 --designs baseline,gautracer,walk -o out");
   const nlohmann::json results = json("out/results.json");
   for (const std::string design : {"gautracer", "walk"}) {
@@ -161,7 +161,7 @@ TEST_F(ResultNotes, ATraceOfADesignRunsWithoutItsUnits) {
   EXPECT_THAT(must("sim out/baseline.grtx").err, Not(HasSubstr("units this run lacks")));
 }
 
-TEST_F(ResultNotes, AMachineWithASeedOfSecondaryRaysIsAnInternalError) {
+TEST_F(ResultNotes, AMachineMayHaveASeedOfSecondaryRays) {
   trace("--checkpoint on");
   folder_.write("seed.toml", "[tracer]\nsecondary_seed = 3\n");
   must("sim t.grtx --machine seed.toml");
@@ -173,8 +173,8 @@ TEST_F(ResultNotes, ARunNamesTracerOptionsThatAreNotItsMachines) {
   EXPECT_THAT(must(run + "--child-order near_first").err, HasSubstr("child_order is near_first, not slot"));
 }
 
-// 651,112 cycles by --config, 713,312 by --machine and load_config().
-TEST_F(ResultNotes, AFileStartsFromAnotherMachineByEachOfThreeDoors) {
+// They were 651,112 cycles by --config, 713,312 by --machine and load_config().
+TEST_F(ResultNotes, AFileStartsFromOneMachineByEachOfThreeDoors) {
   folder_.write("own.toml", "[l1]\nlatency = 25\n");
   trace("--checkpoint on");
   const double by_config = cycles("--config own.toml");
@@ -192,7 +192,7 @@ TEST_F(ResultNotes, AFileStartsFromAnotherMachineByEachOfThreeDoors) {
 }
 
 // A cache of 48 KB acted as one of 32 KB.
-TEST_F(ResultNotes, ACacheThatHasNoWholeSetsIsMadeSmaller) {
+TEST_F(ResultNotes, ACacheThatHasNoWholeSetsIsRefused) {
   trace("");
   for (const auto& [set, rule] :
        {std::pair("l1.bytes=49152", "l1.bytes: must be a multiple of l1.ways x l1.line_bytes, as 32768 or 65536"),

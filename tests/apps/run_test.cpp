@@ -103,8 +103,8 @@ TEST_F(RunTest, EachDesignAndFrameSaysHowFarItsPictureIs) {
   EXPECT_EQ(pictures.at("walk").at("order"), "entry into spheres of quantised Gaussians");
 }
 
-// "grtx blends by entry into polyhedra: 32.8 dB from grtx": of walk, which is traced first. So was the picture.
-TEST_F(RunTest, ADesignBlendedInAnotherOrderThanItself) {
+// It said "grtx blends by entry into polyhedra: 32.8 dB from grtx": of walk, which is traced first. So was the picture.
+TEST_F(RunTest, NoDesignBlendsInAnotherOrderThanItself) {
   must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
   const Outcome said =
       grtx("run " + scene_arguments() + config() + "--designs grtx,gautracer,walk -o " + folder + "/out");
@@ -122,8 +122,8 @@ TEST_F(RunTest, ADesignBlendedInAnotherOrderThanItself) {
   EXPECT_EQ(read_file(folder + "/out/image.png"), read_file(folder + "/alone/image.png"));
 }
 
-// "there are 0.96 hits for each that is processed": those of walk's spheres over those of grtx's polyhedra.
-TEST_F(RunTest, FewerHitsThanAreProcessedBesideADesignOfAnotherProxy) {
+// It said "there are 0.96 hits for each that is processed": those of walk's spheres over those of grtx's polyhedra.
+TEST_F(RunTest, HitsAreThoseOfTheDesignsOwnProxy) {
   must("synth --preset flat --count 1500 --seed 3 -o " + folder + "/s.ply --quiet");
   must("run " + scene_arguments() + config() + "--quiet -o " + folder + "/out");
   const nlohmann::json beside = json("out/results.json").at("designs");
@@ -217,8 +217,8 @@ TEST_F(RunTest, TheTextOfMachinesSaysThatTheImageIsTooSmallWhoLosesMostAndWhatAK
   EXPECT_EQ(help.output.find("--k UINT:1 to 2048=8"), std::string::npos);
 }
 
-// "speed-up over gautracer", and nothing behind it.
-TEST_F(RunTest, ALineSaidSpeedUpOverAndNothingBehindIt) {
+// It was "speed-up over gautracer", and nothing behind it.
+TEST_F(RunTest, ALineSaysWhatSpeedUpsAreOver) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   const std::string designs = "run " + scene_arguments() + config() + "--designs gautracer,walk -o " + folder + "/out ";
   for (const auto& [k, line] : {std::pair("", "\nspeed-ups are over gautracer at k = 48; walk at 64"),
@@ -403,7 +403,7 @@ TEST_F(RunTest, TracesOfAnEarlierRunGo) {
   EXPECT_EQ(read_file(folder + "/out/walk.grtx"), "of mine, too");
 }
 
-TEST_F(RunTest, TwoRunsIntoOneFolderMixTheirScenes) {
+TEST_F(RunTest, ASecondRunIntoAFolderThatOneFillsIsRefused) {
   must("synth --preset object --count 300 --seed 7 -o " + folder + "/s.ply --quiet");
   std::filesystem::create_directories(folder + "/out");
   const std::string run = "run " + scene_arguments() + config() + "--quiet -o " + folder + "/out";

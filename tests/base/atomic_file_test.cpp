@@ -110,7 +110,7 @@ TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileDoNotMix) {
   EXPECT_EQ(grtx::read_file(folder / "a"), "again");
 }
 
-TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileAgainAndAgainLoseIt) {
+TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileAgainAndAgainDoNotLoseIt) {
   const std::string path = (folder / "f").string();
   constexpr int kProcesses = 4, kTimes = 200;
   const auto content = [](int process) { return std::string(5000, static_cast<char>('a' + process)); };
@@ -149,7 +149,7 @@ TEST_F(AtomicFileTest, GoesByAnotherNameWhileAnotherProcessWrites) {
   ::close(theirs);
 }
 
-TEST_F(AtomicFileTest, ANameOf250BytesLeavesNoRoomForThatOfTheTemporaryFile) {
+TEST_F(AtomicFileTest, ANameOf255BytesIsTakenAndOneOf256Refused) {
   for (const std::string& name : {std::string(250, 'n'), std::string(255, 'n'), "n" + std::string(254, '\xc3')}) {
     grtx::write_file(folder / name, "text");
     EXPECT_EQ(grtx::read_file(folder / name), "text");
@@ -161,7 +161,7 @@ TEST_F(AtomicFileTest, ANameOf250BytesLeavesNoRoomForThatOfTheTemporaryFile) {
   EXPECT_EQ(files_in(folder), 5u);
 }
 
-TEST_F(AtomicFileTest, DevStdoutIsReplacedByAFile) {
+TEST_F(AtomicFileTest, DevStdoutIsWrittenAndNotReplaced) {
   int ends[2] = {};
   ASSERT_EQ(::pipe(ends), 0);
   const int file = ::open((folder / "redirected").c_str(), O_RDWR | O_CREAT, 0600);

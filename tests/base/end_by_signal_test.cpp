@@ -39,7 +39,7 @@ struct EndBySignal : testing::Test {
   const std::filesystem::path folder = own_folder.path();
 };
 
-TEST_F(EndBySignal, APartialFileStaysForEver) {
+TEST_F(EndBySignal, NoPartialFileStays) {
   for (const auto& [signal, name] : {std::pair(SIGHUP, "SIGHUP"), {SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}}) {
     write_file(folder / "a", "old");
     const int status = status_of([&, number = signal] {

@@ -13,7 +13,7 @@ TEST(GeometricMean, OfRatiosAndTheirReciprocalsIsOne) {
   EXPECT_DOUBLE_EQ(geometric_mean({0.25, 4.0, 1.0}), 1.0);
 }
 
-TEST(GeometricMean, OneValueLostItsLastBit) {  // exp(log(x)) rounds twice
+TEST(GeometricMean, OneValueKeepsItsLastBit) {  // exp(log(x)) rounds twice
   for (const double value : {1074.0, 0.1, 3.7}) EXPECT_EQ(geometric_mean({value}), value);
 }
 

@@ -15,7 +15,7 @@ std::string nested(int levels) {
   return std::string(static_cast<std::size_t>(levels), '[') + std::string(static_cast<std::size_t>(levels), ']');
 }
 
-TEST(Json, NestedListsOverflowedTheStack) {
+TEST(Json, ListsNestedTooDeeplyAreRefused) {
   EXPECT_NO_THROW(parse_json(nested(kMostJsonLevels), "f"));
   const std::string rule = "must be nested at most 128 levels deep, as JSON";
   EXPECT_EQ(test::error_of([] { parse_json(nested(kMostJsonLevels + 1), "f"); }), "f: byte 129: " + rule);
@@ -37,7 +37,7 @@ TEST(Json, NamesThePlaceOfAFault) {
             "f: is not readable JSON: holds a number that no double can hold");
 }
 
-TEST(Json, ANameInLatin1EndedInTypeError316) {
+TEST(Json, ANameInLatin1IsEscaped) {
   const nlohmann::ordered_json json = {{"f",
                                         "K\xfc"
                                         "che.jpg"},

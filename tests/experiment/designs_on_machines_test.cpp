@@ -54,8 +54,8 @@ TEST(DesignComparison, OfSeveralObjectsTakesTwoLevels) {
   EXPECT_THAT(test::error_of([] { DesignComparison({"gautracr"}, false); }), HasSubstr("the nearest is 'gautracer'"));
 }
 
-// "rt.traversal: warp needs rt.warp_buffer.spill": the design brings it.
-TEST(DesignOnAMachine, WalkWasRefusedOnMachinesWithoutSpills) {
+// It was refused: "rt.traversal: warp needs rt.warp_buffer.spill": the design brings it.
+TEST(DesignOnAMachine, WalkRunsOnMachinesWithoutSpills) {
   EXPECT_FALSE(choose_machine({.machine = "rdna4-share"}).config.rt.warp_buffer.spill);
   for (const char* machine : {"paper", "rdna4-share", "ada"}) {
     const sim::GpuConfig walk = choose_machine({.machine = machine, .design = "walk"}).config;
@@ -66,8 +66,8 @@ TEST(DesignOnAMachine, WalkWasRefusedOnMachinesWithoutSpills) {
   }
 }
 
-// "simt.payload_registers: needs simt.registers_per_thread", which the design brings.
-TEST(DesignOnAMachine, AKeyThatNeedsTheDesignsOwnWasRefusedBesideIt) {
+// It was refused: "simt.payload_registers: needs simt.registers_per_thread", which the design brings.
+TEST(DesignOnAMachine, AKeyThatNeedsTheDesignsOwnIsTakenBesideIt) {
   const MachineChoice set{.design = "gautracer", .settings = {"simt.payload_registers=60"}};
   EXPECT_EQ(choose_machine(set).config.simt.register_file.payload_registers, 60U);
   EXPECT_EQ(choose_machine({.design = "gautracer"}).config.simt.register_file.payload_registers,

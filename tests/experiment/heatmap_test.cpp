@@ -32,7 +32,7 @@ TEST(HeatmapPicture, MarksAValueOncePerWarpAndNoMoreThanTen) {
 }
 
 // "1 at 24,40" without its cycles, and a bar that mixed 1.31e+06 with 983038.5.
-TEST(HeatmapPicture, TheSlowestPlacesHadNoValues) {
+TEST(HeatmapPicture, TheSlowestPlacesHaveTheirValues) {
   const auto list = [](double second) {
     Heatmap map{"cycles", "of a ray's warp", 64, 32, std::vector<double>(64 * 32, 0.0)};
     map.values[100] = 1310718.0;

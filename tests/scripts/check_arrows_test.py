@@ -104,12 +104,12 @@ class CheckArrows(unittest.TestCase):
         self.assertIn("traces/reader.h:1: includes traces/codec/columns.h, "
                       "an arrow of the circle traces -> traces/codec -> traces", faults)
 
-    def test_the_codec_was_included_by_five_other_folders(self):
+    def test_the_codec_included_by_another_folder(self):
         for file in ("frontend/tracer/tracer.h", "rtl_tlm/gpu/gpu.h", "report/page/report.h", "experiment/run_designs.h", "apps/grtx/main.cpp"):
             self.assertEqual(self.faults({file: '#include "grtx/traces/codec/columns.h"\n'}),
                              [f"{file}:1: includes traces/codec/columns.h, but traces/codec is seen by traces alone"])
 
-    def test_a_circle_that_a_decide_folder_hid(self):
+    def test_a_circle_through_a_decide_folder(self):
         circle = "modules/cache -> modules/noc -> modules/cache"
         self.assertEqual(self.faults({
             "modules/cache/l1_cache.h": '#include "grtx/modules/noc/crossbar.h"\n',

@@ -110,12 +110,12 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(self.faults(in_part), [stale])
         self.assertEqual(self.faults(self.results(excepted=EXCEPTED)), [line + "is not older than the model, or not there: the line goes"])
 
-    def test_readme_quotes_an_older_page(self):
+    def test_a_readme_that_quotes_an_older_page(self):
         self.assertEqual(self.faults(self.results(cell="measured with version 1", excepted=EXCEPTED)),
                          ["README.md:3: quotes docs/results/readings.md: must say 'measured with version 1'"])
         self.assertEqual(self.faults(self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED)), [])
 
-    def test_the_page_of_results_quotes_an_older_page(self):
+    def test_a_page_of_results_that_quotes_an_older_page(self):
         tree = self.results(cell="measured with version 1", said=", measured with version 1", excepted=EXCEPTED)
         page = "# R\n\n* A room gains 3.4 ([r](readings.md)){}.\n"
         self.assertEqual(self.faults(tree | {HEADLINE: page.format("")}),
@@ -174,7 +174,7 @@ class CheckDocs(unittest.TestCase):
         [fault] = of_show(tree | {show_tables.PAGE: tree[show_tables.PAGE].replace("| 80.00, 80.00 |", "| 80.00, 81.00 |")})
         self.assertTrue(fault.startswith(f"{show_tables.PAGE}:16: is not what scripts/readme_tables.py makes"), fault)
 
-    def test_readme_has_another_figure_than_the_page_of_designs(self):
+    def test_a_figure_of_readme_that_the_page_of_designs_does_not_have(self):
         tree = self.shown()
         for there, wrong in [("4.00 | 4.00 | 2.00 | 2.00 |", "4.00 | 4.00 | 2.00 | 2.10 |"), ("2.00 to 2.00", "1.90 to 2.00")]:
             faults = [fault for fault in self.faults(tree | {"README.md": tree["README.md"].replace(there, wrong)}) if fault.startswith("README.md")]

@@ -38,7 +38,7 @@ class ThePictureThatNobodyDrewAgain(unittest.TestCase):
     def test_the_page_as_it_is_fits(self):
         self.assertEqual(self.said(), "")
 
-    def test_a_new_unit_needed_a_place_by_hand(self):
+    def test_a_new_unit_takes_a_spare_place(self):
         new = "| Node buffer | [rtl_tlm/gpu/gpu.h](../rtl_tlm/gpu/gpu.h) | new | |\n"
         said = self.said(lambda page: page.replace("| Crossbar |", new + "| Crossbar |"))
         self.assertEqual(said, "docs/images/architecture.svg: out of date: run scripts/draw_architecture.py\n")
@@ -50,11 +50,11 @@ class ThePictureThatNobodyDrewAgain(unittest.TestCase):
         self.assertEqual(said.count("\n"), 1)
         self.assertIn("Mode 2: a row of docs/architecture.md for which the picture has no spare place left", said)
 
-    def test_a_box_has_no_row(self):
+    def test_a_box_without_a_row(self):
         self.assertIn("Windows: a place in the picture without a row",
                       self.said(lambda page: page.replace(WINDOWS, WINDOWS.replace("Windows", "Stride"))))
 
-    def test_a_row_s_file_moved(self):
+    def test_a_row_whose_file_moved(self):
         self.assertIn("out of date", self.said(lambda page: page.replace(
             "(../rtl_tlm/estimate/windows/window_simulation.h)", "(../rtl_tlm/estimate/window_simulation.h)")))
 

@@ -67,7 +67,7 @@ class Evaluate(unittest.TestCase):
                       for name in ("baseline", "walk"))
         self.assertTrue(all(one > other for one, other in zip(base, walk)))
 
-    def test_walk_and_the_papers_designs_were_said_a_second_time(self):
+    def test_walk_and_the_papers_designs_are_said_once(self):
         with open(os.path.join(ROOT, "bench", "evaluate", "designs.toml"), "rb") as file:
             designs = {design["name"]: design for design in tomllib.load(file)["design"]}
         for name in ("baseline", "sw", "hw", "grtx", "gautracer", "walk"):  # explore/sweep/designs.cpp says what they are

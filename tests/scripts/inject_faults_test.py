@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What injected faults have found once, named after its symptom: inject_faults_test.py PROGRAM LIBRARY"""
+"""What holds since injected faults found that it did not: inject_faults_test.py PROGRAM LIBRARY"""
 import os
 import shutil
 import sys
@@ -46,16 +46,16 @@ class Symptoms(unittest.TestCase):
                 self.assertEqual(wrong, "")
                 self.assertNotEqual(outcome, "")
 
-    def test_a_report_says_that_a_machine_has_no_price_when_no_process_can_be_started(self):
+    def test_a_report_does_not_blame_the_machine_for_a_process_that_cannot_be_started(self):
         self.hold("report", "start_process", [1, 2])
 
-    def test_without_memory_it_aborts_or_ends_without_a_word(self):
+    def test_without_memory_it_ends_in_one_line(self):
         self.hold("synth", "allocate", range(1, 41))
 
-    def test_the_first_line_of_a_waveform_on_a_full_disk_is_an_internal_error(self):
+    def test_the_first_line_of_a_waveform_on_a_full_disk_is_no_internal_error(self):
         self.hold("sim", "write", [1])
 
-    def test_a_repeated_sweep_describes_a_statistic_by_its_last_point(self):
+    def test_a_repeated_sweep_describes_statistics_as_an_undisturbed_one(self):
         self.hold("sweep", "rename", [4])
 
     def test_an_open_that_fails_is_what_the_state_file_says(self):

@@ -20,12 +20,12 @@ OWN = [entry for entry in claims.read(os.path.join(TOP, "bench", "paper", "claim
 
 
 class PaperFigures(unittest.TestCase):
-    def test_claims_had_the_numbers_of_the_targets_once_more(self):
+    def test_claims_do_not_have_the_numbers_of_the_targets_once_more(self):
         printed = {target["paper"] for target in TARGETS}
         self.assertEqual([entry["id"] for entry in OWN if entry["paper"] in printed or "target" in entry], [])
         self.assertEqual([entry["id"] for entry in OWN if " over " in entry["source"]], [], "a quotient of printed numbers names both")
 
-    def test_scripts_had_a_list_of_the_papers_numbers_of_their_own(self):
+    def test_scripts_have_no_list_of_the_papers_numbers_of_their_own(self):
         numbers = {float(entry["paper"]) for entry in TARGETS + OWN} - {2.43}  # so many M Gaussians has a scene, too
         unmistakable = {number for number in numbers if len(str(number)) > 3 and number % 1}
         self.assertTrue({4.36, 5.94} <= unmistakable)
@@ -43,7 +43,7 @@ class PaperFigures(unittest.TestCase):
         self.assertIn("consistent", known["small-fov-hw"].source)
         self.assertTrue(known["l1-sw"].bound)
 
-    def test_readings_had_other_figures_than_are_recorded(self):
+    def test_readings_has_the_figures_that_are_recorded(self):
         with open(os.path.join(TOP, "docs", "results", "readings.md"), encoding="utf-8") as file:
             text = file.read()
         known, recorded = claims.load(), claims.read(os.path.join(TOP, "bench", "paper", "expected.toml"))["quick"]["paper"]

@@ -93,7 +93,7 @@ class Frames(unittest.TestCase):
         self.assertEqual(results.statistics.loc["gpu.cycles"].tolist(),
                          grtx_tlm.read_results(self.path("run")).statistics.loc["gpu.cycles"].tolist())
 
-    def test_files_whose_names_begin_with_a_dash_are_options(self):
+    def test_files_whose_names_begin_with_a_dash_are_no_options(self):
         here = os.getcwd()
         os.chdir(os.path.dirname(self.path("x")))
         self.addCleanup(os.chdir, here)
@@ -304,7 +304,7 @@ class Frames(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "l1.byte"):
             grtx_tlm.speedup(sweep, {"l1.byte": 1})
 
-    def test_a_sweep_of_two_keys_was_one_zigzag_line(self):
+    def test_a_sweep_of_two_keys_has_a_line_per_value(self):
         rows = [{"design": "grtx", "scene": "room", "notes": "", "l1.bytes": b, "tracer.k": k, "gpu.cycles": 100.0 * k / b}
                 for b in (2, 1, 4) for k in (8, 16)]
         sweep = pd.DataFrame(rows)
@@ -322,7 +322,7 @@ class Frames(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "l1.byte"):
             plots.plot_pareto(sweep, "area", "time", label="l1.byte")
 
-    def test_gautracer_and_walk_had_no_speed_up_over_k(self):
+    def test_gautracer_and_walk_have_a_speed_up_over_k(self):
         with open(self.path("k.toml"), "w", encoding="utf-8") as file:
             file.write(PLAN.replace('"grtx"', '"gautracer", "walk"').replace('"l1.bytes" = [32768, 131072]', '"tracer.k" = [4, 96]'))
         grtx("sweep", self.path("k.toml"), "-o", self.path("k.sqlite"), "--quiet")
@@ -338,7 +338,7 @@ class Frames(unittest.TestCase):
         frame = grtx_tlm.read_sweep(self.path("k.sqlite"), ["gpu.cycles"])
         self.assertEqual(frame[frame["design"] == "walk"]["simt.payload_registers"].tolist(), [12, 255, 255])
 
-    def test_points_of_two_plans_and_machines_are_called_the_same(self):
+    def test_points_of_two_plans_and_machines_are_told_apart(self):
         path = self.path("edited.sqlite")
         for machine, width in (("paper", 8), ("paper-charged", 16)):
             with open(self.path("edited.toml"), "w", encoding="utf-8") as file:

@@ -114,7 +114,7 @@ class Reads(unittest.TestCase):
                 self.assertIn(words, str(caught.exception))
                 self.assertNotIn("bad.grtx", caught.exception.place + caught.exception.rule)
 
-    def test_a_file_whose_name_begins_with_a_dash_is_an_option(self):
+    def test_a_file_whose_name_begins_with_a_dash_is_no_option(self):
         here = os.getcwd()
         os.chdir(os.path.dirname(self.path("x")))
         self.addCleanup(os.chdir, here)

@@ -105,7 +105,7 @@ class Silicon(unittest.TestCase):
 
 
 class Page(unittest.TestCase):
-    def test_silicon_had_other_figures_of_cards_than_points_csv(self):
+    def test_silicon_has_the_figures_of_cards_of_points_csv(self):
         with open(os.path.join(TOP, "docs", "results", "silicon.md"), encoding="utf-8") as file:
             text = file.read()
         with open(os.path.join(TOP, "data", "measured", "points.csv"), encoding="utf-8") as file:

@@ -99,7 +99,7 @@ class Report(unittest.TestCase):
         statistics = [("gpu.a", i > 0) for i in range(10)] + [("gpu.b", i > 1) for i in range(10)] + [("gpu.c", False)] * 9
         self.assertEqual(windows_report.seldom(statistics), "gpu.b 8 of 10")
 
-    def test_a_copy_of_the_designs_was_older_than_the_program(self):
+    def test_options_of_a_design_are_the_program_s(self):
         keys = {"tracer.k": {"value": 64, "from": "--design walk"}, "tracer.tmax_update": {"value": "kth", "from": "--design walk"},
                 "tracer.pop_test": {"value": "on", "from": "paper.toml:9"}, "rt.traversal": {"value": "warp", "from": "--design walk"}}
         with open(self.study.options.program, "w", encoding="utf-8") as file:

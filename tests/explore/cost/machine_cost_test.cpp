@@ -104,7 +104,7 @@ TEST(MachineCost, FromSixtyFourRowsOnAMemoryIsAnSram) {
 }
 
 // "209.091161.18": area and leakage of 1,000 and more filled their columns.
-TEST(MachineCost, ColumnsOfALargeChipRanTogether) {
+TEST(MachineCost, ColumnsOfALargeChipStandApart) {
   ChildProcess child("cost", [] {
     const sim::GpuConfig config = sim::load_config("", {"gpu.sms=128"});
     return cost_text(machine_cost(config, "grtx", sim::machine_inventory(config, {.design = "grtx"}), {.nm = 45}), 2,

@@ -34,7 +34,7 @@ double energy_of(const std::string& part, const std::map<std::string, double>& s
   return std::stod(child.result());
 }
 
-TEST(RunEnergy, AStatisticThatIsMissingIsFree) {
+TEST(RunEnergy, AStatisticThatIsMissingIsNamed) {
   const auto energy = [](const std::string& missing) {
     ChildProcess child("energy", [&] {
       const sim::GpuConfig config = sim::load_config("", {});

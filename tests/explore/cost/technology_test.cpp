@@ -72,7 +72,7 @@ TEST(OperatorCosts, WidthScalesWhatIsBuiltBitByBit) {
   EXPECT_NEAR(operator_cost("int_add", 64).gates.central, 2.0 * operator_cost("int_add", 32).gates.central, 1e-9);
 }
 
-TEST(OperatorCosts, AnOperatorOfSomebodysUnitThatHasNoCostWasAnInternalError) {
+TEST(OperatorCosts, AnOperatorOfSomebodysUnitThatHasNoCostIsNamed) {
   const auto fault = [](const std::string& name, unsigned width) {
     return test::error_of([&] { operator_cost(name, width); });
   };

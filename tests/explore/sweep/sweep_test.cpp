@@ -111,7 +111,7 @@ TEST_F(Sweep, KilledTwiceAndResumedEqualsAnUndisturbedOne) {
   EXPECT_FALSE(std::filesystem::exists(folder + "/killed.sqlite.work"));
 }
 
-TEST_F(Sweep, CtrlCLeavesHalfATraceAndDoesNotSayThatItResumes) {
+TEST_F(Sweep, CtrlCLeavesNoHalfTraceAndSaysHowToResume) {
   write_file(folder + "/plan.toml", "base = '" + grtx::paths::source_dir() +
                                         "/configs/small.toml'\n[[scene]]\npreset = 'object'\ncount = 300\n"
                                         "width = 4096\nheight = 4096\n");
@@ -262,9 +262,9 @@ TEST_F(Sweep, TheFrontIsConfirmedInAnotherMode) {
   EXPECT_EQ(confirmed, front);
 }
 
-// What has gone wrong once, named after its symptom.
+// What has gone wrong once.
 
-TEST_F(Sweep, AFolderOfSomebodyElsesIsDeleted) {
+TEST_F(Sweep, AFolderOfSomebodyElsesIsNotDeleted) {
   write_plan();
   const std::string work = folder + "/a.sqlite.work", other = folder + "/other";
   const auto expect_refused = [&](const std::string& text) {
@@ -298,7 +298,7 @@ TEST_F(Sweep, AFolderOfSomebodyElsesIsDeleted) {
   EXPECT_THAT(read_file(folder + "/k.json"), HasSubstr("is no work folder that may be deleted"));
 }
 
-TEST_F(Sweep, ADamagedTraceFailsItsPointsForEver) {
+TEST_F(Sweep, ADamagedTraceIsMadeAgain) {
   write_plan();
   ASSERT_EQ(sweep("undamaged.sqlite").code, 0);
   ASSERT_EQ(sweep("a.sqlite", "--program " + program("[ $1 = sim ] && [ $# -gt 4 ] && kill -9 $$")).code, 1);
@@ -328,7 +328,7 @@ TEST_F(Sweep, ADamagedTraceFailsItsPointsForEver) {
   EXPECT_EQ(same("b.sqlite").output, "the same results\n");
 }
 
-TEST_F(Sweep, ATruncatedResultBlocksEveryResume) {
+TEST_F(Sweep, ATruncatedResultBlocksNoResume) {
   write_plan();
   ASSERT_EQ(sweep("undisturbed.sqlite").code, 0);
   ASSERT_EQ(sweep("a.sqlite").code, 0);
@@ -357,7 +357,7 @@ TEST_F(Sweep, ATruncatedResultBlocksEveryResume) {
   EXPECT_EQ(same.output, "the same results\n");
 }
 
-TEST_F(Sweep, ATriggerChangesResultsInSilence) {
+TEST_F(Sweep, ATriggerOrTableThatNoSweepMadeIsRefused) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   struct Case {
@@ -385,7 +385,7 @@ TEST_F(Sweep, ATriggerChangesResultsInSilence) {
   }
 }
 
-TEST_F(Sweep, AForgedValueIsBelieved) {
+TEST_F(Sweep, AForgedValueIsRefused) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const std::string key = rows("a.sqlite", "SELECT key FROM point WHERE id = 3").at(0);
@@ -433,7 +433,7 @@ TEST_F(Sweep, ADatabaseOfAnotherSchemaIsNeitherReadNorFilled) {
   EXPECT_EQ(sweep("a.sqlite").code, 2);
 }
 
-TEST_F(Sweep, PointsOfTwoModelsStandInOneDatabase) {
+TEST_F(Sweep, PointsOfTwoModelsAreNotMixedInOneDatabase) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   ASSERT_EQ(sweep("a.sqlite").code, 0);
@@ -444,7 +444,7 @@ TEST_F(Sweep, PointsOfTwoModelsStandInOneDatabase) {
                                        std::to_string(sim::kModelVersion) + ": begin another database"));
 }
 
-TEST_F(Sweep, ADatabaseCalledMemoryIsEmpty) {
+TEST_F(Sweep, ADatabaseCalledMemoryIsAFile) {
   write_plan();
   const auto here = [&](const std::string& arguments) {
     return test::shell("cd " + folder + " && " + grtx::paths::program() + " " + arguments);
@@ -478,7 +478,7 @@ class SweepOfObjects : public Sweep {
   }
 };
 
-TEST_F(SweepOfObjects, AChangedMemberIsTheSameScene) {
+TEST_F(SweepOfObjects, AChangedMemberIsAnotherScene) {
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const std::string key = point("key"), inputs = point("json_extract(document, '$.inputs')");
   EXPECT_THAT(inputs, AllOf(HasSubstr("objects.json "), HasSubstr("a.ply "), HasSubstr("b.ply "),
@@ -492,7 +492,7 @@ TEST_F(SweepOfObjects, AChangedMemberIsTheSameScene) {
       rows("a.sqlite", "SELECT json_extract(document, '$.inputs.\"trace.files_hash\"') FROM point WHERE id = 1").at(0));
 }
 
-TEST_F(SweepOfObjects, ATraceOfAnotherSceneIsTakenUnderTheKey) {
+TEST_F(SweepOfObjects, ATraceOfAnotherSceneIsMadeAgain) {
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   const std::string trace = folder + "/" + rows("a.sqlite", "SELECT path FROM trace").at(0), made = read_file(trace);
   // Sound, of the same options, and of other Gaussians.
@@ -511,13 +511,13 @@ TEST_F(SweepOfObjects, ATraceOfAnotherSceneIsTakenUnderTheKey) {
       "the same results\n");
 }
 
-TEST_F(SweepOfObjects, ASceneThatChangesWhileASweepRunsGoesUnderTheOldKey) {
+TEST_F(SweepOfObjects, ASceneThatChangesWhileASweepRunsFailsItsPoint) {
   const std::string script = program("if [ $1 = trace ]; then cp " + folder + "/a.ply " + folder + "/b.ply; fi");
   EXPECT_EQ(sweep("a.sqlite", "--program " + script).code, 1);
   EXPECT_THAT(point("reason"), HasSubstr("trace: was made from other files"));
 }
 
-TEST_F(Sweep, AnEditedGeneratedSceneIsTraced) {
+TEST_F(Sweep, AnEditedGeneratedSceneIsMadeAgain) {
   write_plan();
   ASSERT_EQ(sweep("a.sqlite").code, 0);
   for (const auto& file : std::filesystem::directory_iterator(folder + "/traces")) {

@@ -132,7 +132,7 @@ TEST_F(ImageFile, EveryTruncationIsRefusedByName) {
   }
 }
 
-TEST_F(ImageFile, ASmallExrClaimsGigabytesAndGetsThem) {
+TEST_F(ImageFile, ASmallExrThatClaimsGigabytesIsRefused) {
   write_image(path("a.exr"), awkward_image());
   const std::string whole = read_file(path("a.exr"));
   const auto with = [&](const std::string& attribute) {  // before all others

@@ -273,7 +273,7 @@ TEST(Decompress, SizesAroundTheStep) {
 }
 
 // The header counts the points: what comes out beyond them is never asked for.
-TEST(SpzReader, ASmallFileInflatesToGigabytesBeforeItsHeaderIsRead) {
+TEST(SpzReader, ASmallFileIsInflatedNoFurtherThanItsHeaderSays) {
   std::string head(16, '\0');
   head.replace(0, 4, "NGSP");
   head[4] = 3;

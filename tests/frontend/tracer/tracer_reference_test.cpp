@@ -69,7 +69,7 @@ double parity(const Scene& scene, const Camera& camera, AccelKind kind, Referenc
       .psnr;
 }
 
-TEST(TracerReferenceFaults, HarmonicsOfDegree4WereLeftOut) {
+TEST(TracerReferenceFaults, HarmonicsOfDegree4Count) {
   const Scene scene = test::random_scene(45, {200, 1.0, -2.0, 1.0, 0.05, 0.95, 4});
   for (const ShDirection direction : {ShDirection::ray, ShDirection::centre}) {
     EXPECT_GE(parity(scene, test::front_camera(32, 32), AccelKind::tlas_sphere, ReferenceProxy::sphere, direction), 90);
@@ -100,7 +100,7 @@ TEST(ColoursOnceInAFrame, DifferByTheirRoundingAlone) {
 }
 
 // |direction|^2 in the unit frame is no float there. Powers of two: the scene is the same but for its size.
-TEST(TracerReferenceFaults, SpheresFromScale1e20OnHeldEveryOrigin) {
+TEST(TracerReferenceFaults, SpheresFromScale1e20OnDoNotHoldEveryOrigin) {
   const std::pair<AccelKind, ReferenceProxy> kinds[] = {
       {AccelKind::tlas_sphere, ReferenceProxy::sphere},  {AccelKind::ellipsoid, ReferenceProxy::sphere},
       {AccelKind::box, ReferenceProxy::sphere},          {AccelKind::tlas_box, ReferenceProxy::sphere},

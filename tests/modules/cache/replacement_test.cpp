@@ -158,7 +158,7 @@ class Nonsense final : public CacheReplacement {
   unsigned bits_per_line() const override { return 0; }
 };
 
-TEST(CacheReplacement, Victim4711CrashedTheCache) {
+TEST(CacheReplacement, AWayThatTheSetHasNotIsBlamedOnThePolicy) {
   register_cache_replacement("nonsense", [](std::uint64_t, unsigned) { return std::make_unique<Nonsense>(); });
   for (const unsigned ways : {3u, 40u}) {
     Lines lines;
@@ -169,7 +169,7 @@ TEST(CacheReplacement, Victim4711CrashedTheCache) {
   }
 }
 
-TEST(CacheReplacement, AFactoryThatMakesNothingMeantLruWithoutAWord) {
+TEST(CacheReplacement, AFactoryThatMakesNothingIsNamed) {
   register_cache_replacement("nothing", [](std::uint64_t, unsigned) { return nullptr; });
   EXPECT_THAT([] { evicted("nothing", 3, {1}); }, ::testing::ThrowsMessage<Error>(::testing::HasSubstr(
                                                       "the factory of the cache replacement nothing made nothing")));

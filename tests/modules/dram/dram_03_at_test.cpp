@@ -225,7 +225,7 @@ TEST_F(DramAt, RandomTrafficIsConservedAndIdleSkipChangesNothing) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_EQ(simulate(seed, true), simulate(seed, false));
 }
 
-TEST_F(DramAt, AnEndRespWithoutABeginRespDereferencedNullWhereReportsDoNotThrow) {
+TEST_F(DramAt, AnEndRespWithoutABeginRespChangesNothingWhereReportsDoNotThrow) {
   ClockDomain memory("memory", 3500.0);
   Dram dram("dram", one_channel(), memory);
   RawAtInitiator initiator("initiator");

@@ -240,7 +240,7 @@ class Refuses final : public DramScheduling {
   }
 };
 
-TEST(DramScheduling, APolicyThatNeverChoosesHungAFullQueue) {
+TEST(DramScheduling, APolicyThatNeverChoosesHangsNoFullQueue) {
   DramChannelConfig config;
   config.queue = 4;
   config.timing.refi = 0;  // no refresh asks again
@@ -251,7 +251,7 @@ TEST(DramScheduling, APolicyThatNeverChoosesHungAFullQueue) {
 }
 
 // Unlike the one above it declines nothing: it was asked again in every clock, for ever.
-TEST(DramScheduling, APolicyThatNeverAnswersHungAFullQueue) {
+TEST(DramScheduling, APolicyThatNeverAnswersHangsNoFullQueue) {
   DramChannelConfig config;
   config.queue = 4;
   DramChannel channel(config, std::make_unique<Wrong>(DramChoice{}));

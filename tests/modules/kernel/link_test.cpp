@@ -54,7 +54,7 @@ std::string report_of(const std::function<void()>& act) {
 }
 
 // Asserts vanish where a user's release build includes the header: then items came out in another order.
-TEST(LinkTest, FivePushesIntoALinkOfTwoCameOutInAnotherOrder) {
+TEST(LinkTest, APushIntoAFullLinkAndAPopOfNothingAreReported) {
   Link<int> link("two_places", 1, 2);
   link.push(0, 0);
   link.push(0, 1);

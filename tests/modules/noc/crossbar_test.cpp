@@ -152,7 +152,7 @@ TEST_F(CrossbarTest, RandomTrafficWithRandomBackPressureIsConserved) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_EQ(simulate(seed, true), simulate(seed, false));
 }
 
-TEST_F(CrossbarTest, CountsOfAUsersCrossbarHadNoPlace) {
+TEST_F(CrossbarTest, CountsOfAUsersCrossbarAreStatistics) {
   CrossbarCounters counters;
   counters.own.add("hops", 7, "packet-hops", "of packets", 0.5);
   StatisticList list;

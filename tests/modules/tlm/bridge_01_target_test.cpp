@@ -194,7 +194,7 @@ TEST_F(TlmBridge, UnloadedLatencyOfAForeignInitiatorIsTheFormula) {
   }
 }
 
-TEST_F(TlmBridge, AHitAfterARestartTookAMillisecond) {
+TEST_F(TlmBridge, AHitAfterARestartTakesItsLatency) {
   const HierarchyBench::Config config;
   Bench bench(config);
   NbInitiator initiator("initiator");
@@ -220,7 +220,7 @@ struct ErrorsDoNotThrow {
   ErrorsDoNotThrow& operator=(const ErrorsDoNotThrow&) = delete;
 };
 
-TEST_F(TlmBridge, AnEndRespWithoutABeginRespDereferencedNullWhereReportsDoNotThrow) {
+TEST_F(TlmBridge, AnEndRespWithoutABeginRespChangesNothingWhereReportsDoNotThrow) {
   Bench bench;
   RawAtInitiator initiator("initiator");
   initiator.socket.bind(bench.bridge.socket);
@@ -239,7 +239,7 @@ TEST_F(TlmBridge, AnEndRespWithoutABeginRespDereferencedNullWhereReportsDoNotThr
   EXPECT_TRUE(bench.bridge.idle());
 }
 
-TEST_F(TlmBridge, AnAnswerThatNobodyWaitsForIsBlamedOnTheBridge) {
+TEST_F(TlmBridge, AnAnswerThatNobodyWaitsForIsBlamedOnWhatIsBehind) {
   ClockDomain core("core", 1365.0);
   PortLinks links("port");
   TlmToLink bridge("bridge", {}, core);
@@ -353,7 +353,7 @@ TEST_F(TlmBridge, MalformedTransactionsGetTheStandardsErrorStatus) {
 }
 
 // Caches number sectors in 32 bits; the bridge let 40 bits of address pass, and an assert ended the process.
-TEST_F(TlmBridge, AnAddressOf2To37OrOneThatWrapsKilledTheProcess) {
+TEST_F(TlmBridge, AnAddressOf2To37OrOneThatWrapsIsRefused) {
   Bench bench;
   constexpr std::uint64_t kWraps = ~std::uint64_t{0} - 15;
   LtInitiator initiator("initiator", {{100 * kNs, kAddressable - 32, 32, false},

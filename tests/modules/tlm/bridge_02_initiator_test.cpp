@@ -146,7 +146,7 @@ TEST_F(LinkBridge, AnErrorStatusEndsTheSimulationWithAReportThatNamesSocketAndAd
   }
 }
 
-TEST_F(LinkBridge, TheSecondLaunchBehindABridgeTookTwiceTheCycles) {
+TEST_F(LinkBridge, EachLaunchBehindABridgeTakesTheSameCycles) {
   for (const bool blocking : {false, true}) {
     fresh_context();
     Bench bench({.outstanding = 2, .blocking = blocking});

@@ -94,7 +94,7 @@ class BridgeData : public SystemCTest {
   };
 };
 
-TEST_F(BridgeData, AWriteOf0xabReads0x00WithOk) {
+TEST_F(BridgeData, AWriteOf0xabReads0xab) {
   for (const bool through : {false, true}) {
     fresh_context();
     Bench bench(through);

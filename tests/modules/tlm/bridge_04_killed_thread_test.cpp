@@ -86,7 +86,7 @@ struct Killer final : sc_core::sc_module {
 
 class KilledThread : public SystemCTest {};
 
-TEST_F(KilledThread, InsideTheBridgeWasASegmentationFault) {
+TEST_F(KilledThread, InsideTheBridgeWritesNothingAndLeavesItIdle) {
   // Waits for its annotated delay; has sent some sectors; waits for the answers; has ended.
   for (const double at_ns : {5.0, 12.5, 60.0, 1000.0}) {
     for (const bool resets : {false, true}) {

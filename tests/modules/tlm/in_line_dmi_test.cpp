@@ -63,7 +63,7 @@ struct DirectUser final : sc_core::sc_module {
 
 class InLine : public SystemCTest {};
 
-TEST_F(InLine, MonitorAndCheckerLostDirectMemoryAccess) {
+TEST_F(InLine, MonitorAndCheckerPassOnDirectMemoryAccess) {
   DirectUser user("user");
   AtProtocolChecker checker("checker", {});
   AtMonitor monitor("monitor");

@@ -34,7 +34,7 @@ class TargetRules : public SystemCTest {
   }
 };
 
-TEST_F(TargetRules, ADramAnsweredAReadWithOkAndLeftTheBuffer) {
+TEST_F(TargetRules, AReadThatADramAnswersWithOkFillsTheBuffer) {
   for (const bool blocking : {true, false}) {
     fresh_context();
     Memory memory;

@@ -84,7 +84,7 @@ TEST_F(Correlate, OtherScenesAreComparedByMeansAndRanges) {
 }
 
 // Times in µs and speed-ups were ranked as one list: Spearman 1.00.
-TEST_F(Correlate, TimesAndSpeedUpsHadOneRank) {
+TEST_F(Correlate, TimesAndSpeedUpsHaveNoRankTogether) {
   const Correlation c = correlate(read_measured(csv("scene,design,over,tracer.kernel_degree,value\n"
                                                     "room,sw,,2,60\ngarden,sw,,2,190\nroom,sw,baseline,2,1.6\n")),
                                   database(), "sweep.sqlite");

@@ -81,7 +81,7 @@ class EditedPlan : public explore::test::SweepBench {
 class EditedKey : public EditedPlan, public testing::WithParamInterface<Edit> {};
 
 /// After an edit of what no axis varies the report took the speed-up over the old baseline, which had the same name.
-TEST_P(EditedKey, OldPointsStandBesideNewOnesUnderTheSameName) {
+TEST_P(EditedKey, OldPointsAreToldApartFromNewOnes) {
   const Edit& edit = GetParam();
   write(edit.before);
   fill("a.sqlite");
@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(
                          "tracer.secondary"}),
     [](const auto& instance) { return instance.param.name; });
 
-TEST_F(EditedPlan, NoPointWasSimulatedInAllViewsOnceTheLatencyIsEdited) {
+TEST_F(EditedPlan, PointsAreInAllViewsAlsoOnceTheLatencyIsEdited) {
   const std::string scene = "width = 8\nheight = 8\nviews = [0, 1]\n[set]\nl2.latency = ";
   write(scene + "100");
   fill("a.sqlite");
@@ -140,7 +140,7 @@ TEST_F(EditedPlan, NoPointWasSimulatedInAllViewsOnceTheLatencyIsEdited) {
   EXPECT_TRUE(shown.views().front().is_mean());
 }
 
-TEST_F(EditedPlan, FreePointsOfPaperTakeTheFrontFromChargedOnes) {
+TEST_F(EditedPlan, FreePointsOfPaperAreNoPointsOfAChargedPlan) {
   write("width = 8\nheight = 8");
   fill("a.sqlite", "--machine paper");
   fill("a.sqlite", "--machine paper-charged");
@@ -157,7 +157,7 @@ TEST_F(EditedPlan, FreePointsOfPaperTakeTheFrontFromChargedOnes) {
 }
 
 /// All were "paper, changed": the simulation was not told the machine.
-TEST_F(EditedPlan, ChargedPointsSayThatTheyArePaperChanged) {
+TEST_F(EditedPlan, ChargedPointsSayTheirOwnMachine) {
   write("width = 8\nheight = 8");
   fill("a.sqlite", "--machine paper-charged");
   EXPECT_THAT(rows("a.sqlite",

@@ -55,7 +55,7 @@ TEST(PaperTargets, ARatioAtAnotherKThanThePapersSaysSo) {
 }
 
 // "the cost model cannot price this machine: statistics: gpu.l1.all.reads: is missing", and no mm2 in the answer.
-TEST(PaperTargets, AnEstimateHadNoArea) {
+TEST(PaperTargets, AnEstimateHasAnArea) {
   const auto figures = [](const char* mode) {
     return machine_figures(sim::config_json(sim::load_config("", {})),
                            {{"accel", "tri20"}, {"checkpoint", "off"}, {"mode", mode}},

@@ -92,7 +92,7 @@ TEST_F(RunsApart, SeveralMachinesHaveNoMean) {
 }
 
 // "they are not compared with each other": four numbers had to be found in two tables.
-TEST_F(RunsApart, NothingSaidWhetherAnEstimateHolds) {
+TEST_F(RunsApart, AnEstimateBesideCycleModeSaysWhetherItHolds) {
   ordered_json estimate = results("paper", "hall", 4000, 1010);
   for (const char* design : {"baseline", "grtx"}) {
     estimate["inputs"][design].update({{"mode", "windows"}, {"windows.seed", "1"}});
@@ -144,7 +144,7 @@ TEST_F(RunsApart, ScenesOfOneMachineHaveAGeometricMean) {
 }
 
 // Rows of 8 and 170 SMs stood under "of the run's own machine", which had 4.
-TEST_F(RunsApart, BuffersOfAnotherNumberOfSmsWereCalledTheMachinesOwn) {
+TEST_F(RunsApart, BuffersOfAnotherNumberOfSmsAreNotCalledTheMachinesOwn) {
   ordered_json document = results("own", "hall", 4000, 1000);
   document["config"]["gpu.sms"] = 4;
   document["inputs"]["grtx"]["mode"] = "windows";  // which has no counters to price parts by

@@ -74,7 +74,7 @@ std::string page(const ordered_json& document) {
 }
 
 // "time of the frame" was 4 ms, the sum of both; so were the energy and all that the first screen said.
-TEST(SequencePage, TheTimeOfAllFramesWasGivenAsThatOfTheFrame) {
+TEST(SequencePage, TheTimeOfAllFramesIsNotGivenAsThatOfTheFrame) {
   const std::string html = page(run_of({machine("paper", 4e6)}));
   EXPECT_THAT(html, AllOf(HasSubstr("<th scope=\"row\">time of a frame, mean of 2</th><td class=\"n\">2.00 ms</td>"),
                           HasSubstr("<th scope=\"row\">energy of a frame, mean of 2</th><td class=\"n\">4.00 mJ</td>"),
@@ -84,20 +84,20 @@ TEST(SequencePage, TheTimeOfAllFramesWasGivenAsThatOfTheFrame) {
   EXPECT_THAT(html, AllOf(Not(HasSubstr("time of the frame")), Not(HasSubstr("4.00 ms")), Not(HasSubstr("8.00 mJ"))));
 }
 
-TEST(SequencePage, TimesOfMachinesSideBySideWereSumsToo) {
+TEST(SequencePage, TimesOfMachinesSideBySideAreNoSumsEither) {
   EXPECT_THAT(page(run_of({machine("paper", 4e6), machine("ada", 2e6)})),
               AllOf(HasSubstr("Machines side by side: time of a frame, mean of 2, against paper"),
                     HasSubstr(">2.00 ms</td>"), HasSubstr(">1.00 ms</td>")));
 }
 
 // 40 % of both frames, and at least 80 % of its own.
-TEST(SequencePage, TheSlowestCallWasComparedWithTheCyclesOfAllFrames) {
+TEST(SequencePage, TheSlowestCallIsComparedWithTheCyclesOfItsFrame) {
   EXPECT_THAT(page(run_of({machine("paper", 4e6)})),
               HasSubstr("latency: the slowest call of a warp is 80 % of its frame or more"));
 }
 
 // A launch of which three quarters are tail is no better for a second one like it.
-TEST(SequencePage, ASecondFrameHidThatALaunchIsMostlyTail) {
+TEST(SequencePage, ASecondFrameDoesNotHideThatALaunchIsMostlyTail) {
   ordered_json two = statistics(400);
   two["gpu.distributor.groups"] = count(2 * 600);
   two["gpu.distributor.tail_cycles"] = count(150);

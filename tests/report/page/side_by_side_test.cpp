@@ -87,7 +87,7 @@ TEST_F(SideBySide, MachinesOfARunHaveTimesRatiosAndTheKeysThatDiffer) {
 }
 
 // Which design loses most stood above the table, why two screens below it.
-TEST_F(SideBySide, WhatBindsADesignOnAMachineStoodElsewhere) {
+TEST_F(SideBySide, WhatBindsADesignStandsInTheRowOfItsMachines) {
   ordered_json document = several();
   for (std::size_t m = 0; m < 2; ++m) {
     document["machines"][m]["binding_bound"]["grtx"] = m == 0 ? "l2_port" : "rt_port";

@@ -81,7 +81,7 @@ TEST_F(SweepResultsTest, PointsOfDifferentScenesShareNoFront) {
 }
 
 // The geometric mean of 0 and 40 % was 0.0 %.
-TEST_F(SweepResultsTest, AViewWithoutHitsMadeTheMeanHitRateNone) {
+TEST_F(SweepResultsTest, AViewWithoutHitsCountsInTheMeanHitRate) {
   testing_sweep::make_points(path, nlohmann::json::parse(R"([
     {"id": 1, "scene": "room", "values": {"gpu.time_us": 1, "gpu.l1.node.hit_rate": 0.0, "gpu.bound.fraction": 0.2}},
     {"id": 2, "scene": "hall", "values": {"gpu.time_us": 9, "gpu.l1.node.hit_rate": 0.4, "gpu.bound.fraction": 0.8}}])"));
@@ -94,7 +94,7 @@ TEST_F(SweepResultsTest, AViewWithoutHitsMadeTheMeanHitRateNone) {
 }
 
 // The column "speed-up" did not say over what: the first point, the baseline, the first machine.
-TEST_F(SweepResultsTest, TheAnswerDidNotSayWhatItsSpeedUpsAreOver) {
+TEST_F(SweepResultsTest, TheAnswerSaysWhatItsSpeedUpsAreOver) {
   const auto ends = [&](const char* second, const char* over) {
     testing_sweep::make_points(path, nlohmann::json::parse(fmt::format(R"([
       {{"id": 1, "scene": "room", "coordinates": {{"k": 4}}, "values": {{"gpu.time_us": 3, "cost.mm2": 3}}}},
@@ -113,7 +113,7 @@ TEST_F(SweepResultsTest, TheAnswerDidNotSayWhatItsSpeedUpsAreOver) {
 }
 
 // #1 is slow, with the smallest RT unit on a large chip: the front over the chip's area leaves it out.
-TEST_F(SweepResultsTest, TheFrontWasOverTheAreaOfTheChipAlone) {
+TEST_F(SweepResultsTest, TheFrontIsOverEachOfTheTwoAreas) {
   testing_sweep::make_points(path, nlohmann::json::parse(R"([
     {"id": 1, "coordinates": {"k": 4}, "values": {"gpu.time_us": 3, "cost.mm2": 30, "cost.rt_unit_mm2": 0.5}},
     {"id": 2, "coordinates": {"k": 8}, "values": {"gpu.time_us": 2, "cost.mm2": 20, "cost.rt_unit_mm2": 0.75}},

@@ -51,7 +51,7 @@ TEST(PaperConfig, WithoutTheChargeAndWithAQueueForEveryLaneIsWhatTheProgramDefau
 }
 
 // By --config it started from the machine paper, by load_config() from Table I with every byte charged.
-TEST(ConfigFiles, AFileStartsFromAnotherMachineInTheApiThanOnTheCommandLine) {
+TEST(ConfigFiles, AFileStartsFromTheMachinePaperAsOnTheCommandLine) {
   const grtx::test::TemporaryFolder folder;
   folder.write("own.toml", "[l1]\nlatency = 25\n");
   GpuConfig expected;

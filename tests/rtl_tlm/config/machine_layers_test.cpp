@@ -82,7 +82,7 @@ TEST_F(MachineLayers, AnIncludeTakesTheNameOfAMachine) {
 
 // dram.bandwidth_gb_s in a file and dram.mhz by --set: the clock stayed, all latencies scaled (11,867 cycles for
 // 4,567).
-TEST_F(MachineLayers, AClockOverABandwidthScaledTheLatenciesAndStayed) {
+TEST_F(MachineLayers, AClockOverABandwidthIsRefused) {
   const std::string wide = folder_.write("wide.toml", "[dram]\nbandwidth_gb_s = 224.0\n");
   const std::string slow = folder_.write("slow.toml", "[dram]\nmhz = 875.0\n");
   const std::string wide_below = folder_.write("wide_below.toml", "include = 'wide.toml'\n[dram]\nmhz = 875.0\n");

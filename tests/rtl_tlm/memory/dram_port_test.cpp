@@ -139,7 +139,7 @@ TEST_F(DramPortAt, MalformedRequestsAreRefusedAndGoNoFurther) {
 }
 
 // A null data pointer is refused, and a read that is answered with OK has been answered: with zeros.
-TEST_F(DramPortAt, AReadWithOkLeftTheBuffer) {
+TEST_F(DramPortAt, AReadWithOkFillsTheBuffer) {
   for (const bool null : {false, true}) {
     fresh_context();
     modules::ClockDomain memory("memory", 1000.0);

@@ -231,7 +231,7 @@ TEST_F(TimelineTest, PerfettosProtobufHoldsTheSameInLessThanHalfTheBytes) {
 }
 
 // Both formats needed a viewer, which needs a network.
-TEST_F(TimelineTest, ThereWasNoPictureWithoutAViewer) {
+TEST_F(TimelineTest, APictureNeedsNoViewer) {
   SimulationOptions options;
   options.timeline.path = run_.path("t.svg");
   run_.run(options);

@@ -51,7 +51,7 @@ std::vector<std::string> launched_twice(const std::function<void(GpuComponent::O
 }
 
 // What it counts itself went on from the launch before: its bus had been busy for longer than the launch took.
-TEST(OwnDramTwice, WasBusyInItsSecondLaunchWithTheFirst) {
+TEST(OwnDramTwice, CountsInItsSecondLaunchWhatThatDid) {
   const auto results = launched_twice([](GpuComponent::Options& options) {
     options.memory = [](Gpu& gpu, const BuildOptions&) { return std::make_unique<SimpleMemory>(gpu, 80.0, 28.0); };
   });

@@ -207,7 +207,7 @@ TEST(GpuComponent, WritesOneWaveformOfAllLaunches) {
 }
 
 // `trace = 1; start; trace = 0` without a wait ran trace 0; so did a start with an annotated delay, or behind a reset.
-TEST(GpuComponent, AStartRanTheTraceThatWasWrittenBehindIt) {
+TEST(GpuComponent, AStartRunsTheTraceThatWasWrittenBeforeIt) {
   const TinyFile few(3), many(40);
   GpuComponent::Options options;
   options.machine = small_machine();
@@ -237,7 +237,7 @@ TEST(GpuComponent, AStartRanTheTraceThatWasWrittenBehindIt) {
   EXPECT_EQ(found[1].get<std::vector<std::uint64_t>>(), expected);
 }
 
-TEST(GpuComponent, ANullDataPointerWasASegmentationFault) {
+TEST(GpuComponent, ANullDataPointerIsRefused) {
   const TinyFile few(3);
   GpuComponent::Options options;
   options.machine = small_machine();
@@ -282,7 +282,7 @@ TEST(GpuComponent, TellsWhatIsWrongWithALaunch) {
 }
 
 // Equal addresses are other bytes there.
-TEST(GpuComponent, KeptCachesOfAnotherSceneHitWhereNothingWasRead) {
+TEST(GpuComponent, KeptCachesOfAnotherSceneAreRefused) {
   const TemporaryFile first("first"), other("other");
   for (const auto& [file, scene] : {std::pair(&first, "a"), std::pair(&other, "b")}) {
     traces::Header header = test::tiny_header({2, 32});
@@ -327,7 +327,7 @@ std::string document_of(SimulationResult result) {
 }
 
 // The document was null, and over_time and inputs.mode were missing.
-TEST(GpuComponent, ALaunchHadNoDocument) {
+TEST(GpuComponent, ALaunchHasTheDocumentOfASimulation) {
   const TinyFile few(3), many(40);
   GpuComponent::Options options;
   options.machine = small_machine();
@@ -396,7 +396,7 @@ class BridgedSlice final : public modules::L2SliceModule {
 };
 
 // The bridges kept the cycles of the launch before: it took twice as long, without a word.
-TEST(GpuComponent, TheSecondLaunchBehindBridgesWasSilentlyWrong) {
+TEST(GpuComponent, ALaterLaunchBehindBridgesIsAsTheFirst) {
   const TinyFile few(3), many(40);
   GpuComponent::Options options;
   options.machine = small_machine();
@@ -445,7 +445,7 @@ class Forgetful final : public modules::IntersectionModule {
   std::deque<modules::LaneId> lanes_;
 };
 
-TEST(GpuComponent, ALaunchThatStoodStillCouldNotBeAbandoned) {
+TEST(GpuComponent, ALaunchThatStandsStillCanBeAbandoned) {
   const TinyFile many(40);
   GpuComponent::Options options;
   options.machine = small_machine();

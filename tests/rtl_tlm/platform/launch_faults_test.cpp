@@ -136,7 +136,7 @@ std::string undisturbed() {
   return found[1].at(0);
 }
 
-TEST(LaunchFaults, ABusHoleWasAnExceptionOutOfTheKernel) {
+TEST(LaunchFaults, ABusHoleIsAnErrorOfTheLaunch) {
   constexpr std::uint64_t kHole = 0x40;
   const auto found = on_a_board([](Board& board) {
     board.span.end = kHole;
@@ -162,7 +162,7 @@ TEST(LaunchFaults, ABusHoleWasAnExceptionOutOfTheKernel) {
   EXPECT_EQ(found[1], nlohmann::json({undisturbed(), undisturbed()}));
 }
 
-TEST(LaunchFaults, ARunningLaunchCouldNotBeAborted) {
+TEST(LaunchFaults, ARunningLaunchCanBeAborted) {
   for (const double after_ns : {0.5, 300.0, 2000.0}) {
     const auto found = on_a_board([after_ns](Board& board) {
       board.launcher.write(GpuRegister::control, ControlBits::kStart);
@@ -247,7 +247,7 @@ TEST(LaunchFaults, AShortResetIsAReset) {
 }
 
 // All warps had ended, and the launch ended between the write and the annotated time: the new start was lost.
-TEST(LaunchFaults, AnAbortAtTheVeryEndLostTheStartBesideIt) {
+TEST(LaunchFaults, AnAbortAtTheVeryEndKeepsTheStartBesideIt) {
   for (double at_ns = 3000.0; at_ns < 3300.0; at_ns += 25.0) {
     const auto found = on_a_board([at_ns](Board& board) {
       board.span.busy_until_ns = 3220.0;
@@ -264,7 +264,7 @@ TEST(LaunchFaults, AnAbortAtTheVeryEndLostTheStartBesideIt) {
   }
 }
 
-TEST(LaunchFaults, TheErrorOfARefusedStartStayedThroughAGoodEnd) {
+TEST(LaunchFaults, TheErrorOfARefusedStartGoesWithAGoodEnd) {
   const auto found = on_a_board([](Board& board) {
     board.launcher.write(GpuRegister::control, ControlBits::kStart);
     board.wait_ns(100.0);

@@ -66,7 +66,7 @@ Changed changed_by_launches(bool keep_data) {
 }
 
 // Write-backs carried leftovers of reads: thousands of bytes of others' in places where none had been.
-TEST(GpuOnASharedMemory, WroteLeftoversOfOtherAddresses) {
+TEST(GpuOnASharedMemory, WritesNoLeftoversOfOtherAddresses) {
   const Changed changed = changed_by_launches(false);
   EXPECT_GT(changed.zeros, 1000u);
   EXPECT_EQ(changed.others, 0u);

@@ -13,7 +13,7 @@ using namespace test;
 class RtUnitDamagedTrace : public modules::SystemCTest {};
 
 // It was a runtime_error without a place, which the kernel reported as its own.
-TEST_F(RtUnitDamagedTrace, ANodeOfTwoKindsWasAnErrorOfTheKernel) {
+TEST_F(RtUnitDamagedTrace, ANodeOfTwoKindsIsAnErrorOfTheTrace) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP()
       << "an exception that crosses SystemC's stacks is a false report (github.com/google/sanitizers, issue 189)";

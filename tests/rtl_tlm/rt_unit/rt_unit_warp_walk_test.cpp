@@ -177,7 +177,7 @@ TEST_F(WarpWalk, EntriesBeyondTheStackGoToMemoryAndComeBack) {
 }
 
 // The RT scheduler refused such a trace, the walk took it.
-TEST_F(WarpWalk, EntriesInATraceWithoutCheckpointingWereIgnored) {
+TEST_F(WarpWalk, EntriesInATraceWithoutCheckpointingAreRefused) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "an exception crosses SystemC's stacks: see rt_unit_damaged_trace_test.cpp";
 #endif

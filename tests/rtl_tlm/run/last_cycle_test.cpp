@@ -12,7 +12,7 @@ using namespace test;
 // A ray visits one of six leaves; its five siblings are prefetched, ten sectors that the DRAM delivers one every ten
 // cycles, and culled. The last of them come back after the end. The epilogue's cost moves the end by a cycle at a time,
 // so that in one of the runs it meets a prefetch.
-TEST(LastCycle, APrefetchAnsweredInItIsNotCounted) {
+TEST(LastCycle, APrefetchAnsweredInItCountsNoStall) {
   Directed d = directed(1, 1);
   d.groups[0].nodes = {node(1, 2, 6, NodeKind::triangle)};
   std::vector<Event> events = {internal_event(0, 0b111111), leaf_event(7, LeafOutcome::miss)};

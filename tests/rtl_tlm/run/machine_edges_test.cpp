@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Machines at the ends of their keys' ranges, each named after what went wrong once: a run ends with every law and
-// bound held, or is refused. scripts/fuzz_machines.py looks for more.
+// Machines at the ends of their keys' ranges, each of which went wrong once: a run ends with every law and bound
+// held, or is refused. scripts/fuzz_machines.py looks for more.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,9 +44,9 @@ class MachineEdges : public ::testing::Test {
   const traces::testing::TemporaryFile trace_{"edges"};
 };
 
-TEST_F(MachineEdges, ActivatesWithoutADistanceDivideByZero) { runs({"dram.timing.rrd=0"}); }
+TEST_F(MachineEdges, ActivatesMayHaveNoDistance) { runs({"dram.timing.rrd=0"}); }
 
-TEST_F(MachineEdges, TheLastTestOfASlowUnitBreaksTheLowerBound) {
+TEST_F(MachineEdges, TheLastTestOfASlowUnitKeepsTheLowerBound) {
   for (const char* unit : {"rt.box", "rt.triangle"}) {
     for (const char* interval : {"2", "3000", "10000"}) {
       runs({std::string(unit) + ".interval=" + interval, std::string(unit) + ".count=1"});
@@ -55,21 +55,21 @@ TEST_F(MachineEdges, TheLastTestOfASlowUnitBreaksTheLowerBound) {
   runs({"rt.box.interval=3000", "rt.box.per_child=true"});
 }
 
-TEST_F(MachineEdges, BurstsAfterTheEndBreakTheLowerBound) {
+TEST_F(MachineEdges, BurstsAfterTheEndKeepTheLowerBound) {
   runs({"dram.timing.ccd=10000"});
   runs({"dram.timing.ccd=10000", "l2.slices=1", "l2.bytes=8192", "l1.bytes=32768"});
 }
 
-TEST_F(MachineEdges, ALongPhaseOfAShaderIsTakenForADeadlock) { runs({"simt.cost.sh_per_coefficient=571160"}); }
+TEST_F(MachineEdges, ALongPhaseOfAShaderIsNoDeadlock) { runs({"simt.cost.sh_per_coefficient=571160"}); }
 
-TEST_F(MachineEdges, ASlowMemoryIsTakenForADeadlock) { runs({"dram.fixed_latency=5300000"}); }
+TEST_F(MachineEdges, ASlowMemoryIsNoDeadlock) { runs({"dram.fixed_latency=5300000"}); }
 
-TEST_F(MachineEdges, BurstsOfAByteFillTheQueueOfTheDramBeforeASector) {
+TEST_F(MachineEdges, AQueueThatHoldsNoSectorIsRefused) {
   EXPECT_THROW(load_config("", {"dram.burst_bytes=1"}), Error);
   runs({"dram.burst_bytes=8", "dram.queue=4"});  // a sector fills the queue
 }
 
-TEST_F(MachineEdges, TablesThatMultiplyTakeGigabytes) {
+TEST_F(MachineEdges, TablesThatMultiplyToGigabytesAreRefused) {
   EXPECT_THAT(run({"l2.bytes=1000000000000"}), HasSubstr("must be 32 to 1073741824"));
   EXPECT_THAT(run({"l2.bytes=1073741824", "l2.line_bytes=32", "l2.ways=1"}), HasSubstr("l2.bytes: would take 4.3 GB"));
   EXPECT_THAT(run({"gpu.sms=256", "l1.mshr_entries=4096", "l1.mshr_merges=1024"}),

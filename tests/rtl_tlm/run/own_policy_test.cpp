@@ -46,7 +46,7 @@ TEST_F(OwnPolicy, EachMovesWhatItDecides) {
 }
 
 // A factory is told sizes alone, and each value of a parameter took a name: srrip1, srrip2, srrip3.
-TEST_F(OwnPolicy, AParameterTookANamePerValue) {
+TEST_F(OwnPolicy, AParameterTakesNoNamePerValue) {
   const auto eights = simulated("--set gpu.distribution=blocks");
   const auto pairs = simulated("--set gpu.distribution=blocks --set gpu.blocks.groups=2");
   EXPECT_EQ(eights.at("config").at("gpu.blocks.groups"), 8);

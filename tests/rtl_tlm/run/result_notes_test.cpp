@@ -67,7 +67,7 @@ TEST(ResultNotes, FramesAreLaunchedOneAfterTheOther) {
 }
 
 // The tail of the last frame was held against the cycles of all: alone it had the note, twice it had none.
-TEST(ResultNotes, ASecondFrameHidThatALaunchIsMostlyTail) {
+TEST(ResultNotes, ASecondFrameDoesNotHideThatALaunchIsMostlyTail) {
   traces::Header header;
   header.frame_groups = {kAllSlots + 10, kAllSlots + 10};
   modules::StatisticList list = counted(400, 150, 0, 0);

@@ -78,7 +78,7 @@ TEST_P(TraceSourceAhead, CanBeDroppedBeforeTheEnd) {
 
 INSTANTIATE_TEST_SUITE_P(Depth, TraceSourceAhead, ::testing::Values(0u, 1u, 8u), grtx::test::PrintedName{});
 
-TEST(TraceSource, ThirtyTwoGroupsOfAnySizeWereDecodedAhead) {
+TEST(TraceSource, LargeGroupsAreDecodedAheadUpToTheirBytes) {
   const test::TinyTrace tiny{24, 32};
   std::vector<traces::RayGroup> groups;
   for (unsigned i = 0; i < tiny.groups; ++i) {

@@ -63,19 +63,19 @@ std::string failure_of_run_with(const std::function<void()>& what) {
   return child.result();
 }
 
-TEST(UsersUnitFaults, ScStopGivesAnExceptionWithoutText) {
+TEST(UsersUnitFaults, ScStopIsNamedWithItsCycle) {
   EXPECT_THAT(failure_of_run_with([] { sc_core::sc_stop(); }),
               MatchesRegex("Error simulation: core cycle [0-9]+: a unit has called sc_stop\\(\\): .*"));
 }
 
-TEST(UsersUnitFaults, AReportOfTheirsLosesTypeModuleAndTime) {
+TEST(UsersUnitFaults, AReportOfTheirsKeepsTypeModuleAndTime) {
   EXPECT_EQ(failure_of_run_with([] { SC_REPORT_ERROR("/their/type", "this is full"); }),
             "Error simulation: own_unit.act, at 1 us: /their/type: this is full");
   EXPECT_EQ(failure_of_run_with([] { SC_REPORT_WARNING("/their/type", "this is odd"); }),
             "Error simulation: own_unit.act, at 1 us: /their/type: this is odd");
 }
 
-TEST(UsersUnitFaults, AnExceptionAndAReportOfTheKernelLoseModuleAndTime) {
+TEST(UsersUnitFaults, AnExceptionAndAReportOfTheKernelHaveModuleAndTime) {
   const std::string thrown = failure_of_run_with([] { throw std::runtime_error("theirs"); });
   EXPECT_THAT(thrown, HasSubstr("theirs"));
   EXPECT_THAT(thrown, HasSubstr("own_unit.act, at 1 us"));
