@@ -136,10 +136,10 @@ std::vector<TracedDesigns> of_machines(const AskedTraces& asked, const ImageComp
       on.designs[name] = trace.made;
       PictureQuality& quality = on.pictures[name] = trace.quality;
       const Images& own = images.at(quality.order);
-      if (quality.order != reference.quality.order) {
-        on.other_orders[name] = {quality.order, frontend::compare(over[0], own[0]).psnr};
-      }
       for (std::size_t i = 0; i < own.size(); ++i) quality.over.push_back(psnr_on(own[i], over[i], {}));
+      if (quality.order != reference.quality.order) {
+        on.other_orders[name] = {quality.order, *std::ranges::min_element(quality.over)};
+      }
     }
     on.images = over;
     on.counters = reference.counters;

@@ -30,7 +30,7 @@ struct TracedDesign {
 /// How far the image of a design with an order of its own is from that of the design that speed-ups are over.
 struct OtherOrder {
   std::string order;  ///< by which its hits are blended: "peak", or "entry" and the proxy
-  double psnr = 0.0;  ///< dB
+  double psnr = 0.0;  ///< dB, of the worst frame
 };
 
 /// Result of tracing all designs.

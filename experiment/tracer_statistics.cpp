@@ -117,7 +117,8 @@ void write_images(const std::string& path, const frontend::TracedView& traced) {
 
 std::string describe_end(const frontend::TracerCounters& c) {
   std::string text = fmt::format("{:.1f} % of rays end by early termination", 100.0 * c.ert_share());
-  if (c.hits) text += fmt::format("; there are {:.2f} hits for each that is processed", c.hits_behind_end());
+  if (c.hits && c.processed > 0)
+    text += fmt::format("; there are {:.2f} hits for each that is processed", c.hits_behind_end());
   return text;
 }
 

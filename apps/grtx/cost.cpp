@@ -24,6 +24,7 @@
 #include "grtx/explore/sweep/designs.h"
 #include "grtx/explore/sweep/points.h"
 #include "grtx/frontend/gaussian/hit_options.h"
+#include "grtx/report/page/run_results.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 #include "grtx/rtl_tlm/run/statistics_json.h"
 #include "grtx/traces/checkpoint_bins.h"
@@ -66,9 +67,9 @@ void print_energy(const CostArguments& options, const nlohmann::ordered_json& do
       explore::run_energy(value, config, inventories, options.cost, options.energy, options.statistics);
   if (!options.csv.empty()) write_file(options.csv, explore::energy_csv(parts));
   if (as_json) {
-    print_json(explore::energy_json(parts));
+    print_json(explore::energy_json(parts, report::frames_of(stats)));
   } else {
-    fmt::print("{}", explore::energy_text(parts));
+    fmt::print("{}", explore::energy_text(parts, report::frames_of(stats)));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "grtx/explore/cost/cost_report.h"
 #include "grtx/explore/cost/run_machine.h"
 #include "grtx/explore/sweep/points.h"
+#include "grtx/report/page/run_results.h"
 #include "grtx/rtl_tlm/gpu/machine.h"
 
 namespace grtx::apps {
@@ -31,9 +32,10 @@ ordered_json energy_of(const ordered_json& run, const std::string& path, const e
       const bool counted = found != stats.end() && found->at("value").is_number();
       return counted ? std::optional(found->at("value").get<double>()) : std::nullopt;
     };
-    return json_text(explore::energy_json(explore::run_energy(
+    const std::vector<explore::EnergyPart> parts = explore::run_energy(
         value, config, sim::machine_inventory(config, explore::machine_of_run(run.at("inputs"), path)), cost, energy,
-        path)));
+        path);
+    return json_text(explore::energy_json(parts, report::frames_of(stats)));
   });
   return parse_json(child.result(), "energy");
 }
@@ -65,14 +67,16 @@ std::string energies_text(const ordered_json& runs) {
     add(machines, run.at("machine"));
     for (const ordered_json& part : run.at("parts")) add(parts, part.at("part"));
   }
+  const std::size_t frames = runs.empty() ? 1 : runs.front().at("frames").get<std::size_t>();  // of all designs alike
   std::string out;
   for (const std::string& machine : machines) {
-    std::string head, sums;
+    std::string head, sums, of_frame;
     std::vector<std::string> rows(parts.size());
     for (const ordered_json& run : runs) {
       if (run.at("machine") != machine) continue;
       head += fmt::format(" {:>11}", run.at("design").get<std::string>());
-      sums += fmt::format(" {:>11.2f}", central_uj(run.at("frame_nanojoules")));
+      sums += fmt::format(" {:>11.2f}", central_uj(run.at("run_nanojoules")));
+      of_frame += fmt::format(" {:>11.2f}", central_uj(run.at("frame_nanojoules")));
       for (std::size_t i = 0; i < parts.size(); ++i) {
         const auto own = std::ranges::find_if(run.at("parts"), [&](const auto& p) { return p.at("part") == parts[i]; });
         rows[i] += own == run.at("parts").end() ? fmt::format(" {:>11}", "")
@@ -85,6 +89,7 @@ std::string energies_text(const ordered_json& runs) {
       if (rows[i].find_first_not_of(' ') != std::string::npos) out += fmt::format("{:<20}{}\n", parts[i], rows[i]);
     }
     out += fmt::format("{:<20}{}\n", "run", sums);
+    if (frames > 1) out += fmt::format("{:<20}{}\n", report::frame_text(frames), of_frame);
   }
   return out;
 }

@@ -10,8 +10,8 @@
 
 namespace grtx::apps {
 
-/// [{machine, design, parts, frame_nanojoules}], the last two as in grtx.energy/1. path: of results.json. machine: the
-/// only one, by name or file; "" for all. Throws Error.
+/// [{machine, design, parts, frames, run_nanojoules, frame_nanojoules}], from parts on as in grtx.energy/1. path: of
+/// results.json. machine: the only one, by name or file; "" for all. Throws Error.
 nlohmann::ordered_json energies_of(const nlohmann::ordered_json& results, const std::string& path,
                                    const std::string& machine, const explore::CostOptions& cost,
                                    const explore::EnergyOptions& energy);

@@ -130,7 +130,7 @@ void add_ray(CLI::App& app, CommonOptions& common) {
       ->excludes("--warp");
   command
       ->add_option("--timeline", options->plan.timeline,
-                   "File of 'grtx sim --timeline', for a time axis (default: none)")
+                   "File of 'grtx sim --timeline T.json', for a time axis (default: none)")
       ->type_name(kInputFile);
   CLI::Option* output =
       command->add_option("-o,--output", options->output, "HTML file to write (no default)")->type_name(kOutputFile);

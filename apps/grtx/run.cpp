@@ -49,8 +49,8 @@ std::string k_of(const ordered_json& results, const std::string& design) {
 void print_table(const ordered_json& results, const experiment::DesignComparison& comparison) {
   // 80 columns; visits, fetches and L2 accesses in millions.
   const ordered_json& designs = results.at("designs");
-  fmt::print("{:<9} {:>3} {:>9} {:>8} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", "design", "k", "cycles", "speed-up",
-             "visits M", "fetch M", "latency", "L1 hit", "L2 M", "DRAM MB");
+  fmt::print("{:<9} {:>3} {:>9} {:>8} {:>8} {:>7} {:>7} {:>7} {:>6} {:>7}\n", "design", "k", "cycles", "speed-up",
+             "visits M", "fetch M", "latency", "L1 node", "L2 M", "DRAM MB");
   const std::string& over = comparison.reference();
   const double reference = statistic_value(designs.at(over), "gpu.cycles");
   std::string other_k;
@@ -61,7 +61,7 @@ void print_table(const ordered_json& results, const experiment::DesignComparison
     const auto shown = [&s](const char* statistic, double scale, int decimals, const char* unit = "") {
       return shown_value(scale * statistic_value(s, statistic), decimals, unit);
     };
-    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8} {:>7} {:>7} {:>6} {:>7} {:>7}\n", name, k,
+    fmt::print("{:<9} {:>3} {:>9.0f} {:>8.2f} {:>8} {:>7} {:>7} {:>7} {:>6} {:>7}\n", name, k,
                statistic_value(s, "gpu.cycles"), reference / statistic_value(s, "gpu.cycles"),
                shown("gpu.rt.node_visits", 1e-6, 3), shown("gpu.rt.node_fetches", 1e-6, 3),
                shown("gpu.rt.node_fetch_latency", 1.0, 1), shown("gpu.l1.node.hit_rate", 100.0, 1, "%"),
@@ -76,6 +76,8 @@ void print_table(const ordered_json& results, const experiment::DesignComparison
 
 void print_frames(const ordered_json& results, const experiment::DesignComparison& comparison) {
   const ordered_json& frames = results.at("frames");
+  say("cycles, visits, fetches, accesses and bytes are of all {} frames",
+      frames.at("cycles").at(comparison.reference()).size());
   for (std::size_t i = 0; i < frames.at("cycles").at(comparison.reference()).size(); ++i) {
     fmt::print("frame {}: {} {:.0f} cycles; speed-up:", i, comparison.reference(),
                frames.at("cycles").at(comparison.reference()).at(i).get<double>());
@@ -111,8 +113,11 @@ void print_images(const experiment::DesignResults& run) {
                run.images_identical ? "bit-identical" : "DIFFERENT");
   }
   for (const auto& [name, order] : orders.items()) {
-    fmt::print("{} blends by {}: {:.1f} dB from {}\n", name, order.at("order").get<std::string>(),
-               order.at("psnr").get<double>(), run.comparison.reference());
+    const ordered_json& own = run.json.at("pictures").at(name).at("psnr");
+    const std::string worst = experiment::worst_picture(own);
+    say("{} blends by {}: {} {}{}", name, order.at("order").get<std::string>(),
+        worst == "identical" ? worst + " to" : worst + " from", run.comparison.reference(),
+        own.size() == 1 ? "" : ", worst frame");
   }
   std::string text = "images against the fp64 reference in the order of each design, worst frame:";
   for (const std::string& name : run.comparison.names()) {

@@ -114,6 +114,11 @@ class CounterTable {
     return quotient(std::move(part), std::move(whole), std::move(name), unit, std::move(description),
                     StatisticKind::ratio);
   }
+  /// The same, where `part` is of `whole`.
+  CounterTable& share(Count part, Count whole, std::string name, const char* unit, std::string description) {
+    return quotient(std::move(part), std::move(whole), std::move(name), unit, std::move(description),
+                    StatisticKind::share);
+  }
   /// The same, where `part` sums up the values of so many as `whole` counts.
   CounterTable& mean(Count part, Count whole, std::string name, const char* unit, std::string description) {
     return quotient(std::move(part), std::move(whole), std::move(name), unit, std::move(description),

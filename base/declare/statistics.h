@@ -23,11 +23,12 @@ enum class StatisticKind : std::uint8_t {
   ratio,      ///< the sum of one count over the sum of another
   histogram,  ///< values in a bin: their sum
   bound,      ///< a lower bound on cycles: that of the unit with most work
-  state       ///< what is so at the end of a run: follows from none of them
+  state,      ///< what is so at the end of a run: follows from none of them
+  share       ///< a ratio of a part to its whole, from 0 to 1: hit rates, utilisations
 };
 constexpr auto enum_names(StatisticKind) {
   return names_in_order<StatisticKind>(
-      {"count", "exact", "largest", "smallest", "mean", "ratio", "histogram", "bound", "state"});
+      {"count", "exact", "largest", "smallest", "mean", "ratio", "histogram", "bound", "state", "share"});
 }
 
 /// part / whole; 0 if whole is 0.

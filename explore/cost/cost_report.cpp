@@ -208,7 +208,7 @@ ordered_json cost_json(const MachineCost& cost) {
   return json;
 }
 
-std::string energy_text(const std::vector<EnergyPart>& parts) {
+std::string energy_text(const std::vector<EnergyPart>& parts, std::size_t frames) {
   const Range sum = total(parts);
   std::string out =
       fmt::format("{:<26}{:>14}{:>10}{:>10}{:>11}{:>8}\n", "part", "actions", "uJ low", "central", "high", "share");
@@ -220,12 +220,16 @@ std::string energy_text(const std::vector<EnergyPart>& parts) {
                        100.0 * part.nanojoules.central / sum.central);
     actions += fmt::format("  {:<20}{}\n", part.name + ' ', part.basis);
   }
-  out += fmt::format("{:<26}{:>14}{:>10.2f}{:>10.2f}{:>11.2f}\n", "run", "", sum.low * 1e-3, sum.central * 1e-3,
-                     sum.high * 1e-3);
+  const auto whole = [&out](const std::string& of, const Range& nanojoules) {
+    out += fmt::format("{:<26}{:>14}{:>10.2f}{:>10.2f}{:>11.2f}\n", of, "", nanojoules.low * 1e-3,
+                       nanojoules.central * 1e-3, nanojoules.high * 1e-3);
+  };
+  whole("run", sum);
+  if (frames > 1) whole(fmt::format("a frame, mean of {}", frames), sum * (1.0 / static_cast<double>(frames)));
   return out + actions;
 }
 
-ordered_json energy_json(const std::vector<EnergyPart>& parts) {
+ordered_json energy_json(const std::vector<EnergyPart>& parts, std::size_t frames) {
   ordered_json json;
   json["schema"] = "grtx.energy/1";
   json["parts"] = ordered_json::array();
@@ -236,7 +240,10 @@ ordered_json energy_json(const std::vector<EnergyPart>& parts) {
                              {"nanojoules", json_of(part.nanojoules)},
                              {"action", part.basis}});
   }
-  json["frame_nanojoules"] = json_of(total(parts));
+  const Range sum = total(parts);
+  json["frames"] = frames;
+  json["run_nanojoules"] = json_of(sum);
+  json["frame_nanojoules"] = json_of(sum * (1.0 / static_cast<double>(frames)));
   return json;
 }
 

@@ -36,9 +36,10 @@ MachineCost machine_cost(const sim::GpuConfig& config, const std::string& design
 std::string cost_text(const MachineCost& cost, unsigned depth, bool items);
 nlohmann::ordered_json cost_json(const MachineCost& cost);
 std::string cost_csv(const MachineCost& cost);
-/// Result of run_energy() as text and JSON, without parts that counted no action.
-std::string energy_text(const std::vector<EnergyPart>& parts);
-nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts);
+/// Result of run_energy() as text and JSON, without parts that counted no action. frames: of the run, whose sum its
+/// parts are.
+std::string energy_text(const std::vector<EnergyPart>& parts, std::size_t frames = 1);
+nlohmann::ordered_json energy_json(const std::vector<EnergyPart>& parts, std::size_t frames = 1);
 /// A line for each of these parts.
 std::string energy_csv(const std::vector<EnergyPart>& parts);
 /// Every coefficient with its source and confidence, in Markdown.

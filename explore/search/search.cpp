@@ -73,18 +73,21 @@ class Search {
  public:
   Search(const SearchPlan& plan, const TracerRules& tracer, SweepSession& session, bool quiet)
       : plan_(plan),
-        tracer_(tracer),
-        session_(session),
         quiet_(quiet),
         screening_(screening_plan(plan), plan, tracer, session, prices_),
         confirming_(confirming_plan(plan), plan, tracer, session, prices_) {
     for (const SearchParameter& parameter : plan.parameters) {
       space_.dimensions.push_back({parameter.values.size(), parameter.ordered});
     }
+    if (SweepPlan own = evaluation_plan(plan); !own.scenes.empty()) {
+      evaluation_.emplace(std::move(own), plan, tracer, session, prices_);
+    }
   }
 
   ordered_json run() {
-    screening_.judge({}, "reference");  // checks the names of values before simulating candidates
+    // Names of values, and that the reference has more than 0 of each, are checked before candidates are simulated.
+    for (Stage* stage : {&screening_, &confirming_}) stage->judge({}, "reference");
+    if (evaluation_) evaluation_->judge({}, "reference");
     screen();
     confirm();
     evaluate();
@@ -202,9 +205,7 @@ class Search {
   }
 
   void evaluate() {
-    SweepPlan plan = evaluation_plan(plan_);
-    if (plan.scenes.empty() || front_.empty()) return;
-    evaluation_.emplace(std::move(plan), plan_, tracer_, session_, prices_);
+    if (!evaluation_ || front_.empty()) return;
     std::vector<Coordinates> designs;
     for (const std::size_t i : front_) designs.push_back(candidates_[i].coordinates);
     const std::vector<Verdict> verdicts = evaluation_->judge(designs, "evaluation");
@@ -346,7 +347,7 @@ class Search {
     ordered_json reference = {{"coordinates", json_of(plan_.reference)},
                               {"screening", json_of(screening_.reference())},
                               {"confirming", json_of(confirming_.reference())}};
-    if (evaluation_) reference["evaluation"] = json_of(evaluation_->reference());
+    if (evaluation_ && !front_.empty()) reference["evaluation"] = json_of(evaluation_->reference());
     ordered_json screening = json_of(plan_.screening);
     return {
         {"schema", "grtx.search/1"},
@@ -370,8 +371,6 @@ class Search {
   }
 
   const SearchPlan& plan_;
-  const TracerRules& tracer_;
-  SweepSession& session_;
   bool quiet_;
   Prices prices_;
   Stage screening_, confirming_;

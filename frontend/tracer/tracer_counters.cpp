@@ -73,7 +73,7 @@ const declare::CounterTable<TracerCounters>& TracerCounters::table() {
           .sum(&C::processed, "processed", "hits", "k-buffer entries processed for blending")
           .sum(&C::blended, "blended", "hits", "hits blended into a pixel")
           .sum(&C::terminated, "terminated", "rays", "rays ended by early ray termination")
-          .ratio({"terminated", &C::terminated}, {"rays", &C::rays}, "ert_share", "ratio",
+          .share({"terminated", &C::terminated}, {"rays", &C::rays}, "ert_share", "ratio",
                  "rays ended by early ray termination / rays")
           .own(&C::hits,
                [](auto& total, const auto& more) {

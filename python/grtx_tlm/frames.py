@@ -125,7 +125,8 @@ def over_time(statistics: pd.DataFrame | StrPath) -> pd.DataFrame:
 class Results:
     """What ``grtx run`` measured.
 
-    - ``statistics``: frame of one row per statistic, one column per design (value; NaN where a design has none).
+    - ``statistics``: frame of one row per statistic, one column per design (value; NaN where a design has none); of a sequence
+      counts, time and energy are of all its frames.
     - ``quantities``: frame of the same rows: ``unit``, ``description``.
     - ``speedup``: series by design, over ``speedup_over`` (which itself is 1).
     - ``pictures``: frame of one row a design and frame: ``psnr`` against ``speedup_over`` and ``psnr_reference`` against the

@@ -20,14 +20,18 @@ std::string loses_most_text(const std::vector<std::pair<std::string, double>>& t
   std::ranges::copy_if(times, std::back_inserter(known), [](const auto& own) { return std::isfinite(own.second); });
   if (known.empty()) return "";
   const auto [least, most] = std::ranges::minmax_element(known, {}, &std::pair<std::string, double>::second);
-  const bool loses = least->second < 1.0;
+  constexpr double kAlike = 0.005;  // what is printed as 1.00 is neither loss nor gain
+  const bool loses = least->second < 1.0 - kAlike, gains = most->second >= 1.0 + kAlike;
+  if (!loses && !gains)
+    return fmt::format("on {} {} as fast as on {}", machine,
+                       known.size() == 1 ? known.front().first + " is" : "all designs are", over);
   std::string text = fmt::format("on {} {} {}: {:.2f} times as fast as on {}", machine, least->first,
                                  loses ? "loses most" : "gains least", least->second, over);
   if (least == most) return text;
   return text + fmt::format("; {} {}: {:.2f} times", most->first,
-                            !loses                 ? "most"
-                            : most->second < 1.005 ? "least"  // 1.00 as printed is no gain
-                                                   : "gains",
+                            !loses  ? "most"
+                            : gains ? "gains"
+                                    : "least",
                             most->second);
 }
 

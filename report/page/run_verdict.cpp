@@ -129,7 +129,10 @@ std::string parts_of_time(const DesignResult& over, const DesignResult& design) 
 /// "fetches 3.0 times fewer nodes": ratios of reference to design that differ from 1 by more than 5 %.
 std::string reasons(const DesignResult& reference, const DesignResult& design) {
   std::vector<std::string> list;
-  const auto ratio = [&](const char* name) { return reference.value(name) / design.value(name); };
+  const auto ratio = [&](const char* name) {
+    const double own = design.value(name);
+    return own > 0.0 ? reference.value(name) / own : 0.0;  // "infinitely fewer" says nothing
+  };
   if (const double r = ratio("gpu.rt.node_fetches"); r > 1.05) {
     list.push_back("fetches " + factor(r) + " times fewer nodes");
   }

@@ -17,6 +17,7 @@
 #include "grtx/explore/sweep/axis.h"
 #include "grtx/explore/sweep/designs.h"
 #include "grtx/explore/sweep/dominance.h"
+#include "grtx/rtl_tlm/run/statistics_reference.h"
 
 namespace grtx::report {
 namespace {
@@ -96,10 +97,10 @@ std::size_t position_in(std::vector<T>& list, const T& value) {
   return list.size() - 1;
 }
 
-/// Whether a statistic is a share of a whole, which may be 0.
+/// Whether a statistic is declared as a share of a whole, which may be 0.
 bool is_share(const std::string& statistic) {
-  constexpr std::array<std::string_view, 4> kEnds = {"hit_rate", "_utilisation", "_efficiency", ".fraction"};
-  return std::ranges::any_of(kEnds, [&](std::string_view end) { return statistic.ends_with(end); });
+  const modules::Statistic* declared = sim::declared_statistic(statistic);
+  return declared != nullptr && declared->kind == modules::StatisticKind::share;
 }
 
 }  // namespace

@@ -111,9 +111,12 @@ WarpTimeline read_warp_timeline(const std::string& path, const std::string& trac
   check_regular_file(path);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(path, "", "cannot be opened");
-  constexpr char kPacket = 0x0A;  // no JSON begins with a line break
-  if (file.peek() == kPacket)
-    throw Error(path, "", "is Perfetto's protobuf: --timeline T.json writes what can be read");
+  constexpr char kPacket = 0x0A, kElement = '<';  // with which no JSON begins
+  if (const int first = file.peek(); first == kPacket || first == kElement) {
+    throw Error(path, "",
+                fmt::format("is {}: 'grtx sim --timeline T.json' writes what can be read",
+                            first == kPacket ? "Perfetto's protobuf" : "a picture"));
+  }
   Follower follower(group);
   std::string of_trace, config_hash;
   // Events are dropped as soon as they are read: a timeline may be larger than memory.

@@ -56,8 +56,8 @@ void add_rules(const GpuConfig& c, modules::ParameterList& list) {
   list.rule(
       "dram.bandwidth_gb_s",
       [&c] { return c.dram_gb_s == 0.0 || (clock_of_bandwidth(c) >= kMinMhz && clock_of_bandwidth(c) <= kMaxMhz); },
-      "needs a memory clock beyond 100 to 10000 MHz: that is the bandwidth times dram.timing.ccd over dram.burst_bytes "
-      "and the channels (l2.slices or dram.channels)");
+      "gives a memory clock outside 100 to 10000 MHz: the bandwidth of all channels times dram.timing.ccd over "
+      "dram.burst_bytes and the channels (dram.channels, else l2.slices)");
   const auto by_file = [&c] {
     const std::vector<std::string> with_file = memory_systems_with_file();
     return std::find(with_file.begin(), with_file.end(), c.dram_model) != with_file.end();
@@ -100,9 +100,10 @@ void GpuConfig::parameters(modules::ParameterList& list) {
     keys.add("model", dram_model, memory_system_names(),
              "memory system behind the memory sockets; programs may register more (docs/model/tlm.md)", kOurs,
              "dramsys and ramulator need a build with GRTX_DRAMSYS or GRTX_RAMULATOR (docs/guide/dram-backends.md)");
-    keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock", kTable1);
+    keys.add("mhz", memory_mhz, {kMinMhz, kMaxMhz}, "MHz", "memory (command) clock, of all channels", kTable1);
     keys.add("bandwidth_gb_s", dram_gb_s, {0, 1e6}, "GB/s",
-             "of all channels; sets the memory clock, and times keep their nanoseconds; 0: as dram.mhz gives it",
+             "peak of all channels of the GPU together; sets the memory clock, and times keep their nanoseconds; 0: as "
+             "dram.mhz gives it",
              kOurs);
     interleave.channel_parameters(keys);
   });

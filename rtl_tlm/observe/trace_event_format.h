@@ -37,5 +37,7 @@ std::unique_ptr<TraceEventFormat> make_trace_event_json();
 std::unique_ptr<TraceEventFormat> make_perfetto_format();
 /// An SVG of what each track did most, without counters.
 std::unique_ptr<TraceEventFormat> make_timeline_picture();
+/// By the end of the file's name: .pftrace, .svg, else .json or none. Throws Error for any other.
+std::unique_ptr<TraceEventFormat> make_format_of(const std::string& path);
 
 }  // namespace grtx::sim

@@ -2,14 +2,22 @@
 #include "grtx/rtl_tlm/observe/trace_event_writer.h"
 
 #include <cassert>
+#include <filesystem>
+
+#include "grtx/base/error.h"
 
 namespace grtx::sim {
 
+std::unique_ptr<TraceEventFormat> make_format_of(const std::string& path) {
+  const std::string end = std::filesystem::path(path).extension().string();
+  if (end == ".pftrace") return make_perfetto_format();
+  if (end == ".svg") return make_timeline_picture();
+  if (end == ".json" || end.empty()) return make_trace_event_json();
+  throw Error(path, "", "a timeline's name must end in .pftrace, .json or .svg");
+}
+
 TraceEventWriter::TraceEventWriter(const std::string& path, const TraceEventFormat::Metadata& metadata)
-    : file_(path),
-      format_(path.ends_with(".pftrace") ? make_perfetto_format()
-              : path.ends_with(".svg")   ? make_timeline_picture()
-                                         : make_trace_event_json()) {
+    : file_(path), format_(make_format_of(path)) {
   format_->head(metadata, buffer_);
 }
 

@@ -92,7 +92,7 @@ void describe(const std::vector<LowerBound>& bounds, Cycle cycles, modules::Stat
   list.add("gpu.bound.largest", binding.cycles, "cycles", "largest lower bound: " + binding.name,
            modules::StatisticKind::bound);
   list.add("gpu.bound.fraction", cycles == 0 ? 0.0 : static_cast<double>(binding.cycles) / static_cast<double>(cycles),
-           "ratio", "largest lower bound / gpu.cycles", modules::StatisticKind::ratio);
+           "ratio", "largest lower bound / gpu.cycles", modules::StatisticKind::share);
 }
 
 }  // namespace grtx::sim

@@ -109,6 +109,29 @@ TEST_F(OnePrice, EnergyIsOneInRunAndCostForEachDesign) {
   }
 }
 
+// frame_nanojoules of two views was the energy of both.
+TEST_F(OnePrice, TheEnergyOfAFrameIsThatOfOneFrameOfASequence) {
+  const std::string view = " --scene s.ply --cameras s.cameras.json --width 8 --height 8 --views 0:1 ";
+  must("trace --quiet --accel tri20 -o t.grtx" + view);
+  must("sim t.grtx --quiet --stats s.json");
+  must("run --quiet --designs baseline,grtx -o out" + view);
+  const auto expect_halves = [](const nlohmann::json& energy, const nlohmann::json& stats) {
+    const double whole = stats.at("gpu.energy_nj").at("value");
+    EXPECT_EQ(energy.at("frames"), 2);
+    EXPECT_EQ(energy.at("run_nanojoules").at("central"), whole);
+    EXPECT_EQ(energy.at("frame_nanojoules").at("central"), whole / 2.0);
+  };
+  expect_halves(priced("--stats s.json"), nlohmann::json::parse(folder_.read("s.json")).at("stats"));
+  const nlohmann::json designs = nlohmann::json::parse(folder_.read("out/results.json")).at("designs");
+  const nlohmann::json energies = priced("--stats out/results.json");
+  for (const nlohmann::json& run : energies.at("runs")) {
+    expect_halves(run, designs.at(run.at("design").get<std::string>()));
+  }
+  for (const char* file : {"s.json", "out/results.json"}) {
+    EXPECT_NE(must(std::string("cost --stats ") + file).find("\na frame, mean of 2 "), std::string::npos) << file;
+  }
+}
+
 // They were priced with six: 0.092 in place of 0.122 mm2.
 TEST_F(OnePrice, AMachinesNodesArePricedWithTheirOwnBoxes) {
   const double of_rdna4 = ray_box("--machine rdna4"), of_six = ray_box("--machine rdna4 --bvh-width 6");

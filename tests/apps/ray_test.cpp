@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx ray: pages of every structure and mechanism, what they say, and what is refused.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -246,6 +247,25 @@ TEST_F(Ray, TakesRoundsFromATimeline) {
   expect_refused("t.grtx --pixel 8,8 --timeline cut.json -o r.html", "cut.json: byte");
   ASSERT_EQ(folder_.run("sim t.grtx --machine paper --timeline w.json --timeline-window 1:2 --quiet").code, 0);
   expect_refused("t.grtx --warp 7 --timeline w.json -o r.html", "does not show warp 7");
+}
+
+// "is not valid JSON" of the picture that `grtx sim --timeline t.svg` had written.
+TEST_F(Ray, ATimelineOfAnotherFormatIsCalledWhatItIs) {
+  make("--accel tri20");
+  for (const auto& [file, what] : {std::pair("t.svg", "a picture"), std::pair("t.pftrace", "Perfetto's protobuf")}) {
+    ASSERT_EQ(folder_.run(std::string("sim t.grtx --machine paper --quiet --timeline ") + file).code, 0);
+    expect_refused(std::string("t.grtx --pixel 8,8 -o r.html --timeline ") + file,
+                   fmt::format("{}: is {}: 'grtx sim --timeline T.json' writes what can be read", file, what));
+  }
+}
+
+// A file t.png was JSON.
+TEST_F(Ray, ATimelineOfAnUnknownEndingIsRefusedWhereItIsMade) {
+  make("--accel tri20");
+  const Outcome outcome = folder_.run("sim t.grtx --machine paper --quiet --timeline t.png");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(outcome.err, "grtx: t.png: a timeline's name must end in .pftrace, .json or .svg\n");
+  EXPECT_FALSE(folder_.has("t.png") || folder_.has("t.png.partial"));
 }
 
 TEST_F(Ray, IsRefusedInOneLine) {

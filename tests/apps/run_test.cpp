@@ -122,6 +122,31 @@ TEST_F(RunTest, NoDesignBlendsInAnotherOrderThanItself) {
   EXPECT_EQ(read_file(folder + "/out/image.png"), read_file(folder + "/alone/image.png"));
 }
 
+// "gautracer blends by peak: inf dB from baseline"
+TEST_F(RunTest, AnIdenticalPictureIsCalledIdentical) {
+  must("synth --preset object --count 1 --seed 3 -o " + folder + "/s.ply --quiet");
+  const Outcome said =
+      grtx("run " + scene_arguments() + config() + "--designs baseline,gautracer -o " + folder + "/out");
+  ASSERT_EQ(said.code, 0) << said.output;
+  EXPECT_NE(said.output.find("\ngautracer blends by peak: identical to baseline\n"), std::string::npos) << said.output;
+}
+
+// The table did not say that its cycles are of all frames, nor whose L1 hits it has; a picture was that of frame 0.
+TEST_F(RunTest, TheTableOfASequenceSaysWhatItsFiguresAreOf) {
+  must("synth --preset object --count 600 --seed 7 -o " + folder + "/s.ply --quiet");
+  const Outcome said = grtx("run --scene " + folder + "/s.ply --cameras " + folder +
+                            "/s.cameras.json --views 0:1 --width 24 --height 16 " + config() +
+                            "--designs baseline,walk -o " + folder + "/out");
+  ASSERT_EQ(said.code, 0) << said.output;
+  EXPECT_NE(said.output.find("\ncycles, visits, fetches, accesses and bytes are of all 2 frames\n"), std::string::npos)
+      << said.output;
+  EXPECT_NE(said.output.find(" L1 node "), std::string::npos);
+  EXPECT_NE(unwrapped(said.output).find(" dB from baseline, worst frame\n"), std::string::npos) << said.output;
+  const nlohmann::json results = json("out/results.json");
+  const auto psnr = results.at("pictures").at("walk").at("psnr").get<std::vector<double>>();
+  EXPECT_EQ(results.at("other_orders").at("walk").at("psnr"), *std::ranges::min_element(psnr));
+}
+
 // It said "there are 0.96 hits for each that is processed": those of walk's spheres over those of grtx's polyhedra.
 TEST_F(RunTest, HitsAreThoseOfTheDesignsOwnProxy) {
   must("synth --preset flat --count 1500 --seed 3 -o " + folder + "/s.ply --quiet");

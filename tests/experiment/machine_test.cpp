@@ -98,7 +98,7 @@ TEST_F(Machine, TwoKeysForOneClockAreRefused) {
     EXPECT_THAT(refused(choice), HasSubstr("dram.bandwidth_gb_s and dram.mhz both set the memory clock"));
   }
   EXPECT_THAT(refused({.machine = "paper", .settings = {"dram.bandwidth_gb_s=1000"}}),
-              HasSubstr("needs a memory clock beyond 100 to 10000 MHz"));
+              HasSubstr("gives a memory clock outside 100 to 10000 MHz"));
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ CounterTable<RegionCounters> region_table(const RegionWords& words) {
       .sum(&C::hits, "hits", "sectors", words.hits)
       .sum(&C::hits_on_miss, "hits_on_miss", "sectors", words.hits_on_miss)
       .sum(&C::misses, "misses", "sectors", words.misses)
-      .ratio({"hits", &C::hits}, {"reads", &C::reads}, "hit_rate", "1", "hits / reads; merged reads are not hits")
+      .share({"hits", &C::hits}, {"reads", &C::reads}, "hit_rate", "1", "hits / reads; merged reads are not hits")
       .sum(&C::writes, "writes", "sectors", words.writes)
       .sum(&C::write_hits, "write_hits", "sectors", "writes whose sector was present");
 }

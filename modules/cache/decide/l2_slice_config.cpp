@@ -19,9 +19,9 @@ const CounterTable<L2Counters>& L2Counters::table() {
   static const CounterTable<C> table =
       CounterTable<C>()
           .value(&C::accesses, "accesses", "sectors", "reads and writes from the L1s", StatisticKind::count)
-          .ratio({"", [](const C& c) { return c.all().hits + c.all().write_hits; }}, {"accesses", &C::accesses},
+          .share({"", [](const C& c) { return c.all().hits + c.all().write_hits; }}, {"accesses", &C::accesses},
                  "hit_rate", "1", "reads and writes whose sector was present / accesses; merged reads are not hits")
-          .ratio({"all.hits", [](const C& c) { return c.all().hits; }},
+          .share({"all.hits", [](const C& c) { return c.all().hits; }},
                  {"all.reads", [](const C& c) { return c.all().reads; }}, "read_hit_rate", "1", "read hits / reads")
           .own(&C::region, add_regions)
           .described(regions)

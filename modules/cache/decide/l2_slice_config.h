@@ -61,13 +61,14 @@ struct L2SliceConfig {
     geometry.shape_parameters(list);
     list.add("latency", latency, {1, kMaxLatency}, "cycles",
              "from request at the slice to the reply of a hit; misses pay it too", kTable1);
-    list.add("queue", queue, {1, kMaxEntries}, "requests", "accesses waiting at the tags", kVulkanSim);
-    list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "sectors outstanding of a slice", kVulkanSim);
-    list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests", "requests of an MSHR, the first included",
+    list.add("queue", queue, {1, kMaxEntries}, "requests", "accesses waiting at the tags of a slice", kVulkanSim);
+    list.add("mshr_entries", mshr_entries, {1, kMaxEntries}, "sectors", "outstanding of a slice", kVulkanSim);
+    list.add("mshr_merges", mshr_merges, {1, kMaxEntries}, "requests",
+             "requests of an MSHR of a slice, the first included", kVulkanSim);
+    list.add("reply_queue", reply_queue, {1, kMaxEntries}, "replies", "of a slice, waiting for the crossbar",
              kVulkanSim);
-    list.add("reply_queue", reply_queue, {1, kMaxEntries}, "replies", "waiting for the crossbar", kVulkanSim);
-    list.add("dram_queue", dram_queue, {1, kMaxEntries}, "requests", "reads and write-backs waiting for DRAM",
-             kVulkanSim);
+    list.add("dram_queue", dram_queue, {1, kMaxEntries}, "requests",
+             "reads and write-backs of a slice, waiting for DRAM", kVulkanSim);
     list.add("perfect", perfect, "every access hits (limit study)", kOurs);
     list.rule(
         "bytes", [this] { return geometry.sets() >= 1; },

@@ -53,7 +53,7 @@ void describe(const DramCounters& c, const std::vector<DramChannelCounters>& cha
               const std::string& prefix) {
   DramChannelCounters::table().describe(c.channel, list, prefix);
   list.add({prefix + ".bandwidth_utilisation", c.bandwidth_utilisation, "1", "bytes / peak bytes of the elapsed time",
-            0.0, StatisticKind::ratio, c.of_peak});
+            0.0, StatisticKind::share, c.of_peak});
   for (std::size_t i = 0; i < channels.size(); ++i) {
     list.add(prefix + ".channel" + std::to_string(i) + ".bytes", channels[i].bytes, "B", "bytes read and written",
              StatisticKind::count);

@@ -43,7 +43,7 @@ struct DramTiming {
       list.add(key, clocks, {min, 10000}, "clocks", description, kVulkanSim);
     };
     add("ccd", ccd, "column command to column command, clocks of a burst", 1);
-    add("rrd", rrd, "activate to activate, other banks");
+    add("rrd", rrd, "activate to activate, other banks of a channel");
     add("rcd", rcd, "activate to column command");
     add("ras", ras, "activate to precharge");
     add("rp", rp, "precharge to activate");
@@ -61,8 +61,9 @@ struct DramTiming {
     add_unused("rrd_l", rrd_l, "as rrd, in the same bank group, where longer");
     add_unused("cdlr_l", cdlr_l, "as cdlr, in the same bank group, where longer");
     add_unused("rcd_wr", rcd_wr, "activate to write command; 0: rcd");
-    add_unused("faw", faw, "window in which at most four activates begin; 0: no such limit");
-    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks to the next; 0: no refresh", kOurs);
+    add_unused("faw", faw, "window in which at most four activates of a channel begin; 0: no such limit");
+    list.add("refi", refi, {0, 1e6}, "clocks", "from one refresh of all banks of a channel to the next; 0: no refresh",
+             kOurs);
     add_unused("rfc", rfc, "refresh to activate");
     list.rule(
         "refi", [this] { return refi == 0 || refi >= rfc + rc + rp + rcd; },
@@ -94,12 +95,13 @@ struct DramChannelConfig {
   /// All but the timing, which is a separate table.
   void parameters(ParameterList& list) {
     list.add("banks", banks, {1, 64}, "banks", "of a channel", kVulkanSim);
-    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks, whose number they divide", kOurs);
-    list.add("group_bytes", group_bytes, {32, 1e6}, "B", "consecutive bytes of one bank group, if there are several",
+    list.add("bank_groups", bank_groups, {1, 64}, "groups", "of the banks of a channel, whose number they divide",
              kOurs);
-    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank", kVulkanSim);
-    list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command", kVulkanSim);
-    list.add("queue", queue, {4, kMaxEntries}, "bursts", "of a channel", kVulkanSim);
+    list.add("group_bytes", group_bytes, {32, 1e6}, "B",
+             "consecutive bytes of one bank group of a channel, if there are several", kOurs);
+    list.add("row_bytes", row_bytes, {32, 1e6}, "B", "row of a bank of a channel", kVulkanSim);
+    list.add("burst_bytes", burst_bytes, {8, 4096}, "B", "moved by one column command of a channel", kVulkanSim);
+    list.add("queue", queue, {4, kMaxEntries}, "bursts", "waiting in a channel", kVulkanSim);
     list.add("scheduling", scheduling, dram_scheduling_names(),
              "which command a channel issues; programs may register more policies (docs/model/dram.md)", kVulkanSim);
     list.add("hit_cap", hit_cap, {1, 1e6}, "commands",

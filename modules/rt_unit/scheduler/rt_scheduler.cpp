@@ -24,7 +24,7 @@ const CounterTable<RtSchedulerCounters>& RtSchedulerCounters::table() {
           .sum(&C::selections, "selections", "cycles", "cycles in which a warp was scheduled")
           .sum(&C::lanes_handled, "lanes_handled", "lanes", "lanes handled when their warp was scheduled")
           .sum(&C::lanes_active, "lanes_active", "lanes", "unfinished lanes of scheduled warps")
-          .ratio({"lanes_handled", &C::lanes_handled}, {"lanes_active", &C::lanes_active}, "simt_efficiency", "ratio",
+          .share({"lanes_handled", &C::lanes_handled}, {"lanes_active", &C::lanes_active}, "simt_efficiency", "ratio",
                  "lanes handled / unfinished lanes of scheduled warps")
           .by_name<Stall>(&C::stall, "stall", "cycles", "cycles without a scheduled warp, reason: {}")
           .exact(&C::visits_internal, "visits_internal", "events", "internal nodes visited by lanes")

@@ -287,6 +287,7 @@ WholeStatistics whole_statistics(const GroupRun& run, const std::vector<Window>&
         break;
       case StatisticKind::mean:
       case StatisticKind::ratio:
+      case StatisticKind::share:
         estimator.add_quotient(s);
         break;
       case StatisticKind::bound:  // below

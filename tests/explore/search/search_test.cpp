@@ -163,6 +163,44 @@ TEST_F(SearchProgram, AScaleOfTheScreeningNeedsTheSizeOfTheImages) {
   EXPECT_THAT(outcome.output, HasSubstr("scene: search.screening_scale needs width and height"));
 }
 
+// An objective over 0: neither an infinite ratio nor one of nothing.
+TEST_F(SearchProgram, AnObjectiveThatIsZeroAtTheReferenceIsRefused) {
+  const std::string objective = "[[objective]]\nvalue = 'gpu.rt.checkpoint.entries_written'\n";
+  write_search("candidates = 8", objective);  // the reference has no checkpoints
+  const Outcome outcome = sweep("a.sqlite", "--quiet");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("gpu.rt.checkpoint.entries_written must be above 0 at the reference, on "
+                                        "object-300-7"));
+  EXPECT_EQ(rows("a.sqlite", "SELECT id FROM point").size(), 1U) << "the reference alone";
+}
+
+// The search had run for hours when the reference had 0 of an objective on the evaluation scene.
+TEST_F(SearchProgram, AnObjectiveThatIsZeroOnTheEvaluationSceneIsRefusedBeforeTheSearch) {
+  write_search("candidates = 8", "[[objective]]\nvalue = 'gpu.rt.checkpoint.entries_written'\n");
+  std::string plan = read_file(folder + "/plan.toml");
+  plan.replace(plan.find("[reference]\ndesign = 'sw'"), 25, "[reference]\ndesign = 'grtx'");
+  plan.replace(plan.find("count = 300\nseed = 8"), 20, "count = 1\nseed = 8");  // no second round
+  write_file(folder + "/plan.toml", plan);
+  const Outcome outcome = sweep("a.sqlite", "--quiet");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.output, HasSubstr("gpu.rt.checkpoint.entries_written must be above 0 at the reference, on "
+                                        "object-1-8"));
+  EXPECT_EQ(rows("a.sqlite", "SELECT id FROM point").size(), 2U) << "the reference on each scene";
+}
+
+TEST_F(SearchProgram, ACandidateWithZeroOfAnObjectiveHasTheRatioZero) {
+  write_search("candidates = 8", "[[objective]]\nvalue = 'gpu.rt.checkpoint.entries_written'\n");
+  std::string plan = read_file(folder + "/plan.toml");
+  plan.replace(plan.find("[reference]\ndesign = 'sw'"), 25, "[reference]\ndesign = 'grtx'");
+  write_file(folder + "/plan.toml", plan);
+  ASSERT_EQ(sweep("a.sqlite").code, 0);
+  const json found = result("a.sqlite");
+  for (const json& candidate : found.at("candidates")) {
+    const bool none = candidate.at("coordinates").at("design") == "sw";
+    EXPECT_EQ(candidate.at("screening").at("ratios").at(2).get<double>() == 0.0, none) << candidate;
+  }
+}
+
 TEST_F(SearchProgram, AConstraintOnAStatisticRefusesWhatWasSimulated) {
   write_search("candidates = 8", "[[constraint]]\nrule = 'gpu.time_us <= 0.0001'\n");
   EXPECT_EQ(sweep("a.sqlite").code, 1);  // no front

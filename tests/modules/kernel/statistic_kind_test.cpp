@@ -59,6 +59,7 @@ double together(const Statistic& a, const Statistic& b) {
       return std::min(a.number(), b.number());
     case StatisticKind::mean:
     case StatisticKind::ratio:
+    case StatisticKind::share:
       return ratio(a.of.part + b.of.part, a.of.whole + b.of.whole);
     case StatisticKind::state:
       break;
@@ -100,7 +101,8 @@ void expect_named(std::set<std::string>& named) {
   std::mt19937 random(3);
   const auto statistics = by_name(random_counters<Counters>(random));
   for (const auto& [name, s] : statistics) {
-    const bool quotient = s.kind == StatisticKind::mean || s.kind == StatisticKind::ratio;
+    const bool quotient =
+        s.kind == StatisticKind::mean || s.kind == StatisticKind::ratio || s.kind == StatisticKind::share;
     EXPECT_EQ(std::holds_alternative<double>(s.value), quotient) << name << ": a real number is a mean or a ratio";
     if (s.of.part_name.empty() || s.of.whole_name.empty()) continue;
     EXPECT_TRUE(quotient) << name;

@@ -122,6 +122,13 @@ TEST_F(RunPictures, FactorsAreInPlainDigits) {
   EXPECT_THAT(page(results()), HasSubstr("fetches 112 times fewer nodes"));
 }
 
+// "fetches inf times fewer nodes" of a design that fetches none.
+TEST_F(RunPictures, ADesignWithoutFetchesHasNoRatioOfFetches) {
+  ordered_json document = results();
+  document["designs"]["walk"]["gpu.rt.node_fetches"] = count(0);
+  EXPECT_THAT(page(document), Not(HasSubstr("fewer nodes")));
+}
+
 // "ports of the L2, 27 %" where one warp took 83 % of the run.
 TEST_F(RunPictures, ASingleWarpThatTakesMostOfTheRunIsWhatBinds) {
   ordered_json document = results();

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "grtx/report/page/machine_words.h"
 #include "grtx/report/page/report.h"
 #include "grtx/report/page/run_results.h"
 #include "grtx/rtl_tlm/gpu/gpu_config.h"
@@ -160,6 +161,17 @@ TEST_F(SideBySide, ASentenceSaysWhichDesignLosesMost) {
                                           "0.80 times. "));
   EXPECT_THAT(page({several()}), HasSubstr("On ada grtx gains least: 10.00 times as fast as on paper; baseline most: "
                                            "20.00 times. "));
+}
+
+// "On half grtx loses most: 1.00 times" of 0.996.
+TEST(LosesMost, ADesignThatLosesNothingWithinTheDigitsShownDoesNotLoseMost) {
+  EXPECT_EQ(loses_most_text({{"grtx", 0.996}, {"walk", 1.004}}, "half", "paper"),
+            "on half all designs are as fast as on paper");
+  EXPECT_EQ(loses_most_text({{"grtx", 0.996}}, "half", "paper"), "on half grtx is as fast as on paper");
+  EXPECT_EQ(loses_most_text({{"grtx", 0.996}, {"walk", 1.2}}, "half", "paper"),
+            "on half grtx gains least: 1.00 times as fast as on paper; walk most: 1.20 times");
+  EXPECT_EQ(loses_most_text({{"grtx", 0.994}, {"walk", 0.996}}, "half", "paper"),
+            "on half grtx loses most: 0.99 times as fast as on paper; walk least: 1.00 times");
 }
 
 // "dram.bandwidth_gb_s 0.0 | 56.0" read as a machine without DRAM; it has 112.

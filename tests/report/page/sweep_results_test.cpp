@@ -93,6 +93,20 @@ TEST_F(SweepResultsTest, AViewWithoutHitsCountsInTheMeanHitRate) {
   EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.time_us"), 3.0);
 }
 
+// Names that end alike were shares, and a share of another name was none.
+TEST_F(SweepResultsTest, TheKindOfAStatisticSaysWhetherItIsAShare) {
+  testing_sweep::make_points(path, nlohmann::json::parse(R"([
+    {"id": 1, "scene": "room", "values":
+     {"gpu.time_us": 1, "gpu.rt.simt_efficiency": 0.2, "gpu.l2.read_hit_rate": 0.2, "own.fraction": 1}},
+    {"id": 2, "scene": "hall", "values":
+     {"gpu.time_us": 9, "gpu.rt.simt_efficiency": 0.8, "gpu.l2.read_hit_rate": 0.8, "own.fraction": 9}}])"));
+  const SweepResults results = read_sweep_results(path);
+  const SweepViews shown(results);
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.rt.simt_efficiency"), 0.5);
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "gpu.l2.read_hit_rate"), 0.5);
+  EXPECT_DOUBLE_EQ(shown.value(shown.points()[0], "own.fraction"), 3.0);
+}
+
 // The column "speed-up" did not say over what: the first point, the baseline, the first machine.
 TEST_F(SweepResultsTest, TheAnswerSaysWhatItsSpeedUpsAreOver) {
   const auto ends = [&](const char* second, const char* over) {

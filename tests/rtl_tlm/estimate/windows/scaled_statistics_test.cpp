@@ -63,9 +63,10 @@ class ScaledStatistics : public test::RandomTraceRun {
       ++kinds[s.kind];
     }
     for (const StatisticKind kind : {StatisticKind::count, StatisticKind::exact, StatisticKind::mean,
-                                     StatisticKind::ratio, StatisticKind::histogram, StatisticKind::bound}) {
+                                     StatisticKind::share, StatisticKind::histogram, StatisticKind::bound}) {
       EXPECT_GT(kinds[kind], 4U) << name_of(kind);
     }
+    EXPECT_GT(kinds[StatisticKind::ratio], 0U);
   }
   static bool follows_from_misses(const std::string& name) {
     for (const char* prefix :
@@ -150,7 +151,8 @@ TEST_F(ScaledStatistics, EachIsExactOrHasAnIntervalOrIsAbsent) {
       const bool left_out = kind == StatisticKind::largest || kind == StatisticKind::smallest ||
                             kind == StatisticKind::state || kind == StatisticKind::histogram || is_of_one_part(name) ||
                             name.starts_with("gpu.bound.longest_");
-      const bool of_nothing = kind == StatisticKind::mean || kind == StatisticKind::ratio;
+      const bool of_nothing =
+          kind == StatisticKind::mean || kind == StatisticKind::ratio || kind == StatisticKind::share;
       EXPECT_TRUE(left_out || (of_nothing && entry.at("value") == 0.0)) << name << " is absent";
     }
   }
