@@ -12,6 +12,8 @@ TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 sys.path.insert(0, os.path.join(TOP, "scripts"))
 import page_data  # noqa: E402
 import readme_tables  # noqa: E402
+import show_tables  # noqa: E402
+import silicon_tables  # noqa: E402
 import vulkan_tables  # noqa: E402
 
 
@@ -32,7 +34,7 @@ class PagesAndData(unittest.TestCase):
     def unnoticed(self, page, data, scripts, columns, kind, beside=()):
         """Kinds of figures (values of the columns `kind`, and the changed one) of which none, when it is another, is a fault of the page."""
         with tempfile.TemporaryDirectory() as top:
-            for name in (page, *(os.path.join(page_data.FOLDER, file) for file in (data, *beside))):
+            for name in (page, *(os.path.join(page_data.FOLDER, file) for file in (data, *beside)), silicon_tables.POINTS):
                 os.makedirs(os.path.dirname(os.path.join(top, name)), exist_ok=True)
                 shutil.copy(os.path.join(TOP, name), os.path.join(top, name))
             self.assertEqual(list(faults(top, scripts, page)), [])
@@ -62,6 +64,29 @@ class PagesAndData(unittest.TestCase):
     def test_another_figure_of_its_readings_on_paper_is_a_fault(self):
         self.assertEqual(self.unnoticed("docs/results/vulkan-sim.md", vulkan_tables.READINGS, [vulkan_tables],
                                         ("cycles", "l2_accesses", "node_latency", "node_fetches"), ("reading",)), [])
+
+    def test_another_figure_of_a_crop_on_a_card_is_a_fault_of_its_page(self):
+        frames = ("silicon-frames.csv", "silicon-frames-show.csv")
+        self.assertEqual(self.unnoticed("docs/results/silicon.md", silicon_tables.DATA, [silicon_tables], ("cycles",),
+                                        ("plan", "machine", "accel", "kernel_degree", "k", "tracing"), beside=frames), [])
+        for file in frames:
+            self.assertEqual(self.unnoticed("docs/results/silicon.md", file, [silicon_tables], ("crop", "frame"), ("scene", "tracer.kernel_degree", "accel"),
+                                            beside=(silicon_tables.DATA, *(set(frames) - {file}))), [])
+
+    def test_another_count_of_a_crop_of_more_pixels_is_a_fault_of_its_page(self):
+        self.assertEqual(self.unnoticed("docs/results/designs-show.md", show_tables.SIZE, [show_tables], ("cycles", "tail_cycles"), ("design",)), [])
+
+    def test_a_whole_frame_beside_the_walk_in_the_mode_that_both_have(self):
+        made = show_tables.frame(TOP).splitlines()
+        [entry] = [line.split(" | ") for line in made if line.startswith("| by entry, near | 64 |")]
+        rows = {(show_tables.called(row), row["mode"]): row for row in page_data.rows(TOP, show_tables.FRAME)}
+        cycles = [float(rows[name, "cycle"]["cycles"]) for name in ("by entry, near", "walk, near")]
+        self.assertIn(f"{cycles[0] / cycles[1]:.2f}", entry)
+        self.assertIn(f"{float(rows['by entry, near', 'windows']['cycles']) / 1365e3:.1f}", entry)
+
+    def test_so_many_digits(self):
+        self.assertEqual([page_data.significant(value) for value in (0.0504, 0.9996, 6.534, 9.996, 46.49, 115.2, 1234.5)],
+                         ["0.0504", "1.00", "6.53", "10.0", "46.5", "115", "1,230"])
 
 
 if __name__ == "__main__":
