@@ -12,6 +12,7 @@ TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 sys.path.insert(0, os.path.join(TOP, "scripts"))
 import page_data  # noqa: E402
 import readme_tables  # noqa: E402
+import rtl_tables  # noqa: E402
 import show_tables  # noqa: E402
 import silicon_tables  # noqa: E402
 import vulkan_tables  # noqa: E402
@@ -75,6 +76,10 @@ class PagesAndData(unittest.TestCase):
 
     def test_another_count_of_a_crop_of_more_pixels_is_a_fault_of_its_page(self):
         self.assertEqual(self.unnoticed("docs/results/designs-show.md", show_tables.SIZE, [show_tables], ("cycles", "tail_cycles"), ("design",)), [])
+
+    def test_other_gates_or_another_clock_of_the_rtl_are_a_fault_of_its_page(self):
+        self.assertEqual(self.unnoticed("docs/results/rtl.md", rtl_tables.DATA, [rtl_tables], ("rtl", "low", "model", "high", "path_ns", "mhz_low", "mhz_high", "cycles"),
+                                        ("part",)), [])
 
     def test_a_whole_frame_beside_the_walk_in_the_mode_that_both_have(self):
         made = show_tables.frame(TOP).splitlines()
