@@ -181,21 +181,45 @@ def against(measured, ours):
     return [spread(measured), spread(ours), f"{ratio:.2f}", f"{off:+.1f}", "yes" if abs(off) <= 2 else "no"]
 
 
+def published(path, card):
+    """Points of a card that give the milliseconds of a frame and can be simulated."""
+    with open(path, encoding="utf-8") as file:
+        return [line for line in csv.DictReader(line for line in file if not line.startswith("#"))
+                if line["card"] == card and not line["why"] and not line["over"]]
+
+
+def scales(path):
+    """{(scene, degree, structure): any-hit calls a ray of the frame over those of the crop}; nothing without a file."""
+    if not path:
+        return {}
+    with open(path, encoding="utf-8") as file:
+        return {(line["scene"], line["tracer.kernel_degree"], line["accel"]): float(line["frame"]) / float(line["crop"])
+                for line in csv.DictReader(line for line in file if not line.startswith("#"))}
+
+
+def quantities(lines, scale, ours):
+    """Of each chart, (source, degree, k): (chart, quantity, measured by scene, ours by scene). ours: {(degree, k, structure): {scene: cycles a
+    ray of one SM}}."""
+    charts, of = {}, {}
+    for line in lines:
+        chart = line["source"], line["tracer.kernel_degree"], line["tracer.k"]
+        of.setdefault(chart, []).append(line)
+        charts.setdefault(chart, {}).setdefault(line["design"], {})[line["scene"]] = float(line["value"])
+    for chart, structures in charts.items():
+        _, degree, k = chart
+        pixels, sms, mhz = (mean(float(line[name]) for line in of[chart]) for name in ("pixels", "sms", "mhz"))  # photographs differ in pixels
+        bare = {design: ours.get((degree, k, design), {}) for design in structures}
+        for design in structures:
+            yield chart, f"{ABC[design]}, ms", structures[design], {
+                scene: value * pixels / sms / (1000 * mhz) * scale.get((scene, degree, design), 1.0) for scene, value in bare[design].items()}
+        for above, below in (("tri20", "tlas-tri20"), ("tlas-box", "tri20"), ("tlas-box", "tlas-tri20")):
+            if above in structures and below in structures:  # ours of the same crop
+                over = lambda of, above=above, below=below: {scene: of[above][scene] / of[below][scene] for scene in of[above] if scene in of[below]}
+                yield chart, f"{ABC[above]} / {ABC[below]}", over(structures), over(bare)
+
+
 def milliseconds(paths, arguments):
     """Rows of ms: each source of the card's points, each structure and ratio of two, fitted scenes and others."""
-    with open(arguments.points, encoding="utf-8") as file:
-        lines = [line for line in csv.DictReader(line for line in file if not line.startswith("#"))
-                 if line["card"] == arguments.card and not line["why"] and not line["over"]]
-    scale = {}
-    if arguments.frames:
-        with open(arguments.frames, encoding="utf-8") as file:
-            for line in csv.DictReader(line for line in file if not line.startswith("#")):
-                scale[line["scene"], line["tracer.kernel_degree"], line["accel"]] = float(line["frame"]) / float(line["crop"])
-    charts = {}
-    for line in lines:
-        chart = charts.setdefault((line["source"], line["tracer.kernel_degree"], line["tracer.k"]), {})
-        chart.setdefault(line["design"], {})[line["scene"]] = float(line["value"])
-    size = {chart: lines[[(line["source"], line["tracer.kernel_degree"], line["tracer.k"]) for line in lines].index(chart)] for chart in charts}
     ours = {}
     for path in paths:
         for point in points(path, "gpu.cycles", "gpu.rt.occupancy", "gpu.distributor.groups"):
@@ -206,24 +230,13 @@ def milliseconds(paths, arguments):
     head(["source", "degree", "quantity", "measured", "scenes", "ours", "ours ÷ measured", "in standard errors", "within two"])
     done = 0
     fitted = set(arguments.fitted.split(",")) if arguments.fitted else set()
-    for chart, structures in charts.items():
-        source, degree, k = chart
-        pixels, sms, mhz = (float(size[chart][name]) for name in ("pixels", "sms", "mhz"))
-        times = {design: {scene: value * pixels / sms / (1000 * mhz) * scale.get((scene, degree, design), 1.0)
-                          for scene, value in ours.get((degree, k, design), {}).items()} for design in structures}
-        quantities = [(f"{ABC[design]}, ms", structures[design], times[design]) for design in structures]
-        for above, below in (("tri20", "tlas-tri20"), ("tlas-box", "tri20"), ("tlas-box", "tlas-tri20")):
-            if above in structures and below in structures:
-                over = lambda of: {scene: of[above][scene] / of[below][scene] for scene in of[above] if scene in of[below]}
-                bare = {design: ours.get((degree, k, design), {}) for design in (above, below)}  # of the same crop
-                quantities.append((f"{ABC[above]} / {ABC[below]}", over(structures), over(bare)))
-        for name, measured, found in quantities:
-            for kind, wanted in (("fitted", lambda scene: scene in fitted), ("others", lambda scene: scene not in fitted), ("all", lambda scene: True)):
-                values = [value for scene, value in found.items() if wanted(scene)]
-                if values and (kind == "all" or fitted):
-                    done += 1
-                    cells = against(list(measured.values()), values)
-                    row([source, degree, name, cells[0], f"{kind}, {len(values)}", *cells[1:]])
+    for (source, degree, _), name, measured, found in quantities(published(arguments.points, arguments.card), scales(arguments.frames), ours):
+        for kind, wanted in (("fitted", lambda scene: scene in fitted), ("others", lambda scene: scene not in fitted), ("all", lambda scene: True)):
+            values = [value for scene, value in found.items() if wanted(scene)]
+            if values and (kind == "all" or fitted):
+                done += 1
+                cells = against(list(measured.values()), values)
+                row([source, degree, name, cells[0], f"{kind}, {len(values)}", *cells[1:]])
     return done
 
 

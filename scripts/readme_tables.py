@@ -4,7 +4,7 @@
 readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
-docs/results/data (evaluation_tables.py, show_tables.py) or of the headers below the page.
+docs/results/data (evaluation_tables.py, show_tables.py, silicon_tables.py, vulkan_tables.py, rtl_tables.py) or of the headers below the page.
 """
 import itertools
 import os
@@ -14,7 +14,10 @@ import sys
 import draw_results
 import evaluation_tables
 import model_version
+import rtl_tables
 import show_tables
+import silicon_tables
+import vulkan_tables
 
 PART = re.compile(r"(<!-- generated: scripts/readme_tables\.py (\S+) -->\n)(.*?)(<!-- end of generated -->\n)", re.S)
 
@@ -47,11 +50,11 @@ def first_sentence(text):
 
 
 MADE = {"versions": versions, "headers": headers,
-        **show_tables.MADE,
+        **rtl_tables.MADE, **show_tables.MADE, **silicon_tables.MADE, **vulkan_tables.MADE,
         **{name: lambda top, _page, name=name: evaluation_tables.made(top, name) for name in evaluation_tables.MADE}}
 FOLDERS = ("apps", "base", "experiment", "explore", "frontend", "report", "rtl_tlm", "rtl_tlm/rtl", "traces",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "simt", "tlm")))
-PAGES = ("README.md", *(f"docs/results/{name}.md" for name in ("README", "rivals", "scene-classes", "bounds", "checkpoints", "designs-show")),
+PAGES = ("README.md", *(f"docs/results/{name}.md" for name in ("README", "rivals", "scene-classes", "bounds", "checkpoints", "designs-show", "silicon", "vulkan-sim", "rtl")),
          *(f"{folder}/README.md" for folder in FOLDERS))
 
 
@@ -74,6 +77,9 @@ def renew(top):
 def faults(top):
     yield from draw_results.faults(top)
     yield from show_tables.faults(top)
+    yield from rtl_tables.faults(top)
+    yield from silicon_tables.faults(top)
+    yield from vulkan_tables.faults(top)
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)) and PART.search(text := model_version.read(top, page)):
             fresh = renewed(top, page)

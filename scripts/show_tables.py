@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of docs/results/designs-show.md from designs-show.csv and designs-show-memory.csv in docs/results/data, that of heap logics
-in rivals.md, and what README.md says of
-them; readme_tables.py puts the tables into the page, and checks both."""
-import csv
+"""Tables of docs/results/designs-show.md from designs-show*.csv and whole-frame.csv in docs/results/data, of rivals.md from heap-logics.csv, and sentences of the former and
+of README.md with figures of them; readme_tables.py puts the tables into the page, and checks both."""
 import os
 
-import model_version
+import page_data
 from evaluation_tables import mean, shown, table
 
 PAGE = os.path.join("docs", "results", "designs-show.md")
-DATA = os.path.join("docs", "results", "data", "designs-show.csv")
-MEMORY = os.path.join("docs", "results", "data", "designs-show-memory.csv")
-LOGICS = os.path.join("docs", "results", "data", "heap-logics.csv")
+DATA = os.path.join(page_data.FOLDER, "designs-show.csv")
+MEMORY, PICTURES, SIZE, FRAME = "designs-show-memory.csv", "designs-show-pictures.csv", "designs-show-size.csv", "whole-frame.csv"
+LOGICS = "heap-logics.csv"
 ROOMS, OBJECTS = ("graffiti_roof", "vr_lab", "lookout"), ("le_poeme", "la_vestale")
 GRTX, GAUTRACER, ENTRY = ("grtx", 16), ("gautracer", 48), ("gautracer, by entry", 64)
 MIXES = [(name, k) for name in ("by entry, near", "by entry, near, checkpoints") for k in (64, 48)]
@@ -59,11 +57,8 @@ class Crops:
 
 
 def crops(top, lines):
-    path = os.path.join(top, DATA)
-    if not os.path.exists(path):
-        return None
-    with open(path, encoding="utf-8", newline="") as file:
-        return Crops(list(csv.DictReader(file)), lines)
+    rows = page_data.rows(top, os.path.basename(DATA))
+    return Crops(rows, lines) if rows else None
 
 
 def speeds(top, lines):
@@ -89,33 +84,86 @@ def speeds(top, lines):
 
 
 def faults(top):
-    """Rows of README's table and its range of leads that are not those of the data."""
+    """What README and the page say of the data, and the data do not give."""
     both = [crops(top, lines) for lines in ("128", "1080")]
-    if None in both or not os.path.exists(os.path.join(top, "README.md")):
-        return
-    columns = [(of, views) for of in both for views in (ROOMS, OBJECTS)]
-    text = " ".join(model_version.read(top, "README.md").replace("*", "").split())
+    if None not in both:
+        yield from page_data.unsaid(top, "README.md", DATA, of_readme(*both))
+        if (*MORE_OWN[1], "lookout") in both[1].at:
+            yield from page_data.unsaid(top, PAGE, DATA, of_page(*both, page_data.rows(top, os.path.basename(DATA))))
+    if rows := page_data.rows(top, SIZE):
+        yield from page_data.unsaid(top, PAGE, SIZE, of_size(rows))
+
+
+def of_readme(near, dense):
+    """Rows of README's table and its range of leads."""
+    columns = [(of, views) for of in (near, dense) for views in (ROOMS, OBJECTS)]
     row = lambda value, digits: " | ".join(shown(value(of, views), digits) for of, views in columns) + " |"
-    expected = [row(lambda of, views, design=design: of.mean(design, views), digits) for design, digits in ((GRTX, 2), (GAUTRACER, 1), (OWN[1], 1))]
-    expected.append(row(lambda of, views: of.mean(of.best(MIXES, views), views), 1))
-    expected.append(row(lambda of, views: mean(of.leads(views)), 2))
+    for design, digits in ((GRTX, 2), (GAUTRACER, 1), (OWN[1], 1)):
+        yield row(lambda of, views, design=design: of.mean(design, views), digits)
+    yield row(lambda of, views: of.mean(of.best(MIXES, views), views), 1)
+    yield row(lambda of, views: mean(of.leads(views)), 2)
     leads = [lead for of, views in columns for lead in of.leads(views)]
-    expected.append(f"{min(leads):.2f} to {max(leads):.2f}")
-    if (*MORE_OWN[1], "lookout") in both[1].at:
-        expected.append(" and ".join(shown(mean(both[1].speed(MORE_OWN[1], view, both[1].best(MORE_MIXES, views)) for view in views))
-                                     for views in (ROOMS, OBJECTS)))
-    for words in expected:
-        if words not in text:
-            yield f"README.md:1: does not have '{words}', which {DATA} gives"
+    yield f"{min(leads):.2f} to {max(leads):.2f}"
+    if (*MORE_OWN[1], "lookout") in dense.at:
+        yield " and ".join(shown(mean(dense.speed(MORE_OWN[1], view, dense.best(MORE_MIXES, views)) for view in views)) for views in (ROOMS, OBJECTS))
+
+
+def of_page(near, dense, every_row):
+    """Sentences of the page that compare rows of its tables."""
+    def worth(of, design, over):
+        """Of a design over another, mean of each class: (rooms, objects)."""
+        return [mean(of.speed(design, view, over) for view in views) for views in (ROOMS, OBJECTS)]
+
+    def best(of, designs, over):
+        return [mean(of.speed(of.best(designs, views), view, of.best(over, views)) for view in views) for views in (ROOMS, OBJECTS)]
+
+    def span(pairs, views, digits=2):
+        """Of the first of each pair over the second."""
+        every = [of.speed(design, view, over) for of in (near, dense) for design, over in pairs for view in views]
+        return f"{min(every):.{digits}f} to {max(every):.{digits}f}"
+
+    both = lambda values: " and ".join(map(shown, values))
+    leads = [[mean(of.leads(views)) for views in (ROOMS, OBJECTS)] for of in (near, dense)]
+    yield f"The walk has {leads[0][0]:.2f} (rooms) and {leads[0][1]:.2f} times (objects)"
+    yield f"at full density it is {both(leads[1])}."
+    every = [[lead for views in (ROOMS, OBJECTS) for lead in of.leads(views)] for of in (near, dense)]
+    yield "By view the lead is " + ", and ".join(f"{min(of):.2f} to {max(of):.2f}" for of in every) + "."
+    whole = {called(row): float(row["cycles"]) for row in every_row if row["sms"] == "8"}
+    yield f"the walk has {whole[ENTRY[0]] / whole[OWN[0][0]]:.2f} times the speed of by entry"
+    own, rival = ([worth(of, design, plain) for of in (near, dense)] for design, plain in ((OWN[1], OWN[0]), (MIXES[0], ENTRY)))
+    yield (f"is worth {own[0][1]:.2f} and {own[1][1]:.2f} for the walk on objects, {own[0][0]:.2f} and {own[1][0]:.2f} in rooms. "
+           f"The rival gains more: {rival[0][1]:.2f} and {rival[1][1]:.2f}, {rival[0][0]:.2f} and {rival[1][0]:.2f}.")
+    heaps, mixes = worth(dense, MORE_OWN[1], OWN[1]), best(dense, MORE_MIXES, MIXES)
+    area = lambda of, design: float(of.at[*design, ROOMS[0]]["rt_unit_mm2"])
+    yield (f"{heaps[0]:.2f} (rooms) and {heaps[1]:.2f} times (objects) as fast at full density, the best mix {both(mixes)}, "
+           f"for {100 * (area(dense, MORE_OWN[1]) / area(dense, OWN[1]) - 1):.1f} % of the RT unit")
+    colour = {view: dense.speed(COLOUR, view, OWN[0]) for view in (*ROOMS, *OBJECTS)}
+    yield f"{both([colour[view] for view in ROOMS[:2]])} on the two rooms with harmonics at full density, {both([colour[view] for view in OBJECTS])} on"
+    slower = [100 * (1 - near.speed(COLOUR, view, OWN[0])) for view in (*ROOMS, *OBJECTS)]
+    yield f"costs {min(slower):.0f} to {max(slower):.0f} % with sparse rays"
+    grtx, more = [(GRTX, ("sw", 32))], [(MIXES[2], MIXES[0]), (MIXES[3], MIXES[1])]
+    yield f"are worth {span(grtx, ROOMS)} over sw in rooms, {span(grtx, OBJECTS, 1)} on objects."
+    yield (f"they are worth {span(more, ROOMS)} in rooms, {span(more, OBJECTS)} on objects, "
+           f"for {100 * (area(near, MIXES[2]) / area(near, MIXES[0]) - 1):.0f} % of the RT unit")
+
+
+def of_size(rows):
+    """Sentences of the page on launches that are too small to fill the machine."""
+    started = [(row, 100 * (1 - float(row["tail_cycles"]) / float(row["cycles"]))) for row in rows]
+    span = lambda wanted: "{:.0f} to {:.0f} %".format(*(end(share for row, share in started if wanted(row)) for end in (min, max)))
+    yield f"after {span(lambda row: row['width'] == '48' and row['design'] != 'baseline')} of these runs"
+    yield f"of the baseline: after {span(lambda row: row['width'] == '48' and row['design'] == 'baseline')}"
+    yield f"after {min(share for row, share in started if row['width'] == '192' and row['design'] != 'baseline'):.0f} % or more"
+    at = {(called(row), row["width"]): float(row["cycles"]) for row in rows if row["view"] == "lookout-0" and row["lines"] == "1080"}
+    yield ("four times the pixels take the baseline {:.2f} times the cycles, by entry {:.2f} and the walk {:.2f}."
+           .format(*(at[name, "96"] / at[name, "48"] for name in ("baseline", MIXES[0][0], OWN[1][0]))))
 
 
 def memories(top):
     """The walk over the best mix for each class, by L2 slices and bandwidth of the DRAM."""
-    path = os.path.join(top, MEMORY)
-    if not os.path.exists(path):
+    rows = page_data.rows(top, MEMORY)
+    if not rows:
         return None
-    with open(path, encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
     at = {tuple(row[name] for name in ("l2_slices", "dram_gb_s", "lines")) + (row["view"].split("-")[0], row["design"], row["k"], row["checkpoints"]):
           float(row["cycles"]) for row in rows}
     rivals = sorted({key[4:] for key in at if not key[4].startswith("walk")})
@@ -129,13 +177,82 @@ def memories(top):
                   for machine in machines])
 
 
+def whole_gpu(top):
+    """Speeds over the baseline on all SMs of the machine."""
+    rows = [row for row in page_data.rows(top, os.path.basename(DATA)) or [] if row["sms"] == "8"]
+    if not rows:
+        return None
+    base = float(rows[0]["cycles"])
+    return table([called(row) for row in rows[1:]], [[shown(base / float(row["cycles"])) for row in rows[1:]]])
+
+
+def sizes(top):
+    """The walk over by entry, both near, by the pixels of a crop."""
+    rows = page_data.rows(top, SIZE)
+    if not rows:
+        return None
+    at = {(called(row), row["width"], row["view"].split("-")[0]): row for row in rows if row["design"] != "baseline"}
+    views = list(dict.fromkeys(view for _, _, view in at))
+
+    def lead(width, view):
+        return shown(float(at[MIXES[0][0], width, view]["cycles"]) / float(at[OWN[1][0], width, view]["cycles"])) if (OWN[1][0], width, view) in at else ""
+    lines = [[f"{width} × {width}", f"{int(at[OWN[1][0], width, views[0]]['warps']):,}", *(lead(width, view) for view in views)]
+             for width in dict.fromkeys(width for _, width, _ in at)]
+    return table(["pixels", "warps", *views], lines).replace("|  |", "| |").replace("|  |", "| |")
+
+
+def pictures(top):
+    """Energy of the crops of 128 lines, and how far their pictures are from the baseline's."""
+    of, rows = crops(top, "128"), page_data.rows(top, PICTURES)
+    if not of or not rows:
+        return None
+    views = (*ROOMS, *OBJECTS)
+    seen = {(called(row), int(row["k"]), row["view"].split("-")[0]): row for row in rows}
+    picture = lambda design: [seen[*design, view]["picture"] for view in views]
+    lines = []
+    for design in (("baseline", 32), *ROWS):
+        if not all((*design, view) in seen for view in views):
+            continue
+        energy = [float(of.at[*design, view]["energy_nj_per_ray"]) * int(of.at[*design, view]["width"]) ** 2 / 1e6 for view in views]
+        same = "the same" if picture(design) == picture(("baseline", 32)) else "as by entry" if design != ENTRY and picture(design) == picture(ENTRY) else ""
+        lines.append([design[0], ", ".join(map(page_data.significant, energy)),
+                      "" if design[0] == "baseline" else same or ", ".join(f"{float(seen[*design, view]['dB']):.1f}" for view in views)])
+    return table(["design", f"mJ of the crop at 128 lines: {', '.join(views)}", "dB from the baseline's picture"], lines).replace("|  |", "| |")
+
+
+def frame(top):
+    """A whole frame by windows, beside cycle mode where it was run: a row a design."""
+    rows = page_data.rows(top, FRAME)
+    if not rows:
+        return None
+    at = {(called(row), int(row["k"]), row["mode"]): row for row in rows}
+
+    def over(name, k):
+        """Cycles of a design over those of the walk, with as many heap logics; both of one mode, cycle mode where both have it."""
+        walk = (OWN[1][0] + (HEAPS if name.endswith(HEAPS) else ""), OWN[1][1])
+        modes = [mode for mode in ("cycle", "windows") if (name, k, mode) in at and (*walk, mode) in at]
+        return float(at[name, k, modes[0]]["cycles"]) / float(at[*walk, modes[0]]["cycles"]) if modes else None
+
+    lines = []
+    for name, k in dict.fromkeys((name, k) for name, k, _ in at):
+        windows, cycle = at.get((name, k, "windows")), at.get((name, k, "cycle"))
+        first = windows or cycle
+        interval = lambda column, unit, show, row=windows: "{} ({} to {})".format(*(show(float(row[column + end]) / unit) for end in ("", "_low", "_high")))
+        millions = lambda value: f"{value:,.1f}"
+        trace = f"{float(first['trace_bytes']) / 1e6:,.0f}, {float(first['trace_minutes']):.1f}" if first["trace_bytes"] else ""
+        lines.append([name, str(k), interval("cycles", 1e6, millions) if windows else "", f"{float(first['cycles']) / float(first['mhz']) / 1e3:,.1f}",
+                      interval("mJ", 1, page_data.significant) if windows else "",
+                      f"{float(cycle['cycles']) / 1e6:,.2f}, {page_data.significant(float(cycle['mJ']))}" if cycle else "", shown(over(name, k)), trace,
+                      ", ".join(f"{float(row['run_minutes']):.1f}" for row in (windows, cycle) if row)])
+    return table(["design", "k", "M cycles", "ms", "mJ", "in cycle mode: M cycles, mJ", "÷ the walk's cycles", "trace: MB, processor minutes",
+                  "runs: processor minutes"], lines).replace("|  |", "| |")
+
+
 def heap_logics(top):
     """Speed with 16 and 32 heap logics over that with eight, means of the views of role choose, by density."""
-    path = os.path.join(top, LOGICS)
-    if not os.path.exists(path):
+    rows = page_data.rows(top, LOGICS)
+    if not rows:
         return None
-    with open(path, encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
     at = {(row["design"], row["k"], row["lines"], row["heap_logics"], row["view"]): float(row["cycles"]) for row in rows}
     views = dict.fromkeys(row["view"] for row in rows)
 
@@ -147,4 +264,5 @@ def heap_logics(top):
 
 
 MADE = {"heap-logics": lambda top, _page: heap_logics(top), "show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
-        "show-1080": lambda top, _page: speeds(top, "1080")}
+        "show-1080": lambda top, _page: speeds(top, "1080"), "show-gpu": lambda top, _page: whole_gpu(top), "show-size": lambda top, _page: sizes(top),
+        "show-pictures": lambda top, _page: pictures(top), "show-frame": lambda top, _page: frame(top)}

@@ -13,7 +13,9 @@ from statistics import geometric_mean
 TOP = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 SCRIPT = os.path.join(TOP, "bench", "silicon.py")
 sys.path.insert(0, os.path.join(TOP, "scripts"))
+sys.path.insert(0, os.path.join(TOP, "bench"))
 import draw_results  # noqa: E402
+import silicon  # noqa: E402
 
 
 class Silicon(unittest.TestCase):
@@ -85,6 +87,16 @@ class Silicon(unittest.TestCase):
         self.assertIn("| chart | 4 | A, ms | 8 (8 to 8) | others, 1 | 16 | 2.00 |  |  |", rows)
         self.assertIn("| chart | 4 | A, ms | 8 (8 to 8) | all, 2 | 8 (4 to 16) | 1.00 | +0.0 | yes |", rows)
         self.assertTrue(any(row.startswith("| chart | 4 | D / A | 2.5 (2.5 to 2.5) | all, 2 | 2 (2 to 2) | 0.80 |") for row in rows), rows)
+
+    def test_a_chart_of_photographs_counted_as_if_all_had_the_pixels_of_the_first(self):
+        def ours(*pixels):
+            lines = [{"source": "chart", "tracer.kernel_degree": "4", "tracer.k": "18", "design": "tlas-box", "scene": str(number), "value": "8",
+                      "pixels": str(size), "sms": "10", "mhz": "1000"} for number, size in enumerate(pixels)]
+            [(_, name, _, found)] = silicon.quantities(lines, {}, {("4", "18", "tlas-box"): {"room": 10.0}})
+            self.assertEqual(name, "D, ms")
+            return found["room"]
+        self.assertAlmostEqual(ours(32000), 0.032)  # 10 cycles a ray of one SM, 32,000 rays, ten SMs at 1 GHz
+        self.assertAlmostEqual(ours(16000, 64000), ours(32000))
 
     def test_points_of_an_earlier_plan_are_among_the_structures(self):
         for cycles in (900, 100):  # the first is of another size, by the same name
