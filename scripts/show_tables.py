@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of docs/results/designs-show.md from designs-show*.csv and whole-frame.csv in docs/results/data, of rivals.md from heap-logics.csv, and sentences of the former and
-of README.md with figures of them; readme_tables.py puts the tables into the page, and checks both."""
+"""Tables of docs/results/designs-show.md from designs-show*.csv and whole-frame.csv in docs/results/data, one of rivals.md from
+heap-logics.csv, and sentences of the former and of README.md with figures of them; readme_tables.py puts the tables into the pages, and
+checks both."""
 import os
 
 import page_data
@@ -90,6 +91,8 @@ def faults(top):
         yield from page_data.unsaid(top, "README.md", DATA, of_readme(*both))
         if (*MORE_OWN[1], "lookout") in both[1].at:
             yield from page_data.unsaid(top, PAGE, DATA, of_page(*both, page_data.rows(top, os.path.basename(DATA))))
+    if rows := page_data.rows(top, FRAME):
+        yield from page_data.unsaid(top, "README.md", FRAME, of_frame(rows))
     if rows := page_data.rows(top, SIZE):
         yield from page_data.unsaid(top, PAGE, SIZE, of_size(rows))
 
@@ -104,8 +107,8 @@ def of_readme(near, dense):
     yield row(lambda of, views: mean(of.leads(views)), 2)
     leads = [lead for of, views in columns for lead in of.leads(views)]
     yield f"{min(leads):.2f} to {max(leads):.2f}"
-    if (*MORE_OWN[1], "lookout") in dense.at:
-        yield " and ".join(shown(mean(dense.speed(MORE_OWN[1], view, dense.best(MORE_MIXES, views)) for view in views)) for views in (ROOMS, OBJECTS))
+    plain = [shown(mean(of.speed(OWN[0], view, ENTRY) for view in views)) for of, views in columns]
+    yield f"with both off it is {', '.join(plain[:-1])} and {plain[-1]}"
 
 
 def of_page(near, dense, every_row):
@@ -145,6 +148,15 @@ def of_page(near, dense, every_row):
     yield f"are worth {span(grtx, ROOMS)} over sw in rooms, {span(grtx, OBJECTS, 1)} on objects."
     yield (f"they are worth {span(more, ROOMS)} in rooms, {span(more, OBJECTS)} on objects, "
            f"for {100 * (area(near, MIXES[2]) / area(near, MIXES[0]) - 1):.0f} % of the RT unit")
+
+
+def of_frame(rows):
+    """README's sentence on a whole frame."""
+    ms = {(called(row), row["mode"]): float(row["cycles"]) / float(row["mhz"]) / 1e3 for row in rows}
+    mixes = [float(row["cycles"]) / float(row["mhz"]) / 1e3 for row in rows if (called(row), int(row["k"])) in MIXES and row["mode"] == "windows"]
+    named = [f"{ms[name, 'windows']:,.0f} {unit}({word})" for name, word, unit in
+             (("baseline", "baseline", "ms "), ("grtx", "GRTX", ""), ("gautracer", "GauTracer", "")) if (name, "windows") in ms]
+    yield f"takes {', '.join(named)}, {min(mixes):.0f} (the best mix) and {ms[OWN[1][0], 'windows']:.0f} (`walk`)"
 
 
 def of_size(rows):
@@ -237,7 +249,11 @@ def frame(top):
     for name, k in dict.fromkeys((name, k) for name, k, _ in at):
         windows, cycle = at.get((name, k, "windows")), at.get((name, k, "cycle"))
         first = windows or cycle
-        interval = lambda column, unit, show, row=windows: "{} ({} to {})".format(*(show(float(row[column + end]) / unit) for end in ("", "_low", "_high")))
+
+        def interval(column, unit, show, row=windows):
+            value, *ends = (show(float(row[column + end]) / unit) for end in ("", "_low", "_high") if row[column + end])
+            return value + (f" ({ends[0]} to {ends[1]})" if ends else "")
+
         millions = lambda value: f"{value:,.1f}"
         trace = f"{float(first['trace_bytes']) / 1e6:,.0f}, {float(first['trace_minutes']):.1f}" if first["trace_bytes"] else ""
         lines.append([name, str(k), interval("cycles", 1e6, millions) if windows else "", f"{float(first['cycles']) / float(first['mhz']) / 1e3:,.1f}",
