@@ -4,7 +4,7 @@
 readme_tables.py [--check].
 
 Between `<!-- generated: scripts/readme_tables.py NAME -->` and `<!-- end of generated -->` stands what NAME makes of
-docs/results/data (evaluation_tables.py, show_tables.py, silicon_tables.py, vulkan_tables.py, rtl_tables.py) or of the headers below the page.
+docs/results/data (the modules *_tables.py) or of the headers below the page.
 """
 import itertools
 import os
@@ -14,6 +14,7 @@ import sys
 import draw_results
 import evaluation_tables
 import model_version
+import readings_tables
 import rtl_tables
 import show_tables
 import silicon_tables
@@ -50,11 +51,11 @@ def first_sentence(text):
 
 
 MADE = {"versions": versions, "headers": headers,
-        **rtl_tables.MADE, **show_tables.MADE, **silicon_tables.MADE, **vulkan_tables.MADE,
+        **readings_tables.MADE, **rtl_tables.MADE, **show_tables.MADE, **silicon_tables.MADE, **vulkan_tables.MADE,
         **{name: lambda top, _page, name=name: evaluation_tables.made(top, name) for name in evaluation_tables.MADE}}
 FOLDERS = ("apps", "base", "experiment", "explore", "frontend", "report", "rtl_tlm", "rtl_tlm/rtl", "traces",
            *(f"modules/{name}" for name in ("cache", "dram", "kernel", "messages", "noc", "rt_unit", "simt", "tlm")))
-PAGES = ("README.md", *(f"docs/results/{name}.md" for name in ("README", "rivals", "scene-classes", "bounds", "checkpoints", "designs-show", "silicon", "vulkan-sim", "rtl")),
+PAGES = ("README.md", *(f"docs/results/{name}.md" for name in ("README", "rivals", "scene-classes", "bounds", "checkpoints", "designs-show", "silicon", "vulkan-sim", "rtl", "readings")),
          *(f"{folder}/README.md" for folder in FOLDERS))
 
 

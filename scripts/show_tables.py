@@ -93,6 +93,10 @@ def faults(top):
             yield from page_data.unsaid(top, PAGE, DATA, of_page(*both, page_data.rows(top, os.path.basename(DATA))))
     if rows := page_data.rows(top, FRAME):
         yield from page_data.unsaid(top, "README.md", FRAME, of_frame(rows))
+    if rows := page_data.rows(top, PICTURES):
+        far = min((float(row["dB"]), row["view"]) for row in rows if called(row) == GAUTRACER[0])
+        walk = next(float(row["dB"]) for row in rows if called(row) == OWN[0][0] and row["view"] == far[1])
+        yield from page_data.unsaid(top, "README.md", PICTURES, [f"{far[0]:.0f} and {walk:.0f} dB from it on one object"])
     if rows := page_data.rows(top, SIZE):
         yield from page_data.unsaid(top, PAGE, SIZE, of_size(rows))
 
@@ -227,9 +231,9 @@ def pictures(top):
             continue
         energy = [float(of.at[*design, view]["energy_nj_per_ray"]) * int(of.at[*design, view]["width"]) ** 2 / 1e6 for view in views]
         same = "the same" if picture(design) == picture(("baseline", 32)) else "as by entry" if design != ENTRY and picture(design) == picture(ENTRY) else ""
-        lines.append([design[0], ", ".join(map(page_data.significant, energy)),
+        lines.append([design[0], str(design[1]), ", ".join(map(page_data.significant, energy)),
                       "" if design[0] == "baseline" else same or ", ".join(f"{float(seen[*design, view]['dB']):.1f}" for view in views)])
-    return table(["design", f"mJ of the crop at 128 lines: {', '.join(views)}", "dB from the baseline's picture"], lines).replace("|  |", "| |")
+    return table(["design", "k", f"mJ of the crop at 128 lines: {', '.join(views)}", "dB from the baseline's picture"], lines).replace("|  |", "| |")
 
 
 def frame(top):

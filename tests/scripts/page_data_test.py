@@ -51,13 +51,17 @@ class PagesAndData(unittest.TestCase):
             return sorted(kinds - noticed)
 
     def is_fault(self, top, scripts, page, data, rows):
+        self.write(top, data, rows)
+        return any(faults(top, scripts, page))
+
+    @staticmethod
+    def write(top, data, rows):
         text = io.StringIO()
         writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
         with open(os.path.join(top, page_data.FOLDER, data), "w", encoding="utf-8") as file:
             file.write(text.getvalue())
-        return any(faults(top, scripts, page))
 
     def test_another_count_beside_vulkan_sim_is_a_fault_of_its_page(self):
         self.assertEqual(self.unnoticed("docs/results/vulkan-sim.md", vulkan_tables.DATA, [vulkan_tables], ("ours", "theirs"), ("setting", "quantity")), [])
@@ -80,6 +84,23 @@ class PagesAndData(unittest.TestCase):
     def test_other_gates_or_another_clock_of_the_rtl_are_a_fault_of_its_page(self):
         self.assertEqual(self.unnoticed("docs/results/rtl.md", rtl_tables.DATA, [rtl_tables], ("rtl", "low", "model", "high", "path_ns", "mhz_low", "mhz_high", "cycles"),
                                         ("part",)), [])
+
+    def test_another_figure_of_a_machine_that_was_fitted_is_a_fault_of_readings(self):
+        page = "docs/results/readings.md"
+        self.assertEqual(self.unnoticed(page, "fit_public.csv", [], ("value",), ("machine",), beside=("fit.csv",)), [])
+        unnoticed = self.unnoticed(page, "fit.csv", [], ("value",), ("machine",), beside=("fit_public.csv",))
+        self.assertNotIn(("paper", "value"), unnoticed)
+        self.assertNotIn(("queue", "value"), unnoticed)
+
+    def test_another_picture_is_a_fault_of_the_page_of_designs(self):
+        self.assertEqual(self.unnoticed("docs/results/designs-show.md", show_tables.PICTURES, [show_tables], ("dB",), ("view",),
+                                        beside=(os.path.basename(show_tables.DATA),)), [])
+        rows = [{**row, "picture": "another"} if show_tables.called(row) == "grtx" else row for row in page_data.rows(TOP, show_tables.PICTURES)]
+        with tempfile.TemporaryDirectory() as top:
+            os.makedirs(os.path.join(top, page_data.FOLDER))
+            shutil.copy(os.path.join(TOP, show_tables.DATA), os.path.join(top, show_tables.DATA))
+            self.write(top, show_tables.PICTURES, [{**row, "dB": row["dB"] or "99"} for row in rows])
+            self.assertIn("99.0, 99.0, 99.0, 99.0, 99.0", show_tables.pictures(top))
 
     def test_a_whole_frame_beside_the_walk_in_the_mode_that_both_have(self):
         made = show_tables.frame(TOP).splitlines()

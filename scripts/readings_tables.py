@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of docs/results/readings.md from fit.csv and fit_public.csv in docs/results/data: what each freedom of machine `paper` does to the
+ten figures of the main frame; readme_tables.py puts them into the page, and checks them."""
+import page_data
+from evaluation_tables import mean, shown, table
+
+# The paper's figures; of the ratio of L1 hits it says the least.
+PAPER = {"sw": 2.00, "hw": 1.94, "grtx": 4.36, "grtx over the better": 2.18, "node fetches": 3.03, "fetches on sw": 2.37, "latency": 1.77, "L2 accesses": 4.75,
+         "L1 hits, sw": 0.70, "L1 hits, grtx on sw": 1.00}
+AT_LEAST = "L1 hits, sw"
+SEARCHED, LEFT_OUT = ("hall", "building", "taebak-1"), ("room", "lacadiere-2")  # of fit.csv
+PUBLIC = ("headquarter_garden-0", "taebak-1"), ("lacadiere-2", "wang_sha-1", "hon_sui_sen-1")  # of fit_public.csv: searched, left out
+STEPS = {"queue": "nothing: `paper`", "queue header": "no header", "queue write-back": "written back", "queue warps": "16 resident warps",
+         "queue misses": "misses", "queue leaf": "leaves of 64 B"}
+
+
+def within(figure, value):
+    """Within 20 % of the paper."""
+    return value >= PAPER[figure] if figure == AT_LEAST else abs(value / PAPER[figure] - 1) <= 0.2
+
+
+def means(rows, machine, views):
+    """Of each figure, over views."""
+    at = {(row["machine"], row["view"], row["figure"]): float(row["value"]) for row in rows}
+    return {figure: mean(at[machine, view, figure] for view in views) for figure in PAPER}
+
+
+def fitted(top):
+    """A queue of 64 and one of 256, on the searched views and on the others."""
+    rows = page_data.rows(top, "fit.csv")
+    if not rows:
+        return None
+    columns = [means(rows, machine, views) for views in (SEARCHED, LEFT_OUT) for machine in ("paper", "queue")]
+    lines = [[figure, ("≥ " if figure == AT_LEAST else "") + f"{PAPER[figure]:.2f}",
+              *(shown(column[figure]) if within(figure, column[figure]) else f"**{shown(column[figure])}**" for column in columns)] for figure in PAPER]
+    lines.append(["within 20 %, of ten", "", *(str(sum(within(figure, column[figure]) for figure in PAPER)) for column in columns)])
+    return table(["figure", "the paper", "searched: queue 64", "queue 256", "left out: queue 64", "queue 256"], lines).replace("|  |", "| |")
+
+
+def freedoms(top):
+    """Further freedoms one at a time, on public views."""
+    rows = page_data.rows(top, "fit_public.csv")
+    if not rows:
+        return None
+    lines = []
+    for machine, called in STEPS.items():
+        sides = [means(rows, machine, views) for views in PUBLIC]
+        outside = [figure for figure in PAPER if not all(within(figure, side[figure]) for side in sides)]
+        lines.append([called, *(str(sum(within(figure, side[figure]) for figure in PAPER)) for side in sides), ", ".join(outside)])
+    return table(["queue, and", "searched: within, of ten", "left out: within, of ten", "outside 20 % on one side or both"], lines).replace("|  |", "| |")
+
+
+MADE = {"readings-fitted": lambda top, _page: fitted(top), "readings-freedoms": lambda top, _page: freedoms(top)}
