@@ -89,8 +89,9 @@ std::string beside(const fs::path& target, const std::string& ending) {
   return (folder / (name.substr(0, kept) + end)).string();
 }
 
-/// Opens and locks "target.partial", possibly one left by a killed run. If another process is writing it, or locks are
-/// not supported, the name contains this process's number. Returns the descriptor, or -1 with errno.
+/// Opens and locks "target.partial", possibly one left by a killed run. If another process is writing it, locks are not
+/// supported, or that name is a link or no file at all, the file is a new one whose name contains this process's number.
+/// Returns the descriptor, or -1 with errno.
 int open_partial(const std::string& target, std::string& name) {
   name = beside(target, ".partial");
   for (;;) {
@@ -98,18 +99,24 @@ int open_partial(const std::string& target, std::string& name) {
     if (file < 0 && errno != ELOOP && errno != ENXIO) return -1;
     struct stat opened {
     }, named{};
-    const bool locked =
-        file >= 0 && ::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode) && ::flock(file, LOCK_EX | LOCK_NB) == 0;
+    // A file with a second name is somebody else's, too.
+    const bool locked = file >= 0 && ::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode) && opened.st_nlink <= 1 &&
+                        ::flock(file, LOCK_EX | LOCK_NB) == 0;
     if (!locked) {
       if (file >= 0) ::close(file);
       break;
     }
     // Its writer may have renamed it to its final name after it was opened here.
-    if (::stat(name.c_str(), &named) == 0 && named.st_ino == opened.st_ino && ::ftruncate(file, 0) == 0) return file;
+    if (::lstat(name.c_str(), &named) == 0 && named.st_ino == opened.st_ino && ::ftruncate(file, 0) == 0) return file;
     ::close(file);
   }
-  name = beside(target, ".partial." + std::to_string(::getpid()));
-  return ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const std::string own = ".partial." + std::to_string(::getpid());
+  for (unsigned i = 0;; ++i) {
+    name = beside(target, i == 0 ? own : own + "." + std::to_string(i));
+    // O_EXCL: a new file, never through a link.
+    const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0 || errno != EEXIST) return file;
+  }
 }
 
 /// Syncs the folder, so that a rename is also on disk. Errors are ignored, since not every file system supports it.

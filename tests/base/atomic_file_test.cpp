@@ -10,6 +10,8 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "grtx/base/error.h"
@@ -137,6 +139,32 @@ TEST_F(AtomicFileTest, TwoProcessesThatWriteTheSameFileAgainAndAgainDoNotLoseIt)
     EXPECT_EQ(WEXITSTATUS(status), 0);  // 1: a file could not be written; 2: it was of nobody
   }
   EXPECT_EQ(files_in(folder), 1U);
+}
+
+TEST_F(AtomicFileTest, LinksAndPipesInPlaceOfItsPartialFilesKeepWhatTheyHold) {
+  const std::string own = "a.partial." + std::to_string(::getpid());
+  grtx::write_file(folder / "victim", "somebody's work");
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  struct Trap {
+    const char* says;
+    std::function<void(const std::filesystem::path&)> set;
+  };
+  const Trap traps[] = {
+      {"symbolic link", [&](const auto& at) { std::filesystem::create_symlink(folder / "victim", at); }},
+      {"link to nothing", [&](const auto& at) { std::filesystem::create_symlink(folder / "none", at); }},
+      {"second name", [&](const auto& at) { std::filesystem::create_hard_link(folder / "victim", at); }},
+      {"pipe", [&](const auto& at) { std::filesystem::create_hard_link(folder / "pipe", at); }}};
+  for (const Trap& trap : traps) {
+    SCOPED_TRACE(trap.says);
+    for (const std::string& name : {std::string("a.partial"), own, own + ".1"}) trap.set(folder / name);
+    grtx::write_file(folder / "a", trap.says);
+    EXPECT_EQ(grtx::read_file(folder / "a"), trap.says);
+    EXPECT_EQ(grtx::read_file(folder / "victim"), "somebody's work");
+    EXPECT_EQ(files_in(folder), 6u);  // a, the victim, the pipe and three traps
+    for (const std::string& name : {std::string("a.partial"), own, own + ".1"}) {
+      EXPECT_TRUE(std::filesystem::remove(folder / name));
+    }
+  }
 }
 
 TEST_F(AtomicFileTest, GoesByAnotherNameWhileAnotherProcessWrites) {
