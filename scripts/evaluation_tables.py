@@ -240,7 +240,7 @@ def headline(rows):
     if not base:
         return None
     apart = {view for view in base.views if not base.at["baseline", 8, view]["took_part"]}
-    groups = {"rooms": base.of_class["rooms"], "rooms on which nothing was chosen": [view for view in base.of_class["rooms"] if view in apart],
+    groups = {"rooms": base.of_class["rooms"], "other views of fitted rooms": [view for view in base.of_class["rooms"] if view in apart],
               "objects": base.of_class["objects"], "generated": base.of_class["generated"]}
     for machine in ("paper", "paper-charged", "paper-lean"):
         both = Part(base.rows + [row for row in rows if row["part"] == "paper-128" and row["machine"] == machine])

@@ -10,7 +10,7 @@ from evaluation_tables import mean, shown, table
 PAGE = os.path.join("docs", "results", "designs-show.md")
 DATA = os.path.join(page_data.FOLDER, "designs-show.csv")
 MEMORY, PICTURES, SIZE, FRAME = "designs-show-memory.csv", "designs-show-pictures.csv", "designs-show-size.csv", "whole-frame.csv"
-LOGICS = "heap-logics.csv"
+LOGICS, PAPER = "heap-logics.csv", "paper-show.csv"
 ROOMS, OBJECTS = ("graffiti_roof", "vr_lab", "lookout"), ("le_poeme", "la_vestale")
 GRTX, GAUTRACER, ENTRY = ("grtx", 16), ("gautracer", 48), ("gautracer, by entry", 64)
 MIXES = [(name, k) for name in ("by entry, near", "by entry, near, checkpoints") for k in (64, 48)]
@@ -283,6 +283,27 @@ def heap_logics(top):
                   for design, k in dict.fromkeys((row["design"], row["k"]) for row in rows)])
 
 
-MADE = {"heap-logics": lambda top, _page: heap_logics(top), "show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
+def paper_show(top):
+    """The paper's six ratios on rooms that took no part: a row a view, and their mean."""
+    rows = page_data.rows(top, PAPER)
+    if not rows:
+        return None
+    at = {(row["view"], row["design"], row["machine"]): row for row in rows}
+    views = list(dict.fromkeys(row["view"] for row in rows if row["machine"] == "paper"))
+    columns = [("cycles", "sw"), ("cycles", "hw"), ("cycles", "grtx"), ("l2_accesses", "grtx"), ("node_latency", "grtx"), ("node_fetches", "grtx")]
+
+    def ratio(view, machine, column, design):
+        """The baseline and sw are one on both machines."""
+        own = at.get((view, design, machine)) or (at[view, design, "paper"] if design == "sw" else None)
+        return own and float(at[view, "baseline", "paper"][column]) / float(own[column])
+    lines = []
+    for machine in dict.fromkeys(row["machine"] for row in rows):
+        cells = {view: [ratio(view, machine, *column) for column in columns] for view in views if (view, "grtx", machine) in at}
+        lines += [[f"`{machine}`", view, *map(shown, values)] for view, values in cells.items()]
+        lines.append([f"`{machine}`", f"mean of the {len(cells)}", *(f"**{shown(mean(values))}**" for values in zip(*cells.values()))])
+    return table(["machine", "view", "sw", "hw", "grtx", "L2 accesses ÷", "node latency ÷", "node fetches ÷"], lines)
+
+
+MADE = {"paper-show": lambda top, _page: paper_show(top), "heap-logics": lambda top, _page: heap_logics(top), "show-memory": lambda top, _page: memories(top), "show-128": lambda top, _page: speeds(top, "128"),
         "show-1080": lambda top, _page: speeds(top, "1080"), "show-gpu": lambda top, _page: whole_gpu(top), "show-size": lambda top, _page: sizes(top),
         "show-pictures": lambda top, _page: pictures(top), "show-frame": lambda top, _page: frame(top)}
