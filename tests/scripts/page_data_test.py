@@ -83,7 +83,7 @@ class PagesAndData(unittest.TestCase):
 
     def test_other_gates_or_another_clock_of_the_rtl_are_a_fault_of_its_page(self):
         self.assertEqual(self.unnoticed("docs/results/rtl.md", rtl_tables.DATA, [rtl_tables], ("rtl", "low", "model", "high", "path_ns", "mhz_low", "mhz_high", "cycles"),
-                                        ("part",)), [])
+                                       ("part",)), [])
 
     def test_another_figure_of_a_machine_that_was_fitted_is_a_fault_of_readings(self):
         page = "docs/results/readings.md"
