@@ -16,6 +16,7 @@ import rtl_tables  # noqa: E402
 import show_tables  # noqa: E402
 import silicon_tables  # noqa: E402
 import vulkan_tables  # noqa: E402
+import windows_tables  # noqa: E402
 
 
 def faults(top, scripts, page):
@@ -91,6 +92,10 @@ class PagesAndData(unittest.TestCase):
         unnoticed = self.unnoticed(page, "fit.csv", [], ("value",), ("machine",), beside=("fit_public.csv",))
         self.assertNotIn(("paper", "value"), unnoticed)
         self.assertNotIn(("queue", "value"), unnoticed)
+
+    def test_another_case_of_windows_is_a_fault_of_its_page(self):
+        self.assertEqual(self.unnoticed(windows_tables.PAGE, windows_tables.DATA, [windows_tables], ("error", "width"), ("what",)), [])
+        self.assertEqual(self.unnoticed(windows_tables.PAGE, windows_tables.FRAME, [windows_tables], ("cycles", "cycles_high"), ("mode",)), [])
 
     def test_another_picture_is_a_fault_of_the_page_of_designs(self):
         self.assertEqual(self.unnoticed("docs/results/designs-show.md", show_tables.PICTURES, [show_tables], ("dB",), ("view",),
