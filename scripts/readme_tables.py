@@ -19,6 +19,7 @@ import rtl_tables
 import show_tables
 import silicon_tables
 import vulkan_tables
+import windows_tables
 
 PART = re.compile(r"(<!-- generated: scripts/readme_tables\.py (\S+) -->\n)(.*?)(<!-- end of generated -->\n)", re.S)
 
@@ -81,6 +82,7 @@ def faults(top):
     yield from rtl_tables.faults(top)
     yield from silicon_tables.faults(top)
     yield from vulkan_tables.faults(top)
+    yield from windows_tables.faults(top)
     for page in PAGES:
         if os.path.exists(os.path.join(top, page)) and PART.search(text := model_version.read(top, page)):
             fresh = renewed(top, page)

@@ -67,6 +67,11 @@ def sentences(rows):
     yield (f"So {BOX_CYCLES} cycles for a box (`rt.box.latency`) are {words.get(short, short)} short of what this RTL needs at the best end, "
            f"{depth('ray box', 'worst') - BOX_CYCLES} at the worst.")
     yield f"six of a transform are {depth('ray transform', 'best') - TRANSFORM_CYCLES} short at the best."
+    count = {row["unit"]: number(row["rtl"]) for row in rows if row["part"] == "agreement"}
+    yield f"{count['traces a unit']} random traces for each unit"
+    yield f"{count['entries written']} entries written and {count['entries read']} read"
+    for unit in ("ray-box", "ray-transform"):
+        yield f"the {unit} unit | {count[f'{unit} operations']} operations"
 
 
 def faults(top):

@@ -16,6 +16,7 @@ import rtl_tables  # noqa: E402
 import show_tables  # noqa: E402
 import silicon_tables  # noqa: E402
 import vulkan_tables  # noqa: E402
+import windows_tables  # noqa: E402
 
 
 def faults(top, scripts, page):
@@ -83,7 +84,7 @@ class PagesAndData(unittest.TestCase):
 
     def test_other_gates_or_another_clock_of_the_rtl_are_a_fault_of_its_page(self):
         self.assertEqual(self.unnoticed("docs/results/rtl.md", rtl_tables.DATA, [rtl_tables], ("rtl", "low", "model", "high", "path_ns", "mhz_low", "mhz_high", "cycles"),
-                                        ("part",)), [])
+                                       ("part",)), [])
 
     def test_another_figure_of_a_machine_that_was_fitted_is_a_fault_of_readings(self):
         page = "docs/results/readings.md"
@@ -91,6 +92,10 @@ class PagesAndData(unittest.TestCase):
         unnoticed = self.unnoticed(page, "fit.csv", [], ("value",), ("machine",), beside=("fit_public.csv",))
         self.assertNotIn(("paper", "value"), unnoticed)
         self.assertNotIn(("queue", "value"), unnoticed)
+
+    def test_another_case_of_windows_is_a_fault_of_its_page(self):
+        self.assertEqual(self.unnoticed(windows_tables.PAGE, windows_tables.DATA, [windows_tables], ("error", "width"), ("what",)), [])
+        self.assertEqual(self.unnoticed(windows_tables.PAGE, windows_tables.FRAME, [windows_tables], ("cycles", "cycles_high"), ("mode",)), [])
 
     def test_another_picture_is_a_fault_of_the_page_of_designs(self):
         self.assertEqual(self.unnoticed("docs/results/designs-show.md", show_tables.PICTURES, [show_tables], ("dB",), ("view",),
