@@ -259,7 +259,7 @@ def frame(top):
             return value + (f" ({ends[0]} to {ends[1]})" if ends else "")
 
         millions = lambda value: f"{value:,.1f}"
-        trace = f"{float(first['trace_bytes']) / 1e6:,.0f}, {float(first['trace_minutes']):.1f}" if first["trace_bytes"] else ""
+        trace = ", ".join(f"{float(first[column]) / unit:{show}}" for column, unit, show in (("trace_bytes", 1e6, ",.0f"), ("trace_minutes", 1, ".1f")) if first[column])
         lines.append([name, str(k), interval("cycles", 1e6, millions) if windows else "", f"{float(first['cycles']) / float(first['mhz']) / 1e3:,.1f}",
                       interval("mJ", 1, page_data.significant) if windows else "",
                       f"{float(cycle['cycles']) / 1e6:,.2f}, {page_data.significant(float(cycle['mJ']))}" if cycle else "", shown(over(name, k)), trace,

@@ -25,7 +25,7 @@ const std::vector<Design>& designs() {
                            {"rt.warp_stack.entries", "96"},
                            {"rt.warp_stack.ahead", "16"},
                            {"rt.warp_buffer.spill", "true"}});
-  // k is the fastest of 8 to 64 on most views and machines (docs/guide/designs.md#k).
+  // k: docs/guide/designs.md#k
   static const std::vector<Design> all = {
       {"baseline",
        "20 triangles around each Gaussian, its hits to the any-hit shader, each "
