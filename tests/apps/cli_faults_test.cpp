@@ -111,6 +111,16 @@ TEST_F(CliFaults, ANameInLatin1LeavesATraceWithoutStatistics) {
   expect_refused("sweep p.toml -o " + name + "/d.sqlite --quiet", "must be UTF-8: it is handed on as JSON");
 }
 
+TEST_F(CliFaults, CostRefusesOptionsThatAnotherLeavesWithoutMeaning) {
+  for (const std::string option : {"--items", "--depth 2", "--checkpoint-entries 9", "--eviction-entries 9"}) {
+    expect_refused("cost --stats s.json " + option,
+                   option.substr(0, option.find(' ')) + ": is of a machine's cost, but with --stats");
+  }
+  expect_refused("cost --stats s.json --layout compact", "--layout: is what the run of --stats had");
+  expect_refused("cost --dram-pj-per-bit 6", "--dram-pj-per-bit: needs --stats");
+  expect_refused("cost --coefficients --node 7", "--node: means nothing beside --coefficients");
+}
+
 TEST_F(CliFaults, NaNPassesEveryGate) {
   make_scene();
   expect_refused(trace_ + "--no-trace --ert nan", "--ert: must be a number, not nan");
@@ -416,9 +426,12 @@ TEST_F(CliFaults, AProgramAwayFromItsSourcesKnowsMachinesOfNoName) {
 TEST_F(CliFaults, CtrlCLeavesHalfATrace) {
   make_scene();
   // -e: the file exists while options are parsed, too; -s: it is being written.
-  for (const auto& [signal, name, code, when] :
-       {std::tuple("INT", "SIGINT", 130, "-e"), {"INT", "SIGINT", 130, "-s"}, {"TERM", "SIGTERM", 143, "-e"},
-        {"TERM", "SIGTERM", 143, "-s"}, {"HUP", "SIGHUP", 129, "-e"}, {"HUP", "SIGHUP", 129, "-s"}}) {
+  for (const auto& [signal, name, code, when] : {std::tuple("INT", "SIGINT", 130, "-e"),
+                                                 {"INT", "SIGINT", 130, "-s"},
+                                                 {"TERM", "SIGTERM", 143, "-e"},
+                                                 {"TERM", "SIGTERM", 143, "-s"},
+                                                 {"HUP", "SIGHUP", 129, "-e"},
+                                                 {"HUP", "SIGHUP", 129, "-s"}}) {
     const std::string large =
         "trace --scene s.ply --cameras s.cameras.json --width 4096 --height 4096 --accel tlas-tri20 -o l.grtx --quiet";
     // bash, whose background jobs do not ignore SIGINT with job control.
