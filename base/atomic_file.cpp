@@ -90,8 +90,8 @@ std::string beside(const fs::path& target, const std::string& ending) {
 }
 
 /// Opens and locks "target.partial", possibly one left by a killed run. If another process is writing it, locks are not
-/// supported, or that name is a link or no file at all, the file is a new one whose name contains this process's number.
-/// Returns the descriptor, or -1 with errno.
+/// supported, or that name is a link or no file at all, the file is a new one whose name contains this process's
+/// number. Returns the descriptor, or -1 with errno.
 int open_partial(const std::string& target, std::string& name) {
   name = beside(target, ".partial");
   for (;;) {

@@ -2,6 +2,7 @@
 // grtx cost: storage, area, timing and leakage of the machine that a configuration describes.
 #include <fmt/format.h>
 
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,7 +48,7 @@ struct CostArguments {
   CLI::App* command = nullptr;
 };
 
-// The energy of a run of the configured machine.
+/// The energy of a run of the configured machine.
 void print_energy(const CostArguments& options, const nlohmann::ordered_json& document, const sim::GpuConfig& config,
                   const std::vector<modules::Inventory>& inventories, bool as_json) {
   if (document.at("inputs").value("config_hash", "") != sim::config_hash(config)) {
@@ -128,8 +129,31 @@ int print_energies(const nlohmann::ordered_json& results, const CostArguments& o
   return 0;
 }
 
+/// Throws Error for an option that another one leaves without meaning.
+void refuse_meaningless(const CostArguments& options) {
+  const auto refuse = [&](std::initializer_list<const char*> names, const char* rule) {
+    for (const char* name : names) {
+      if (options.command->count(name) > 0) throw Error("cost", name, rule);
+    }
+  };
+  if (options.coefficients) {
+    refuse({"--csv", "--stats", "--node", "--machine", "--config", "--set", "--design"},
+           "means nothing beside --coefficients, which are of no machine");
+  }
+  if (options.statistics.empty()) {
+    refuse({"--dram-pj-per-bit"}, "needs --stats: it is of a run's energy");
+    return;
+  }
+  refuse({"--depth", "--items", "--checkpoint-entries", "--eviction-entries", "--checkpoint-copies"},
+         "is of a machine's cost, but with --stats a run's energy is printed");
+  refuse({"--pop-test", "--any-hit", "--sort-key", "--opacity-bound", "--objects", "--leaves", "--layout",
+          "--bvh-width", "--checkpoint-bins", "--checkpoint-capacity"},
+         "is what the run of --stats had");
+}
+
 int cost(CostArguments options, const CommonOptions& common) {
   const bool json = common.json;
+  refuse_meaningless(options);
   if (options.coefficients) {
     if (json) throw Error("--json", "", "needs a machine: coefficients are Markdown");
     fmt::print("{}", explore::coefficient_reference());

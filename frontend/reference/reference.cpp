@@ -3,14 +3,16 @@
 // bounding ball is tested against the cone around a tile of rays, then against the ray itself.
 #include "grtx/frontend/reference/reference.h"
 
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
 #include <numeric>
-#include <thread>
 
 #include "grtx/base/error.h"
 #include "grtx/base/progress.h"
@@ -207,21 +209,16 @@ class Renderer {
     if (options_.keep_sequences) result.sequences.resize(result.image.pixels.size());
     if (options_.keep_candidates) result.candidates.resize(result.image.pixels.size());
     const std::vector<unsigned> columns = chosen(camera_.width), rows = chosen(camera_.height);
-    const auto tiles = static_cast<unsigned>(columns.size() * rows.size());
+    const std::size_t tiles = columns.size() * rows.size();
     if (options_.tiles_a_side != 0) result.rendered = pixels_of(columns, rows);
-    Progress progress("reference", tiles * kTile * kTile, "rays", options_.quiet);
-    std::atomic<unsigned> next{0};
-    const auto work = [&] {
-      for (unsigned tile = next++; tile < tiles; tile = next++) {
+    Progress progress("reference", std::uint64_t{tiles} * kTile * kTile, "rays", options_.quiet);
+    const auto most = static_cast<unsigned>(tbb::info::default_concurrency());
+    tbb::task_arena arena(static_cast<int>(options_.threads == 0 ? most : std::min(options_.threads, most)));
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t tile) {
         progress.add(render_tile(columns[tile % columns.size()], rows[tile / columns.size()], result));
-      }
-    };
-    const unsigned wanted =
-        options_.threads != 0 ? options_.threads : std::max(1u, std::thread::hardware_concurrency());
-    std::vector<std::thread> others;
-    for (unsigned i = 1; i < std::min(wanted, tiles); ++i) others.emplace_back(work);
-    work();
-    for (std::thread& thread : others) thread.join();
+      });
+    });
     return result;
   }
 

@@ -19,6 +19,7 @@
 #include "grtx/base/printable.h"
 #include "grtx/base/wrapped.h"
 #include "grtx/explore/sweep/axis.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/report/page/mode_agreement.h"
 
 namespace grtx::report {
@@ -51,8 +52,7 @@ std::string fault_of_names(const std::vector<std::string>& names) {
     if (!kTexts.contains(name) && !kNumbers.contains(name) && name.find('.') == std::string::npos) {
       return "column '" + printable(name) +
              "' is none of card, source, scene, design, over, quantity, value, low, high, pixels, sms, mhz, why, and "
-             "no "
-             "KEY.NAME of a plan";
+             "no KEY.NAME of a plan";
     }
     if (std::count(names.begin(), names.end(), name) > 1) return "column '" + printable(name) + "' is there twice";
   }
@@ -62,12 +62,12 @@ std::string fault_of_names(const std::vector<std::string>& names) {
   return "";
 }
 
-/// Design name used in databases: the paper's name if there is one.
+/// Design name used in databases: that of the design that is no more than this structure, if there is one.
 std::string design_of(const std::string& name) {
-  static const std::map<std::string, std::string> papers = {
-      {"tri20", "baseline"}, {"tlas-tri20", "sw"}, {"tri20+checkpoint", "hw"}, {"tlas-tri20+checkpoint", "grtx"}};
-  const auto found = papers.find(name);
-  return found == papers.end() ? name : found->second;
+  for (const explore::Design& design : explore::designs()) {
+    if (design.keys.empty() && name == design.accel + (design.checkpoint ? "+checkpoint" : "")) return design.name;
+  }
+  return name;
 }
 
 /// Label without the scene, shared by the values of several scenes.

@@ -65,7 +65,7 @@ std::string with_quotient(const std::string& figure, double quotient) {
   return fmt::format("{} <span class=\"share\">{:.2f}</span>", figure, quotient);
 }
 
-// Rows of area, storage and the like, which have no k.
+/// Rows of area, storage and the like, which have no k.
 void add_costs(Table& table, const std::vector<Column>& columns) {
   for (const CostTarget& target : cost_targets()) {
     std::vector<std::string> cells = {escape(target.name), number(target.paper) + " " + target.unit};
@@ -85,14 +85,10 @@ void add_costs(Table& table, const std::vector<Column>& columns) {
 std::string introduction(const std::string& other_k) {
   std::string html =
       "<p>The paper's means are over six scenes whose copies, trained by ray tracing, are not public. So its ratios "
-      "are "
-      "compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over views "
-      "that "
-      "have machine, options, mode and resolution in common; there are none over others. Storage and buffers are of "
-      "the "
-      "run's own machine, buffers for as many SMs as their row says; the paper's has 8 warps per RT core and 32 "
-      "resident "
-      "warps per SM.</p>\n";
+      "are compared with those on other scenes; a quotient of 1 is not to be expected. Means are geometric, over views "
+      "that have machine, options, mode and resolution in common; there are none over others. Storage and buffers are "
+      "of the run's own machine, buffers for as many SMs as their row says; the paper's has 8 warps per RT core and "
+      "32 resident warps per SM.</p>\n";
   if (other_k.empty()) return html;
   return html + fmt::format(
                     "<p class=\"limit\">Figures {0} say so and have no quotient to the paper's: a run with --k "

@@ -28,11 +28,13 @@ struct Inputs {
   std::vector<ReportSweep> sweeps;
 };
 
-/// Inputs that determine the units of a machine; derived from the design's name if the results do not record them.
-ordered_json machine_inputs(const std::string& design, const ordered_json& inputs) {
-  const bool two_level = design == "sw" || design == "grtx";
-  ordered_json all = {{"accel", two_level ? "tlas-tri20" : "tri20"},
-                      {"checkpoint", design == "hw" || design == "grtx" ? "on" : "off"}};
+/// Inputs that determine the units of a machine. If the results do not record them, they are the design's own; of an
+/// unknown design there are none, and its machine has no price.
+ordered_json machine_inputs(const std::string& name, const ordered_json& inputs) {
+  const auto design = std::ranges::find(explore::designs(), name, &explore::Design::name);
+  if (inputs.contains("accel") || design == explore::designs().end()) return inputs;
+  ordered_json all = {{"accel", design->accel}, {"checkpoint", design->checkpoint ? "on" : "off"}};
+  for (const auto& [option, value] : design->tracer) all[option] = value;
   if (inputs.is_object()) all.update(inputs);
   return all;
 }

@@ -223,8 +223,7 @@ std::string waterfall_html(const ReportRun& run, std::size_t index) {
   for (const std::vector<std::string>& row : rows) table.row(row);
   return "<div class=\"pair\">" + charts + "</div>\n" + table.html() +
          "<p class=\"note\">A factor is the mean over all orders in which the terms can be exchanged. Fetches under "
-         "way "
-         "and warps are the overlap. The residual is what waits of shaders do beside their number.</p>\n";
+         "way and warps are the overlap. The residual is what waits of shaders do beside their number.</p>\n";
 }
 
 /// Of a sequence: speed-up and pictures of each frame.

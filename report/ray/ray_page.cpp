@@ -245,21 +245,19 @@ std::string facts(const RayPage& page) {
   if (h.ahead > 1) {
     text +=
         "<p class=\"note\">Events stand in the order in which the ray came to them: of the nodes under way the one "
-        "that "
-        "was started first is done first.</p>\n";
+        "that was started first is done first.</p>\n";
   }
   if (page.scene.empty()) {
     text +=
         "<p class=\"note\">This page is made from the trace alone. The trace holds every event, so the "
-        "tree, the "
-        "stack and the checkpoint lists are exact. It holds no distances: t and t_max are missing, Gaussians are named "
+        "tree, the stack and the checkpoint lists are exact. It holds no distances: t and t_max are missing, Gaussians "
+        "are named "
         "where the trace names them (once they are processed), and of several evicted hits it is not known which comes "
         "first. With --scene and --cameras the ray is traced again, and all of it is shown.</p>\n";
   } else {
     text += fmt::format(
         "<p class=\"note\">The ray was traced again in {}: every event is that of the trace. t, t_max "
-        "and "
-        "Gaussians are what the tracer held after each event.</p>\n",
+        "and Gaussians are what the tracer held after each event.</p>\n",
         escape(file_name(page.scene)));
   }
   return text;

@@ -111,6 +111,16 @@ TEST_F(CliFaults, ANameInLatin1IsEscapedInJson) {
   expect_refused("sweep p.toml -o " + name + "/d.sqlite --quiet", "must be UTF-8: it is handed on as JSON");
 }
 
+TEST_F(CliFaults, CostRefusesOptionsThatAnotherLeavesWithoutMeaning) {
+  for (const std::string option : {"--items", "--depth 2", "--checkpoint-entries 9", "--eviction-entries 9"}) {
+    expect_refused("cost --stats s.json " + option,
+                   option.substr(0, option.find(' ')) + ": is of a machine's cost, but with --stats");
+  }
+  expect_refused("cost --stats s.json --layout compact", "--layout: is what the run of --stats had");
+  expect_refused("cost --dram-pj-per-bit 6", "--dram-pj-per-bit: needs --stats");
+  expect_refused("cost --coefficients --node 7", "--node: means nothing beside --coefficients");
+}
+
 TEST_F(CliFaults, NaNPassesNoGate) {
   make_scene();
   expect_refused(trace_ + "--no-trace --ert nan", "--ert: must be a number, not nan");

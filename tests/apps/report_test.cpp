@@ -75,6 +75,30 @@ TEST(Report, StatisticsOfTwoDesignsStandSideBySideEachOnItsMachine) {
   }
 }
 
+TEST(Report, ResultsWithoutInputsArePricedAsTheirDesign) {
+  const Folder folder;
+  ASSERT_EQ(folder.run("synth --preset object --count 400 --seed 1 -o s.ply --quiet").code, 0);
+  ASSERT_EQ(folder
+                .run("run --scene s.ply --cameras s.cameras.json --width 8 --height 8 --mode cycle --designs "
+                     "gautracer,walk -o out --quiet")
+                .code,
+            0);
+  auto results = nlohmann::json::parse(folder.read("out/results.json"));
+  const std::string with = folder.read("out/report.html");
+  results.erase("inputs");
+  folder.write("bare.json", results.dump());
+  ASSERT_EQ(folder.run("report bare.json -o bare.html").code, 0);
+  const std::string bare = folder.read("bare.html");
+  for (const char* unit : {">ray_gaussian</span>", ">ray_triangle</span>", ">any_hit_unit</span>"}) {
+    EXPECT_EQ(count(bare, unit), count(with, unit)) << unit;
+  }
+  EXPECT_EQ(count(bare, ">ray_gaussian</span>"), 2u);
+  results["designs"]["mine"] = results.at("designs").at("walk");
+  folder.write("mine.json", results.dump());
+  ASSERT_EQ(folder.run("report mine.json -o mine.html").code, 0);
+  EXPECT_THAT(folder.read("mine.html"), HasSubstr("cannot price this machine: mine.json: inputs: must name accel"));
+}
+
 TEST(Report, TheSameInputsGiveTheSameBytes) {
   const Folder folder;
   make_grid(folder, "grid.sqlite");

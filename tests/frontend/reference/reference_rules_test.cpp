@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <glm/geometric.hpp>
 
@@ -12,6 +13,7 @@
 #include "grtx/frontend/reference/reference.h"
 #include "grtx/frontend/reference/reference_sh.h"
 #include "grtx/frontend/reference/reference_solid.h"
+#include "limited_memory.h"
 
 namespace grtx::frontend {
 namespace {
@@ -217,6 +219,15 @@ TEST(ReferenceRules, ThreadsDoNotChangeAnyBit) {
   const Image one = render_reference(scene, camera, options).image;
   options.threads = 7;
   EXPECT_TRUE(compare(one, render_reference(scene, camera, options).image).identical());
+}
+
+TEST(ReferenceRules, AsksForNoMoreThreadsThanAreGiven) {
+  Camera camera = one_ray();
+  camera.width = camera.height = 64 * kReferenceTile;
+  ReferenceOptions options;
+  options.threads = 4096;  // as many as tiles; their stacks alone are more than is left
+  const test::LimitedMemory limited(std::uint64_t{1} << 30);
+  EXPECT_EQ(render_reference(Scene(), camera, options).image.at(7, 5), glm::vec3(0.0f));
 }
 
 TEST(ReferenceRules, PixelsWithoutARayAreBlack) {
