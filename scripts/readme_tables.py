@@ -25,9 +25,9 @@ PART = re.compile(r"(<!-- generated: scripts/readme_tables\.py (\S+) -->\n)(.*?)
 
 
 def versions(top, _page):
-    """What changed with the last three versions of the model: docs/results/README.md, which links the file with all."""
+    """What changed with the last two versions of the model: docs/results/README.md, which links the file with all."""
     return evaluation_tables.table(["version", "since", "what changed"], [
-        [row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top)[-3:])])
+        [row["version"], row["date"], row["what changed"]] for row in reversed(model_version.versions(top)[-2:])])
 
 
 def headers(top, page):
