@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // grtx synth: makes a scene with the statistics of trained ones, and its cameras.
-#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -34,8 +33,8 @@ void add_synth(CLI::App& app, CommonOptions& common) {
         return 0;
       });
   command->add_option("--preset", options->synth.preset, "Kind of scene")->check(one_of(frontend::synth_presets()));
-  command->add_option("--count", options->synth.count, "Number of Gaussians")
-      ->check(in_range(std::uint64_t{1}, std::uint64_t{4294967294}));
+  // Checked as a real number, so that 1e6 is answered with the rule for whole numbers and not with the range.
+  command->add_option("--count", options->synth.count, "Number of Gaussians")->check(in_range(1.0, 4294967294.0));
   command->add_option("--seed", options->synth.seed, "Random seed; the same seed gives the same bytes on every host");
   command->add_option("--sh-degree", options->synth.sh_degree, "Spherical-harmonics degree")->check(in_range(0U, 3U));
   command

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "grtx/base/geometric_mean.h"
+#include "grtx/explore/sweep/designs.h"
 #include "grtx/report/page/charts.h"
 #include "grtx/report/page/html.h"
 #include "grtx/report/page/paper_targets.h"
@@ -32,9 +33,11 @@ struct Column {
   double value(const CostTarget& target) const {
     double value = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t i = 0; runs.size() == 1 && i < runs.front()->machines.size(); ++i) {
-      const std::string& design = runs.front()->results.designs[i].name;
+      const std::string& name = runs.front()->results.designs[i].name;
+      const auto design = std::ranges::find(explore::designs(), name, &explore::Design::name);
       const MachineFigures& machine = runs.front()->machines[i];
-      if ((design == "grtx" || design == "hw") && !machine.cost.is_null()) value = target.of_machine(machine.cost);
+      if (design == explore::designs().end() || !design->checkpoint || machine.cost.is_null()) continue;
+      value = target.of_machine(machine.cost);
     }
     return value;
   }

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
+#include <cstddef>
+#include <future>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "grtx/base/atomic_file.h"
@@ -152,11 +154,13 @@ void judge(RegressionOutcome& outcome, const ordered_json& found, const Regressi
   outcome.kind = Kind::recorded;
 }
 
-RegressionOutcome ended(const RegressionCase& c, ChildProcess& child, const RegressionOptions& options) {
+/// text: of the case's child process.
+RegressionOutcome outcome_of(const RegressionCase& c, std::future<std::string>& text,
+                             const RegressionOptions& options) {
   RegressionOutcome outcome;
   outcome.regression_case = c;
   try {
-    judge(outcome, parse_json(child.result(), "case"), options);
+    judge(outcome, parse_json(text.get(), "case"), options);
   } catch (const Error& error) {
     outcome.kind = Kind::refused;
     outcome.message = error.what();
@@ -236,20 +240,29 @@ std::vector<RegressionOutcome> run_regression(const RegressionOptions& options) 
   std::erase_if(cases,
                 [&](const RegressionCase& c) { return ::fnmatch(options.cases.c_str(), c.name.c_str(), 0) != 0; });
   if (cases.empty()) throw Error(options.folder, options.cases, "is the name of no case");
-  struct Running {
-    std::size_t index;
-    std::unique_ptr<ChildProcess> child;
-  };
-  std::deque<Running> running;
-  std::vector<RegressionOutcome> outcomes;
-  for (std::size_t next = 0; next < cases.size() || !running.empty();) {
+  std::vector<std::unique_ptr<ChildProcess>> running;
+  std::vector<std::size_t> indices;                           // of the running ones
+  std::vector<std::future<std::string>> texts(cases.size());  // of those that have ended
+  std::vector<RegressionOutcome> outcomes;                    // in the order of the cases, as records are written
+  for (std::size_t next = 0; outcomes.size() < cases.size();) {
     while (next < cases.size() && running.size() < std::max(1U, options.jobs)) {
       const RegressionCase& c = cases[next];
-      running.push_back({next++, std::make_unique<ChildProcess>(c.name, [&] { return run_case(c, options); })});
+      running.push_back(std::make_unique<ChildProcess>(c.name, [&] { return run_case(c, options); }));
+      indices.push_back(next++);
     }
-    outcomes.push_back(ended(cases[running.front().index], *running.front().child, options));
-    running.pop_front();
-    print(outcomes.back(), options);
+    const std::optional<std::size_t> ended = ChildProcess::wait_for_any(running, std::chrono::seconds(1));
+    if (!ended) continue;
+    const auto at = static_cast<std::ptrdiff_t>(*ended);
+    std::packaged_task<std::string()> result([&child = *running[*ended]] { return child.result(); });
+    texts[indices[*ended]] = result.get_future();
+    result();
+    running.erase(running.begin() + at);
+    indices.erase(indices.begin() + at);
+    while (outcomes.size() < next && texts[outcomes.size()].valid()) {
+      const std::size_t index = outcomes.size();
+      outcomes.push_back(outcome_of(cases[index], texts[index], options));
+      print(outcomes.back(), options);
+    }
   }
   if (!options.quiet && !options.silent) {
     fmt::print("{} cases: {} equal, {} differ, {} recorded, {} refused\n", outcomes.size(),
