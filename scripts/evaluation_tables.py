@@ -226,10 +226,10 @@ def comparisons():
         return tomllib.load(file)["comparison"]
 
 
-def paper_figures():
+def paper_figures(names=PAPER):
     with open(os.path.join(model_version.TOP, "report", "page", "paper_targets.toml"), "rb") as file:
         found = {target["name"]: target["paper"] for target in tomllib.load(file)["run"]}
-    return [found[name] for name in PAPER]
+    return [found[name] for name in names]
 
 
 def headline(rows):

@@ -330,15 +330,15 @@ TEST(TimelineSize, ATimelineAboveHundredMegabytesIsNamedWithItsSizeAndTheRemedy)
 }
 
 TEST(TraceEventWriter, EndsWhatIsOpenAndQuotesNames) {
-  const traces::testing::TemporaryFile path("timeline");
-  TraceEventWriter writer(path.path(), {{"trace", "\"a\\b\""}});
+  const test::TemporaryFolder folder;
+  TraceEventWriter writer(folder.path("t.json"), {{"trace", "\"a\\b\""}});
   const unsigned process = writer.process("p \"1\"");
   const auto track = writer.track(process, "t");
   writer.begin(track, 1, "outer", {{"group", 7}});
   writer.begin(track, 2, "inner");
   EXPECT_EQ(writer.depth(track), 2U);
   writer.finish(5);
-  const std::string text = read_file(path.path());
+  const std::string text = read_file(folder.path("t.json"));
   EXPECT_EQ(json::parse(text).at("otherData").at("trace"), "\"a\\b\"");
   const TimelineFile file(text);
   ASSERT_EQ(file.slices.size(), 2U);
