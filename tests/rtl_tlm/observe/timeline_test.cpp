@@ -330,7 +330,7 @@ TEST(TimelineSize, ATimelineAboveHundredMegabytesIsNamedWithItsSizeAndTheRemedy)
 }
 
 TEST(TraceEventWriter, EndsWhatIsOpenAndQuotesNames) {
-  const test::TemporaryFolder folder;
+  const grtx::test::TemporaryFolder folder;
   TraceEventWriter writer(folder.path("t.json"), {{"trace", "\"a\\b\""}});
   const unsigned process = writer.process("p \"1\"");
   const auto track = writer.track(process, "t");
